@@ -1,0 +1,72 @@
+//! Height fields: the relief of one tile of the surface, in µm.
+
+mod error;
+
+pub use error::HeightFieldError;
+
+use ndarray::Array2;
+
+/// The relief of one rectangular tile: `heights_um[[iy, ix]]` sits at `x = ix·dx_um`, `y = iy·dy_um`
+/// (the row index grows along +y). Tiles need not be square, nor their pixels.
+///
+/// Invariant: at least one pixel, every height finite, both pixel sizes finite and positive.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HeightField {
+    heights_um: Array2<f64>,
+    dx_um: f64,
+    dy_um: f64,
+}
+
+impl HeightField {
+    /// Wraps heights in µm with their pixel size in µm.
+    ///
+    /// # Errors
+    /// An empty array, a pixel size that is not finite and positive, or a height that is not finite (the error
+    /// says at which row and column).
+    pub fn new(heights_um: Array2<f64>, dx_um: f64, dy_um: f64) -> Result<Self, HeightFieldError> {
+        if heights_um.is_empty() {
+            return Err(HeightFieldError::Empty);
+        }
+        for (axis, value) in [("x", dx_um), ("y", dy_um)] {
+            if !(value.is_finite() && value > 0.0) {
+                return Err(HeightFieldError::PixelSize { axis, value_um: value });
+            }
+        }
+        if let Some(((row, column), &value)) = heights_um.indexed_iter().find(|(_, h)| !h.is_finite()) {
+            return Err(HeightFieldError::NotFinite { row, column, value });
+        }
+        Ok(Self { heights_um, dx_um, dy_um })
+    }
+
+    /// Heights in µm, indexed `[[iy, ix]]`.
+    pub fn heights_um(&self) -> &Array2<f64> {
+        &self.heights_um
+    }
+
+    /// Pixel size along x in µm.
+    pub fn dx_um(&self) -> f64 {
+        self.dx_um
+    }
+
+    /// Pixel size along y in µm.
+    pub fn dy_um(&self) -> f64 {
+        self.dy_um
+    }
+
+    /// Number of pixels along x and y.
+    pub fn size(&self) -> (usize, usize) {
+        let (ny, nx) = self.heights_um.dim();
+        (nx, ny)
+    }
+
+    /// Extent `(Lx, Ly)` of the tile in µm.
+    pub fn extent_um(&self) -> (f64, f64) {
+        let (nx, ny) = self.size();
+        (nx as f64 * self.dx_um, ny as f64 * self.dy_um)
+    }
+
+    /// Lowest and highest height in µm.
+    pub fn range_um(&self) -> (f64, f64) {
+        self.heights_um.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)))
+    }
+}
