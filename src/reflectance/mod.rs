@@ -1,1 +1,18 @@
-//! (room under construction)
+//! The reflectance `f_r = R·O·M·S/λ²` of model.md §2, its sampling, and the oracle that judges it.
+//!
+//! [`Surface`] answers from tables; [`Exact`] from the direct double-precision sum. Both scale by the same
+//! [`AlbedoScale`] where energy is to be conserved, and both take the same [`Pair`] of directions.
+
+mod albedo_scale;
+mod exact;
+mod fresnel;
+mod geometry;
+mod power_bins;
+mod surface;
+
+pub use albedo_scale::AlbedoScale;
+pub use albedo_scale::AlbedoScaleReport;
+pub use exact::Exact;
+pub use fresnel::{ComplexIndex, fresnel_unpolarised};
+pub use geometry::{Obliquity, Pair, Vec3};
+pub use surface::{Answer, Options, Sample, Surface, SurfaceReport, UNIFORM_SHARE};

@@ -1,1 +1,36 @@
-//! (room under construction)
+//! Tables from which the power density `S(f; κ)` of model.md §2 is read with a handful of look-ups.
+//!
+//! A table is a lattice of spatial frequencies. Each node of it carries, as functions of κ, what the model needs
+//! there (an order power, or a complex amplitude), and a Gaussian joins the nodes:
+//!
+//! - *ensemble*: `S(f; κ) = norm · Σ_j e_j · P_j(κ)`,
+//! - *patch*: `S(f; κ) = norm · |Σ_j e_j · D_j(κ)|²`,
+//!
+//! with `e_j = exp(−½|p − j|²/σ²)` and `p` the frequency in lattice units. Where the tile repeats and the coherence
+//! window is of its size, the lattice is that of the orders and `P_j = |c_j|²`, `D_j = c_j` without any
+//! approximation. For a window much smaller than the tile, and for a scan that does not repeat, [`lattice`] picks
+//! another period and part of the window is applied beforehand ([`spectrum`]).
+//!
+//! In κ each node is a cubic B-spline ([`spline`]) of a quantity that stays finite as κ → 0, so that relative
+//! accuracy survives at grazing angles where the reflectance divides by w².
+
+mod build;
+mod error;
+mod lattice;
+mod lookup;
+mod order_sampler;
+mod spectrum;
+mod spline;
+
+pub use build::{DENSITY_FLOOR_UM2, TableReport, build};
+pub use error::TableError;
+pub use lattice::{Lattice, LatticeAxis};
+pub use lookup::{BANDS, Density, HEADER, KernelKind, NodeCurve, SpectralTable};
+pub use order_sampler::{OrderChoice, OrderSampler};
+pub use spectrum::{Model, Spectrum, Tiling};
+pub(crate) use spectrum::{lag_grid, taper};
+
+/// Shortest wavelength a table answers for, in nm.
+pub const WAVELENGTH_MIN_NM: f64 = 360.0;
+/// Longest wavelength a table answers for, in nm.
+pub const WAVELENGTH_MAX_NM: f64 = 830.0;

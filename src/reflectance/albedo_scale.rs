@@ -1,0 +1,182 @@
+use super::power_bins::PowerBins;
+use super::surface::Options;
+use super::{Vec3, surface};
+use crate::table::{SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::f64::consts::TAU;
+
+/// Albedo up to which a direction is left alone: quadrature and table are good to about this.
+const ALBEDO_MAX: f64 = 1.0005;
+/// Rounds of the fixed point, which converges by about a half each.
+const ROUNDS: usize = 6;
+/// Rounds that look between the grid's nodes and only lower, by half of what is needed so that directions that light
+/// each other are not both made to pay in full; the last few by all of it.
+const HALF_ROUNDS: usize = 4;
+const FULL_ROUNDS: usize = 2;
+/// Places looked at in each cell of the grid in each of those rounds.
+const SAMPLES: usize = 2;
+
+/// The reciprocal scaling `s(wi)·s(wo)`, `s ≤ 1`, that keeps the albedo at or below one (model.md §5.2), on a grid of
+/// direction and wavelength, read by trilinear interpolation.
+///
+/// Nodes in cosθ lie at `(i/cosines)²`, dense at grazing; azimuths are periodic from −π; wavelengths are equally
+/// spaced over the table's range. The scaling is found with the Fresnel reflectance at one, so it serves every
+/// material.
+#[derive(Clone, Debug)]
+pub struct AlbedoScale {
+    cosines: usize,
+    azimuths: usize,
+    wavelengths: usize,
+    /// `[wavelength][azimuth][cosine]`, `cosines + 1` nodes in cosθ.
+    values: Vec<f32>,
+}
+
+/// How much a scaling changes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct AlbedoScaleReport {
+    /// Largest albedo found before scaling, over the grid below 85°.
+    pub albedo_max_unscaled: f64,
+    /// Mean of the albedo over incident directions weighted by cosθ and wavelengths, before and after.
+    pub albedo_mean_unscaled: f64,
+    pub albedo_mean_scaled: f64,
+}
+
+impl AlbedoScale {
+    /// Finds the scaling for an ensemble table; `None` for a table of amplitudes.
+    pub fn build(table: &SpectralTable, options: &Options) -> Option<(Self, AlbedoScaleReport)> {
+        const LOBES: usize = 300;
+        let bins = PowerBins::new(table, LOBES)?;
+        // Few lobes are sharp and cheap, many are smooth and dear.
+        let (cosines, azimuths, wavelengths) = if bins.len() < 100 { (24, 32, 12) } else { (16, 16, 6) };
+        let mut scale =
+            Self { cosines, azimuths, wavelengths, values: vec![1.0; wavelengths * azimuths * (cosines + 1)] };
+        let albedo = |scale: &Self, (wi, wavelength_nm): (Vec3, f64)| {
+            bins.albedo(wi, wavelength_nm, options, |wo| scale.factor(wo, wavelength_nm))
+        };
+        let nodes: Vec<_> = (0..scale.values.len()).map(|i| scale.node(i)).collect();
+        let unscaled: Vec<f64> = nodes.par_iter().map(|&node| albedo(&scale, node)).collect();
+        if unscaled.iter().any(|&a| a > ALBEDO_MAX) {
+            for _ in 0..ROUNDS {
+                let received: Vec<f64> = nodes.par_iter().map(|&node| albedo(&scale, node)).collect();
+                for (s, received) in scale.values.iter_mut().zip(received) {
+                    *s = (*s as f64 / received.max(1e-30)).sqrt().min(1.0) as f32;
+                }
+            }
+            for round in 0..HALF_ROUNDS + FULL_ROUNDS {
+                let exponent = if round < HALF_ROUNDS { 0.5 } else { 1.0 };
+                scale.lower(round, exponent, |scale, sample| albedo(scale, sample));
+            }
+        }
+        let scaled: Vec<f64> =
+            nodes.par_iter().map(|&node| albedo(&scale, node) * scale.factor(node.0, node.1)).collect();
+        let weights: Vec<f64> = (0..nodes.len()).map(|i| scale.solid_angle(i)).collect();
+        let mean =
+            |albedo: &[f64]| albedo.iter().zip(&weights).map(|(a, w)| a * w).sum::<f64>() / weights.iter().sum::<f64>();
+        let steep = nodes.iter().zip(&unscaled).filter(|((wi, _), _)| wi[2] > surface::COS_85_DEGREES);
+        let report = AlbedoScaleReport {
+            albedo_max_unscaled: steep.map(|(_, &a)| a).fold(0.0, f64::max),
+            albedo_mean_unscaled: mean(&unscaled),
+            albedo_mean_scaled: mean(&scaled),
+        };
+        Some((scale, report))
+    }
+
+    /// The factor `s` of one direction at a wavelength in nm; both are clamped to the grid.
+    pub fn factor(&self, direction: Vec3, wavelength_nm: f64) -> f64 {
+        let cos = direction[2].clamp(0.0, 1.0);
+        let i = ((cos.sqrt() * self.cosines as f64) as usize).min(self.cosines - 1);
+        let at = |i: usize| (i as f64 / self.cosines as f64).powi(2);
+        let fc = (cos - at(i)) / (at(i + 1) - at(i));
+        let turn = (direction[1].atan2(direction[0]) / TAU + 0.5).clamp(0.0, 1.0) * self.azimuths as f64;
+        let a = turn as usize;
+        let fa = turn - a as f64;
+        let span = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
+        let l = ((wavelength_nm - WAVELENGTH_MIN_NM) / span * (self.wavelengths - 1) as f64)
+            .clamp(0.0, (self.wavelengths - 1) as f64);
+        let il = (l as usize).min(self.wavelengths - 2);
+        let fl = l - il as f64;
+        let mut sum = 0.0;
+        for (dl, wl) in [(0, 1.0 - fl), (1, fl)] {
+            for (da, wa) in [(0, 1.0 - fa), (1, fa)] {
+                let row = ((il + dl) * self.azimuths + (a + da) % self.azimuths) * (self.cosines + 1) + i;
+                sum += wl * wa * ((1.0 - fc) * self.values[row] as f64 + fc * self.values[row + 1] as f64);
+            }
+        }
+        sum
+    }
+
+    /// Intervals in cosθ, nodes in azimuth and in wavelength.
+    pub fn shape(&self) -> (usize, usize, usize) {
+        (self.cosines, self.azimuths, self.wavelengths)
+    }
+
+    /// The nodes' values, `[wavelength][azimuth][cosine]`.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// Whether nothing is scaled.
+    pub fn is_one(&self) -> bool {
+        self.values.iter().all(|&s| s == 1.0)
+    }
+
+    /// Direction and wavelength at fractional node numbers. The node at the horizon stands just above it.
+    fn at(&self, cosine: f64, azimuth: f64, wavelength: f64) -> (Vec3, f64) {
+        let cos = (cosine / self.cosines as f64).powi(2).max(1e-6);
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        let phi = (azimuth / self.azimuths as f64 - 0.5) * TAU;
+        let span = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
+        let wavelength_nm = WAVELENGTH_MIN_NM + span * wavelength / (self.wavelengths - 1) as f64;
+        ([sin * phi.cos(), sin * phi.sin(), cos], wavelength_nm)
+    }
+
+    fn node(&self, index: usize) -> (Vec3, f64) {
+        let cosine = index % (self.cosines + 1);
+        let azimuth = index / (self.cosines + 1) % self.azimuths;
+        let wavelength = index / ((self.cosines + 1) * self.azimuths);
+        self.at(cosine as f64, azimuth as f64, wavelength as f64)
+    }
+
+    /// cosθ times the node's share of cosθ, up to a constant.
+    fn solid_angle(&self, index: usize) -> f64 {
+        let i = (index % (self.cosines + 1)) as f64;
+        let at = |i: f64| (i.clamp(0.0, self.cosines as f64) / self.cosines as f64).powi(2);
+        at(i) * (at(i + 1.0) - at(i - 1.0))
+    }
+
+    /// Where a place between nodes still reflects more than one, lowers all nodes about it by `exponent` of the excess.
+    fn lower(&mut self, round: usize, exponent: f64, albedo: impl Fn(&Self, (Vec3, f64)) -> f64 + Sync) {
+        let (azimuths, cosines) = (self.azimuths, self.cosines);
+        let cell = |i: usize| (i / (cosines * azimuths), i / cosines % azimuths, i % cosines);
+        let cells: Vec<_> = (0..(self.wavelengths - 1) * azimuths * cosines).map(cell).collect();
+        let excess: Vec<f64> = cells
+            .par_iter()
+            .enumerate()
+            .map(|(i, &(l, a, c))| {
+                (0..SAMPLES).fold(1.0, |excess: f64, k| {
+                    let [dl, da, dc] = scattered(i + cells.len() * (k + SAMPLES * round));
+                    let sample = self.at(c as f64 + dc, a as f64 + da, l as f64 + dl);
+                    excess.max(albedo(self, sample) * self.factor(sample.0, sample.1))
+                })
+            })
+            .collect();
+        let mut lowered = vec![1.0f64; self.values.len()];
+        for (&(l, a, c), excess) in cells.iter().zip(excess).filter(|(_, excess)| *excess > ALBEDO_MAX) {
+            for dl in 0..2 {
+                for da in 0..2 {
+                    let row = ((l + dl) * azimuths + (a + da) % azimuths) * (cosines + 1) + c;
+                    for factor in &mut lowered[row..row + 2] {
+                        *factor = factor.min(excess.powf(-exponent));
+                    }
+                }
+            }
+        }
+        self.values.iter_mut().zip(lowered).for_each(|(s, factor)| *s = (*s as f64 * factor) as f32);
+    }
+}
+
+/// A point of an additive low-discrepancy sequence in the unit cube (reciprocal powers of the root of x⁴ = x + 1).
+fn scattered(i: usize) -> [f64; 3] {
+    [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3].map(|step| (0.5 + step * i as f64).fract())
+}

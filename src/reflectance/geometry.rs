@@ -1,0 +1,80 @@
+use serde::{Deserialize, Serialize};
+
+/// A direction in the local frame (model.md §1), of unit length.
+pub type Vec3 = [f64; 3];
+
+/// The obliquity factor O (model.md §2). Both are 1 at the mirror direction and reciprocal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Obliquity {
+    /// `(1 + wi·wo)² / (cosθi cosθo w²)`.
+    Stam,
+    /// 1.
+    Unit,
+}
+
+/// Cosines are not taken below this, which is 0.000 006° from the horizon: products of their reciprocals then stay
+/// finite in single precision.
+const COSINE_MIN: f64 = 1e-7;
+
+/// A pair of directions above the surface and what the model needs of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair {
+    /// `wi.x + wo.x`.
+    pub u: f64,
+    /// `wi.y + wo.y`.
+    pub v: f64,
+    /// `cosθi + cosθo`.
+    pub w: f64,
+    pub cos_i: f64,
+    pub cos_o: f64,
+}
+
+impl Pair {
+    /// `None` unless both directions lie above the surface and are finite.
+    pub fn new(wi: Vec3, wo: Vec3) -> Option<Self> {
+        let finite = wi.iter().chain(&wo).all(|c| c.is_finite());
+        if !(finite && wi[2] > 0.0 && wo[2] > 0.0) {
+            return None;
+        }
+        let (cos_i, cos_o) = (wi[2].max(COSINE_MIN), wo[2].max(COSINE_MIN));
+        Some(Self { u: wi[0] + wo[0], v: wi[1] + wo[1], w: cos_i + cos_o, cos_i, cos_o })
+    }
+
+    /// `|wi + wo|² = 2(1 + wi·wo)`; summed this way nothing cancels at grazing forward directions.
+    pub fn sum_squared(&self) -> f64 {
+        self.u * self.u + self.v * self.v + self.w * self.w
+    }
+
+    /// Cosine of the angle of either direction with the half vector.
+    pub fn cos_half(&self) -> f64 {
+        (0.5 * self.sum_squared().sqrt()).min(1.0)
+    }
+
+    /// Phase rate κ in rad/µm.
+    pub fn kappa(&self, wavelength_um: f64) -> f64 {
+        std::f64::consts::TAU * self.w / wavelength_um
+    }
+
+    /// The obliquity factor O.
+    pub fn obliquity(&self, kind: Obliquity) -> f64 {
+        match kind {
+            Obliquity::Unit => 1.0,
+            Obliquity::Stam => {
+                let ratio = self.sum_squared() / (2.0 * self.w);
+                ratio * ratio / (self.cos_i * self.cos_o)
+            }
+        }
+    }
+
+    /// V-cavity shadowing and masking M (Stam 1999, appendix): `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`.
+    pub fn shadowing(&self) -> f64 {
+        (4.0 * self.w * self.cos_i.min(self.cos_o) / self.sum_squared()).min(1.0)
+    }
+}
+
+/// The mirror-symmetric unit vector above the plane with the given x and y, `None` outside the unit disc.
+pub(super) fn direction_above(x: f64, y: f64) -> Option<Vec3> {
+    let z_squared = 1.0 - x * x - y * y;
+    (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])
+}

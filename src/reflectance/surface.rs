@@ -1,0 +1,250 @@
+use super::albedo_scale::AlbedoScaleReport;
+use super::geometry::direction_above;
+use super::power_bins::PowerBins;
+use super::{AlbedoScale, Obliquity, Pair, Vec3};
+use crate::height_field::HeightField;
+use crate::table::{
+    BANDS, Model, OrderSampler, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM,
+    WAVELENGTH_MIN_NM, build,
+};
+use serde::Serialize;
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+/// Share of samples drawn uniformly over the hemisphere: it bounds the weight where the obliquity factor grows as
+/// 1/cosθo towards the horizon and the orders' own density falls as cosθo.
+pub const UNIFORM_SHARE: f64 = 0.02;
+
+pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
+
+/// What of the model is asked for (model.md §2); the defaults are those of the plugin for a preset.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Four standard deviations of the coherence window, in µm.
+    pub coherence_length_um: f64,
+    pub model: Model,
+    pub tiling: Tiling,
+    pub obliquity: Obliquity,
+    /// Scale so that the albedo is at most one.
+    pub conserve_energy: bool,
+    /// V-cavity shadowing and masking.
+    pub shadowing: bool,
+    /// Relative error the tables are built to.
+    pub tolerance: f64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            coherence_length_um: 65.0,
+            model: Model::Ensemble,
+            tiling: Tiling::Periodic,
+            obliquity: Obliquity::Stam,
+            conserve_energy: true,
+            shadowing: false,
+            tolerance: 1e-3,
+        }
+    }
+}
+
+impl Options {
+    /// `O·M` of a pair of directions.
+    pub(super) fn angular_factor(&self, pair: &Pair) -> f64 {
+        pair.obliquity(self.obliquity) * if self.shadowing { pair.shadowing() } else { 1.0 }
+    }
+}
+
+/// Value and density of one pair of directions at one wavelength.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Answer {
+    /// `f_r` in 1/sr, Fresnel reflectance left out.
+    pub f: f64,
+    /// Density of [`Surface::sample`] per solid angle, 1/sr.
+    pub pdf: f64,
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    pub wo: Vec3,
+    /// Density per solid angle, the mean over the wavelengths carried.
+    pub pdf: f64,
+    /// `f_r cosθo / pdf` at the first wavelength.
+    pub weight: f64,
+}
+
+/// A diffracting surface that answers from tables.
+pub struct Surface {
+    options: Options,
+    table: SpectralTable,
+    sampler: OrderSampler,
+    scale: Option<Arc<AlbedoScale>>,
+    report: SurfaceReport,
+}
+
+/// What building a surface took and gave.
+#[derive(Clone, Debug, Serialize)]
+pub struct SurfaceReport {
+    pub table: TableReport,
+    /// Bytes of all tables: spectrum, sampler and energy scaling.
+    pub bytes: usize,
+    /// How much the energy scaling changes, where there is one.
+    pub energy: Option<AlbedoScaleReport>,
+    /// Seconds for everything.
+    pub build_seconds: f64,
+}
+
+impl Surface {
+    /// Builds the tables of `field`.
+    ///
+    /// # Errors
+    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or tables too large.
+    pub fn new(field: &HeightField, options: &Options) -> Result<Self, TableError> {
+        let start = std::time::Instant::now();
+        in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
+        in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
+        let (table, table_report) = build_table(field, options)?;
+        let sampler = OrderSampler::new(&table);
+        let mut energy = None;
+        let mut scale = None;
+        if options.conserve_energy {
+            // A patch is one member of the ensemble; its scaling is that of the mean.
+            let built = match options.model {
+                Model::Ensemble => AlbedoScale::build(&table, options),
+                Model::Patch => {
+                    let ensemble = Options { model: Model::Ensemble, ..options.clone() };
+                    AlbedoScale::build(&build_table(field, &ensemble)?.0, options)
+                }
+            };
+            if let Some((built, report)) = built {
+                energy = Some(report);
+                scale = (!built.is_one()).then(|| Arc::new(built));
+            }
+        }
+        let scale_bytes = scale.as_ref().map_or(0, |s| size_of_val(s.values()));
+        let report = SurfaceReport {
+            bytes: table.bytes() + sampler.bytes() + scale_bytes,
+            table: table_report,
+            energy,
+            build_seconds: start.elapsed().as_secs_f64(),
+        };
+        Ok(Self { options: options.clone(), table, sampler, scale, report })
+    }
+
+    /// The options it was built with.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// What building took and gave.
+    pub fn report(&self) -> &SurfaceReport {
+        &self.report
+    }
+
+    /// The table of `S`.
+    pub fn table(&self) -> &SpectralTable {
+        &self.table
+    }
+
+    /// The sampler of orders.
+    pub fn sampler(&self) -> &OrderSampler {
+        &self.sampler
+    }
+
+    /// The energy scaling, `None` where nothing is scaled.
+    pub fn scale(&self) -> Option<&Arc<AlbedoScale>> {
+        self.scale.as_ref()
+    }
+
+    /// `f_r` and the density of [`Surface::sample`]; both zero unless the directions lie above the surface and the
+    /// wavelength (nm) within the table's range. Never negative, never NaN.
+    pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
+        let in_range = (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm);
+        let Some(pair) = Pair::new(wi, wo).filter(|_| in_range) else { return Answer::default() };
+        let wavelength_um = wavelength_nm * 1e-3;
+        let bands = self.table.band_weights(pair.cos_i, wavelength_um);
+        let f = [pair.u / wavelength_um, pair.v / wavelength_um];
+        let density = self.table.lookup(f, pair.kappa(wavelength_um), &bands);
+        let per_area = 1.0 / (wavelength_um * wavelength_um);
+        let scale = self.scale.as_ref().map_or(1.0, |s| s.factor(wi, wavelength_nm) * s.factor(wo, wavelength_nm));
+        Answer {
+            f: self.options.angular_factor(&pair) * scale * density.value * per_area,
+            pdf: (1.0 - UNIFORM_SHARE) * density.proposal * pair.cos_o * per_area + UNIFORM_SHARE / TAU,
+        }
+    }
+
+    /// The density of a direction sampled for several wavelengths at once: the mean of each one's (model.md §5.4).
+    pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
+        let sum: f64 = wavelengths_nm.iter().map(|&l| self.eval_pdf(wi, wo, l).pdf).sum();
+        sum / wavelengths_nm.len().max(1) as f64
+    }
+
+    /// Samples an outgoing direction for the wavelengths carried (at least one, nm), from three random numbers in
+    /// [0, 1): one of the wavelengths, a κ band of the outgoing hemisphere, an order by its mean power there, and a
+    /// place in its Gaussian. `None` where that lies beyond the horizon; such samples count as zero.
+    pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
+        let (&first, count) = (wavelengths_nm.first()?, wavelengths_nm.len());
+        if !(wi[2] > 0.0) {
+            return None;
+        }
+        let wo = if u[0] < UNIFORM_SHARE {
+            let z = 1.0 - u[1];
+            let r = (1.0 - z * z).max(0.0).sqrt();
+            [r * (TAU * u[2]).cos(), r * (TAU * u[2]).sin(), z]
+        } else {
+            let stretched = (u[0] - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE) * count as f64;
+            let hero = (stretched as usize).min(count - 1);
+            let wavelength_um = wavelengths_nm[hero] * 1e-3;
+            let bands = self.table.band_weights(wi[2], wavelength_um);
+            let order = self.sampler.choose(&self.table, pick(&bands, stretched - hero as f64), [u[1], u[2]]);
+            let radius = (-2.0 * (1.0 - order.u[0]).ln()).sqrt();
+            let (sin, cos) = (TAU * order.u[1]).sin_cos();
+            let (sx, sy) = self.table.proposal_sigma();
+            let lattice = self.table.lattice();
+            let fx = (order.jx as f64 + sx * radius * cos) / lattice.x.period_um;
+            let fy = (order.jy as f64 + sy * radius * sin) / lattice.y.period_um;
+            direction_above(wavelength_um * fx - wi[0], wavelength_um * fy - wi[1])?
+        };
+        let pdf = self.pdf(wi, wo, wavelengths_nm);
+        if !(pdf > 0.0 && wo[2] > 0.0) {
+            return None;
+        }
+        Some(Sample { wo, pdf, weight: self.eval_pdf(wi, wo, first).f * wo[2] / pdf })
+    }
+
+    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out, every node of the table
+    /// integrated over its Gaussian. `None` for a patch.
+    pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
+        let bins = PowerBins::new(&self.table, usize::MAX)?;
+        let scale = |w: Vec3| self.scale.as_ref().map_or(1.0, |s| s.factor(w, wavelength_nm));
+        Some(bins.albedo(wi, wavelength_nm, &self.options, scale) * scale(wi))
+    }
+}
+
+fn build_table(field: &HeightField, options: &Options) -> Result<(SpectralTable, TableReport), TableError> {
+    let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
+    let s_um = options.coherence_length_um / 4.0;
+    let spectrum = Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance);
+    build(&spectrum, options.tolerance)
+}
+
+fn in_range(
+    name: &'static str,
+    value: f64,
+    range: std::ops::RangeInclusive<f64>,
+    accepted: &'static str,
+) -> Result<(), TableError> {
+    if range.contains(&value) { Ok(()) } else { Err(TableError::OutOfRange { name, value, accepted }) }
+}
+
+/// The band in which the cumulative sum of `weights` passes `u`.
+fn pick(weights: &[f64; BANDS], u: f64) -> usize {
+    let mut left = u;
+    for (band, weight) in weights.iter().enumerate() {
+        if left < *weight {
+            return band;
+        }
+        left -= weight;
+    }
+    weights.iter().rposition(|&w| w > 0.0).unwrap_or(0)
+}

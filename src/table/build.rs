@@ -1,0 +1,314 @@
+use super::lattice::Lattice;
+use super::lookup::{BANDS, HEADER, KernelKind, SpectralTable};
+use super::spectrum::Spectrum;
+use super::spline::{cubic, prefilter};
+use super::{TableError, WAVELENGTH_MIN_NM};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex64;
+use serde::Serialize;
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// Largest table that is built.
+const LIMIT_MB: f64 = 2048.0;
+/// Knots beyond either end of the κ range, so that the spline's ends do not matter (0.27⁶ ≈ 4e-4 of their error).
+const EXTRA_KNOTS: i64 = 6;
+/// Spacing of knots in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline on a
+/// wave of `a` radians a knot is about `(a/2π)⁴`. Found by measuring [`TableReport::relative_error`].
+const KNOT_SPACING: f64 = 4.6;
+
+/// Power density in µm² below which errors are no longer taken as relative: a hundredth of that of a surface which
+/// scatters evenly over the disc of direction cosines, `λ²/π`, at the shortest wavelength.
+pub const DENSITY_FLOOR_UM2: f64 = 0.01 * (WAVELENGTH_MIN_NM * 1e-3) * (WAVELENGTH_MIN_NM * 1e-3) / std::f64::consts::PI;
+
+/// Frequencies looked at per κ when the error of a table is measured.
+const ERROR_SAMPLES: usize = 20_000;
+
+/// What building a table took and how good it is.
+#[derive(Clone, Debug, Serialize)]
+pub struct TableReport {
+    /// Size in bytes.
+    pub bytes: usize,
+    /// Nodes kept.
+    pub nodes: usize,
+    /// Knots in κ.
+    pub kappa_knots: usize,
+    /// Nodes read by one look-up, along x and y.
+    pub taps: (usize, usize),
+    /// 99th percentile, over frequencies and three κ midway between knots, of the error of S that the splines make,
+    /// relative to the largest of S, its mean over κ there, and [`DENSITY_FLOOR_UM2`].
+    pub relative_error: f64,
+    /// Seconds the build took.
+    pub build_seconds: f64,
+}
+
+/// Builds the table of `spectrum` to a relative error of `tolerance`.
+///
+/// # Errors
+/// [`TableError::TooLarge`] above 2 GB.
+pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, TableReport), TableError> {
+    let start = Instant::now();
+    let mut spacing = KNOT_SPACING * tolerance.powf(0.25);
+    loop {
+        let build = Build::new(spectrum, spacing)?;
+        let table = build.table();
+        let relative_error = build.error(&table);
+        // Three tries of refinement are ample for a fourth-order method; rounding floors it near 1e-6.
+        if relative_error <= tolerance || spacing < 0.4 * KNOT_SPACING * tolerance.powf(0.25) {
+            let report = TableReport {
+                bytes: table.bytes(),
+                nodes: build.kept.len(),
+                kappa_knots: build.knots,
+                taps: (table.lattice.x.taps, table.lattice.y.taps),
+                relative_error,
+                build_seconds: start.elapsed().as_secs_f64(),
+            };
+            return Ok((table, report));
+        }
+        spacing *= (0.7 * tolerance / relative_error).powf(0.25).clamp(0.5, 0.95);
+    }
+}
+
+/// A node that some pair of directions can reach.
+struct Kept {
+    /// Row-major number in the lattice.
+    index: usize,
+    /// Largest knot below the largest κ at which it can be read.
+    last_knot: usize,
+}
+
+struct Build<'a> {
+    spectrum: &'a Spectrum,
+    kernel: KernelKind,
+    kappa_max: f64,
+    kappa_step: f64,
+    kappa_knee: f64,
+    /// Knots within the range, the first at κ = 0.
+    knots: usize,
+    /// Symmetric about the middle: the mirror of `kept[i]` is `kept[len − 1 − i]`.
+    kept: Vec<Kept>,
+}
+
+impl<'a> Build<'a> {
+    fn new(spectrum: &'a Spectrum, spacing: f64) -> Result<Self, TableError> {
+        let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
+        let kappa_max = TAU * frequency_max;
+        let kernel = spectrum.kernel();
+        let h = spectrum.half_range_um();
+        // Powers are correlations of screens: twice the bandwidth of amplitudes.
+        let bandwidth = if kernel == KernelKind::Power { 2.0 * h } else { h };
+        let kappa_step = if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_max) } else { kappa_max };
+        let kappa_knee = if h > 0.0 { 1.0 / h } else { kappa_max };
+        let knots = (kappa_max / kappa_step).ceil() as usize + 1;
+        let kept = reachable(spectrum.lattice(), frequency_max, kappa_step);
+        let build = Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept };
+        let needed_mb = (build.kept.iter().map(|k| build.record_floats(k.last_knot)).sum::<usize>() * 4) as f64 / 1e6;
+        if needed_mb > LIMIT_MB {
+            return Err(TableError::TooLarge { needed_mb, limit_mb: LIMIT_MB });
+        }
+        Ok(build)
+    }
+
+    /// Floats of a record whose last knot in use is `last_knot`: eight coefficients from the multiple of four at or
+    /// below it can be read, whole fours.
+    fn record_floats(&self, last_knot: usize) -> usize {
+        HEADER + (last_knot / 4 * 4 + 8) * self.kernel.components()
+    }
+
+    fn table(&self) -> SpectralTable {
+        let (at_zero, curves) = self.curves();
+        let components = self.kernel.components();
+        let longest = self.record_floats(self.knots);
+        let mut offsets = vec![0u32; self.spectrum.lattice().x.nodes() * self.spectrum.lattice().y.nodes()];
+        let mut length = longest;
+        let mut spans = Vec::with_capacity(self.kept.len());
+        for kept in &self.kept {
+            offsets[kept.index] = (length / 4) as u32;
+            spans.push(self.record_floats(kept.last_knot));
+            length += self.record_floats(kept.last_knot);
+        }
+        let mut records = vec![0f32; length];
+        let mut pieces = Vec::with_capacity(spans.len());
+        let mut rest = &mut records[longest..];
+        for span in spans {
+            let (piece, tail) = rest.split_at_mut(span);
+            pieces.push(piece);
+            rest = tail;
+        }
+        let band_sums = pieces
+            .into_par_iter()
+            .enumerate()
+            .with_min_len(256)
+            .map(|(node, record)| {
+                let mut coefficients: Vec<Vec<f64>> = (0..components)
+                    .map(|part| curves.iter().map(|knot| knot[node * components + part] as f64).collect())
+                    .collect();
+                coefficients.iter_mut().for_each(|c| prefilter(c));
+                // Coefficient 0 of a record belongs to the knot −1.
+                let inner: Vec<&[f64]> = coefficients.iter().map(|c| &c[EXTRA_KNOTS as usize - 1..]).collect();
+                let bands = self.band_means(at_zero[node], &inner);
+                for (to, from) in record.iter_mut().zip(bands) {
+                    *to = from as f32;
+                }
+                record[BANDS] = at_zero[node].re as f32;
+                record[BANDS + 1] = at_zero[node].im as f32;
+                for (i, to) in record[HEADER..].chunks_exact_mut(components).enumerate() {
+                    for (to, from) in to.iter_mut().zip(&inner) {
+                        *to = from.get(i).copied().unwrap_or(0.0) as f32;
+                    }
+                }
+                bands
+            })
+            .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]));
+        for kept in &self.kept {
+            let start = 4 * offsets[kept.index] as usize;
+            for (p, sum) in records[start..start + BANDS].iter_mut().zip(band_sums) {
+                *p = if sum > 0.0 { (*p as f64 / sum) as f32 } else { 0.0 };
+            }
+        }
+        SpectralTable {
+            lattice: self.spectrum.lattice().clone(),
+            kernel: self.kernel,
+            norm: self.spectrum.norm(),
+            kappa_max: self.kappa_max,
+            kappa_step: self.kappa_step,
+            kappa_knee: self.kappa_knee,
+            offsets,
+            records,
+        }
+    }
+
+    /// Values at κ = 0 of each kept node, and for every knot from `−EXTRA_KNOTS` the scaled quantity that the splines
+    /// go through, knot-major.
+    fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
+        let at_zero = self.kept_values(&self.spectrum.nodes(0.0));
+        let last = self.knots as i64 + EXTRA_KNOTS;
+        let small = 1e-4 / self.spectrum.half_range_um().max(1e-12);
+        // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel.
+        let mut knots: Vec<Vec<Complex64>> = (0..=last)
+            .into_par_iter()
+            .map(|k| {
+                let kappa = if k == 0 { small } else { k as f64 * self.kappa_step };
+                let scaled = self.scaled(kappa, &at_zero);
+                if k == 0 {
+                    (0..scaled.len()).map(|i| 0.5 * (scaled[i] + self.mirrored(&scaled, i))).collect()
+                } else {
+                    scaled
+                }
+            })
+            .collect();
+        let mut rows = Vec::with_capacity(knots.len() + EXTRA_KNOTS as usize);
+        for k in (1..=EXTRA_KNOTS as usize).rev() {
+            rows.push(self.pack((0..at_zero.len()).map(|i| self.mirrored(&knots[k], i))));
+        }
+        for knot in knots.drain(..) {
+            rows.push(self.pack(knot.into_iter()));
+        }
+        (at_zero, rows)
+    }
+
+    /// A scaled quantity at −κ from its values at κ: heights are real, so `P_j(−κ) = P_{−j}(κ)`, `D_j(−κ) = D̄_{−j}(κ)`.
+    fn mirrored(&self, scaled: &[Complex64], node: usize) -> Complex64 {
+        scaled[scaled.len() - 1 - node].conj()
+    }
+
+    fn pack(&self, values: impl Iterator<Item = Complex64>) -> Vec<f32> {
+        match self.kernel {
+            KernelKind::Power => values.map(|c| c.re as f32).collect(),
+            KernelKind::Amplitude => values.flat_map(|c| [c.re as f32, c.im as f32]).collect(),
+        }
+    }
+
+    fn kept_values(&self, nodes: &[Complex64]) -> Vec<Complex64> {
+        self.kept.iter().map(|kept| nodes[kept.index]).collect()
+    }
+
+    fn scaled(&self, kappa: f64, at_zero: &[Complex64]) -> Vec<Complex64> {
+        let scale = match self.kernel {
+            KernelKind::Power => Complex64::from(1.0 + (self.kappa_knee / kappa).powi(2)),
+            KernelKind::Amplitude => Complex64::new(1.0, self.kappa_knee / kappa),
+        };
+        let values = self.kept_values(&self.spectrum.nodes(kappa));
+        values.iter().zip(at_zero).map(|(value, zero)| (value - zero) * scale).collect()
+    }
+
+    /// Mean power of a node in each κ band from its spline coefficients (the first belongs to the knot −1).
+    fn band_means(&self, at_zero: Complex64, coefficients: &[&[f64]]) -> [f64; BANDS] {
+        let width = self.kappa_max / BANDS as f64;
+        let points = ((2.0 * width / self.kappa_step).ceil() as usize).clamp(4, 64);
+        std::array::from_fn(|band| {
+            let sum: f64 = (0..points)
+                .map(|p| {
+                    let kappa = (band as f64 + (p as f64 + 0.5) / points as f64) * width;
+                    let t = kappa / self.kappa_step;
+                    let first = t as usize;
+                    let part =
+                        |c: &[f64]| -> f64 { (first..first + 4).map(|i| c[i] * cubic(t - i as f64 + 1.0)).sum() };
+                    match self.kernel {
+                        KernelKind::Power => {
+                            let factor = kappa * kappa / (kappa * kappa + self.kappa_knee * self.kappa_knee);
+                            (at_zero.re + factor * part(coefficients[0])).max(0.0)
+                        }
+                        KernelKind::Amplitude => {
+                            let factor = kappa / Complex64::new(kappa, self.kappa_knee);
+                            let scaled = Complex64::new(part(coefficients[0]), part(coefficients[1]));
+                            (at_zero + factor * scaled).norm_sqr()
+                        }
+                    }
+                })
+                .sum();
+            sum / points as f64
+        })
+    }
+
+    /// See [`TableReport::relative_error`].
+    fn error(&self, table: &SpectralTable) -> f64 {
+        if self.spectrum.half_range_um() == 0.0 {
+            return 0.0;
+        }
+        let (x, y) = (&table.lattice.x, &table.lattice.y);
+        let middle = self.knots / 2;
+        let mut errors = Vec::new();
+        for knot in [0, middle / 2, middle] {
+            let kappa = (knot as f64 + 0.5) * self.kappa_step;
+            let nodes = self.spectrum.nodes(kappa.min(self.kappa_max));
+            let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
+            errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|kept| {
+                // Off the nodes, by less than half the gap between them.
+                let at = |i: usize, reach: usize, by: f64| i as f64 - reach as f64 + by;
+                let px = at(kept.index % x.nodes(), x.reach, 0.3 * x.sigma.min(1.0));
+                let py = at(kept.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));
+                let f = [px / x.period_um, py / y.period_um];
+                if TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) > self.kappa_max {
+                    return None;
+                }
+                let mean = table.lookup(f, kappa, &[1.0 / BANDS as f64; BANDS]);
+                let truth = table.combine([px, py], |index| nodes[index]);
+                Some((mean.value - truth).abs() / truth.max(mean.proposal).max(DENSITY_FLOOR_UM2))
+            }));
+        }
+        errors.sort_by(f64::total_cmp);
+        errors.get(errors.len().saturating_sub(1) * 99 / 100).copied().unwrap_or(0.0)
+    }
+}
+
+/// The nodes that a look-up can read. Since `|wi + wo| ≤ 2`, a frequency and κ that occur satisfy
+/// `|f|² + (κ/2π)² ≤ (2/λmin)²`; a node is read from up to half the taps away.
+fn reachable(lattice: &Lattice, frequency_max: f64, kappa_step: f64) -> Vec<Kept> {
+    let (x, y) = (&lattice.x, &lattice.y);
+    let mut kept = Vec::new();
+    for row in 0..y.nodes() {
+        for column in 0..x.nodes() {
+            let nearest = |i: usize, axis: &super::LatticeAxis| {
+                ((i as f64 - axis.reach as f64).abs() - 0.5 * axis.taps as f64).max(0.0) / axis.period_um
+            };
+            let rest = frequency_max.powi(2) - nearest(column, x).powi(2) - nearest(row, y).powi(2);
+            if rest >= 0.0 {
+                // A hair more than the exact limit, since the look-up's κ is rounded.
+                let last_knot = (TAU * rest.sqrt() * (1.0 + 1e-5) / kappa_step) as usize;
+                kept.push(Kept { index: row * x.nodes() + column, last_knot });
+            }
+        }
+    }
+    kept
+}

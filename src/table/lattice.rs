@@ -1,0 +1,103 @@
+//! Choice of the frequency lattice, axis by axis (the Gaussian window separates).
+
+use std::f64::consts::PI;
+
+/// One axis of the lattice of spatial frequencies, with nodes at `m / period_um`, `|m| ≤ reach`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LatticeAxis {
+    /// Period whose reciprocal is the spacing of nodes, in µm.
+    pub period_um: f64,
+    /// Pixels in one period.
+    pub pixels: usize,
+    /// Standard deviation of the joining Gaussian `e_j`, in nodes.
+    pub sigma: f64,
+    /// Nodes read by one look-up.
+    pub taps: usize,
+    /// Largest node number kept.
+    pub reach: usize,
+    /// Standard deviation in µm of the part of the window that is applied beforehand, as `1/b²` (µm⁻², negative where
+    /// the joining Gaussian alone narrows too much and has to be undone); zero on the native lattice of the orders.
+    pub inverse_variance: f64,
+}
+
+/// Both axes of a lattice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lattice {
+    pub x: LatticeAxis,
+    pub y: LatticeAxis,
+}
+
+/// What an axis has to serve.
+pub(super) struct AxisDemand {
+    pub pixels: usize,
+    pub pixel_um: f64,
+    /// Standard deviation in µm of the Gaussian that multiplies the field or its autocorrelation along this axis.
+    pub window_um: f64,
+    /// Distance in µm from the origin beyond which what is windowed counts little, for data that do not repeat.
+    pub support_um: Option<f64>,
+    /// Relative error aimed at.
+    pub tolerance: f64,
+    /// Largest |f| asked for, in cycles/µm.
+    pub frequency_max: f64,
+}
+
+impl AxisDemand {
+    /// The cheapest lattice for this demand.
+    ///
+    /// On the native lattice (period = tile) the joining Gaussian is the transform of the window itself. Else the
+    /// period P is chosen and the window is split in two: a joining Gaussian of `c` nodes, whose images a period away
+    /// have to be suppressed, and the rest, applied beforehand. With `Λ = ln(16/tolerance)` the taps reach to
+    /// `√(2Λ)` standard deviations; balancing taps against period at `Λ = 0.6·2π²c²` needs `P = 5 × support` or
+    /// `P = 2πc·√2.5 × window`, whichever is less (maximum of the image term over the lag).
+    pub fn plan(&self) -> LatticeAxis {
+        let log_error = (16.0 / self.tolerance).ln();
+        let cut = (2.0 * log_error).sqrt();
+        let tile_um = self.pixels as f64 * self.pixel_um;
+        let gridded_sigma = (log_error / (1.2 * PI * PI)).sqrt();
+        let window_period = 2.0 * PI * gridded_sigma * 2.5f64.sqrt() * self.window_um;
+        let period = self.support_um.map_or(window_period, |support| window_period.min(5.0 * support));
+        let native = self.support_um.is_none() && period > 0.8 * tile_um;
+        let (pixels, sigma, inverse_variance) = if native {
+            (self.pixels, tile_um / (2.0 * PI * self.window_um), 0.0)
+        } else {
+            let pixels = smooth_size((period / self.pixel_um).ceil().max(8.0) as usize);
+            let joining_um = pixels as f64 * self.pixel_um / (2.0 * PI * gridded_sigma);
+            (pixels, gridded_sigma, self.window_um.powi(-2) - joining_um.powi(-2))
+        };
+        let period_um = pixels as f64 * self.pixel_um;
+        let taps = ((2.0 * cut * sigma).ceil() as usize).max(1);
+        let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
+        LatticeAxis { period_um, pixels, sigma, taps, reach: wanted.min(pixels / 2), inverse_variance }
+    }
+}
+
+impl LatticeAxis {
+    /// Number of nodes, `2·reach + 1`.
+    pub fn nodes(&self) -> usize {
+        2 * self.reach + 1
+    }
+
+    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads; those left out are at least half the
+    /// taps away.
+    pub fn first_tap(&self, position: f64) -> i64 {
+        (position - 0.5 * self.taps as f64).ceil() as i64
+    }
+
+    /// The part of the window applied beforehand, at `distance_um` from its centre.
+    pub(super) fn window(&self, distance_um: f64) -> f64 {
+        (-0.5 * self.inverse_variance * distance_um * distance_um).exp()
+    }
+}
+
+/// The least size of at least `minimum` with no prime factor above 5, for which transforms are fast.
+pub(super) fn smooth_size(minimum: usize) -> usize {
+    let smooth = |mut n: usize| {
+        for p in [2, 3, 5] {
+            while n % p == 0 {
+                n /= p;
+            }
+        }
+        n == 1
+    };
+    (minimum.max(1)..).find(|&n| smooth(n)).unwrap_or(minimum)
+}

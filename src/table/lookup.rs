@@ -1,0 +1,266 @@
+use super::lattice::{Lattice, LatticeAxis};
+use super::spline::cubic;
+use rustfft::num_complex::Complex64;
+
+/// Number of κ bands for which every node keeps its mean power; they make the proposal of the sampler.
+pub const BANDS: usize = 6;
+
+/// Floats at the head of a node's record: the band means, then the value at κ = 0 (real and imaginary part).
+pub const HEADER: usize = 8;
+
+/// How the values of neighbouring nodes combine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KernelKind {
+    /// `S = norm · Σ e_j P_j(κ)`, real records.
+    Power,
+    /// `S = norm · |Σ e_j D_j(κ)|²`, complex records.
+    Amplitude,
+}
+
+impl KernelKind {
+    /// Floats a spline coefficient takes.
+    pub fn components(self) -> usize {
+        match self {
+            Self::Power => 1,
+            Self::Amplitude => 2,
+        }
+    }
+}
+
+/// What one look-up answers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Density {
+    /// Power density `S(f; κ)` in µm², never negative.
+    pub value: f64,
+    /// Density of the sampler's proposal over f, in µm²; it integrates to one over all f.
+    pub proposal: f64,
+}
+
+/// `S(f; κ)` of one surface as a table; see the [module](super) for the formulae.
+///
+/// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of
+/// `Q(κ) = (P(κ) − P(0))·(κ² + κ₀²)/κ²`, or for amplitudes `(D(κ) − D(0))·(κ + iκ₀)/κ` (real and imaginary part in
+/// turn). Coefficient `i` belongs to the knot `(i − 1)·kappa_step`. Records begin on multiples of four floats and are
+/// padded so that eight coefficients from any multiple of four up to the last knot in use can be read.
+#[derive(Clone, Debug)]
+pub struct SpectralTable {
+    pub(super) lattice: Lattice,
+    pub(super) kernel: KernelKind,
+    pub(super) norm: f64,
+    pub(super) kappa_max: f64,
+    pub(super) kappa_step: f64,
+    pub(super) kappa_knee: f64,
+    /// Start of each node's record in units of four floats, row-major from node `(−reach, −reach)`; nodes out of
+    /// reach share the record of zeros at 0.
+    pub(super) offsets: Vec<u32>,
+    pub(super) records: Vec<f32>,
+}
+
+impl SpectralTable {
+    /// The lattice of nodes.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// How nodes combine.
+    pub fn kernel(&self) -> KernelKind {
+        self.kernel
+    }
+
+    /// Normalisation of the value, µm².
+    pub fn norm(&self) -> f64 {
+        self.norm
+    }
+
+    /// Largest κ answered for, rad/µm.
+    pub fn kappa_max(&self) -> f64 {
+        self.kappa_max
+    }
+
+    /// Spacing of the knots in κ, rad/µm.
+    pub fn kappa_step(&self) -> f64 {
+        self.kappa_step
+    }
+
+    /// κ₀ of the record's formula, rad/µm.
+    pub fn kappa_knee(&self) -> f64 {
+        self.kappa_knee
+    }
+
+    /// Record starts, in units of four floats (see the type's documentation).
+    pub fn offsets(&self) -> &[u32] {
+        &self.offsets
+    }
+
+    /// The records.
+    pub fn records(&self) -> &[f32] {
+        &self.records
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.records.as_slice()) + size_of_val(self.offsets.as_slice())
+    }
+
+    /// The nodes that a pair of directions can reach, row by row: their numbers along x and y and their records.
+    pub fn kept_nodes(&self) -> Vec<(i64, i64, &[f32])> {
+        let columns = self.lattice.x.nodes();
+        let mut starts: Vec<(usize, usize)> = self
+            .offsets
+            .iter()
+            .enumerate()
+            .filter(|(_, offset)| **offset != 0)
+            .map(|(index, offset)| (index, 4 * *offset as usize))
+            .collect();
+        starts.push((0, self.records.len()));
+        let number = |index: usize| {
+            let (row, column) = (index / columns, index % columns);
+            (column as i64 - self.lattice.x.reach as i64, row as i64 - self.lattice.y.reach as i64)
+        };
+        starts
+            .windows(2)
+            .map(|pair| {
+                let (jx, jy) = number(pair[0].0);
+                (jx, jy, &self.records[pair[0].1..pair[1].1])
+            })
+            .collect()
+    }
+
+    /// Standard deviation of the proposal's Gaussian about a node, in nodes, along x and y. Amplitudes are squared,
+    /// so theirs is narrower than the joining Gaussian by √2.
+    pub fn proposal_sigma(&self) -> (f64, f64) {
+        let narrower = match self.kernel {
+            KernelKind::Power => 1.0,
+            KernelKind::Amplitude => 0.5f64.sqrt(),
+        };
+        (self.lattice.x.sigma * narrower, self.lattice.y.sigma * narrower)
+    }
+
+    /// Normalisation of the proposal, µm².
+    pub fn proposal_norm(&self) -> f64 {
+        let (sx, sy) = self.proposal_sigma();
+        self.lattice.x.period_um * self.lattice.y.period_um / (std::f64::consts::TAU * sx * sy)
+    }
+
+    /// Weight of each band in the proposal for outgoing directions over the whole hemisphere: the share of
+    /// `[2π cosθi/λ, 2π(cosθi + 1)/λ]` that lies in it, `wavelength_um` in µm. Sums to one.
+    pub fn band_weights(&self, cos_i: f64, wavelength_um: f64) -> [f64; BANDS] {
+        let width = self.kappa_max / BANDS as f64;
+        let low = std::f64::consts::TAU * cos_i / wavelength_um / width;
+        let high = low + std::f64::consts::TAU / wavelength_um / width;
+        std::array::from_fn(|b| {
+            let top = if b + 1 == BANDS { f64::INFINITY } else { b as f64 + 1.0 };
+            (high.min(top) - low.max(b as f64)).max(0.0) / (high - low)
+        })
+    }
+
+    /// `S(f; κ)` and the proposal's density at the frequency `f` (cycles/µm) and `kappa` (rad/µm), for the band
+    /// weights of [`SpectralTable::band_weights`]. Zero beyond what the table holds.
+    pub fn lookup(&self, f: [f64; 2], kappa: f64, band_weights: &[f64; BANDS]) -> Density {
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
+        if !(px.abs() < (x.reach + x.taps) as f64 && py.abs() < (y.reach + y.taps) as f64) {
+            return Density::default();
+        }
+        let curve = NodeCurve::new(self, kappa);
+        let mut power = 0.0;
+        let mut amplitude = Complex64::new(0.0, 0.0);
+        let mut proposal = 0.0;
+        for jy in taps(y, py) {
+            let ey = gaussian(py - jy as f64, y.sigma);
+            let row = (jy + y.reach as i64) as usize * x.nodes();
+            for jx in taps(x, px) {
+                let e = ey * gaussian(px - jx as f64, x.sigma);
+                let record = &self.records[4 * self.offsets[row + (jx + x.reach as i64) as usize] as usize..];
+                let bands: f64 = band_weights.iter().zip(record).map(|(w, &p)| w * p as f64).sum();
+                match self.kernel {
+                    KernelKind::Power => {
+                        power += e * curve.power(record);
+                        proposal += e * bands;
+                    }
+                    KernelKind::Amplitude => {
+                        amplitude += e * curve.amplitude(record);
+                        proposal += e * e * bands;
+                    }
+                }
+            }
+        }
+        let value = match self.kernel {
+            // A spline may undershoot a zero of the power by the tolerance.
+            KernelKind::Power => power.max(0.0),
+            KernelKind::Amplitude => amplitude.norm_sqr(),
+        };
+        Density { value: self.norm * value, proposal: self.proposal_norm() * proposal }
+    }
+}
+
+impl SpectralTable {
+    /// `S` at `position` (in nodes) from node values given by their row-major number, in place of the records.
+    pub(super) fn combine(&self, position: [f64; 2], value: impl Fn(usize) -> Complex64) -> f64 {
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let mut sum = Complex64::ZERO;
+        for jy in taps(y, position[1]) {
+            for jx in taps(x, position[0]) {
+                let e = gaussian(position[1] - jy as f64, y.sigma) * gaussian(position[0] - jx as f64, x.sigma);
+                let row = (jy + y.reach as i64) as usize;
+                sum += e * value(row * x.nodes() + (jx + x.reach as i64) as usize);
+            }
+        }
+        self.norm
+            * match self.kernel {
+                KernelKind::Power => sum.re.max(0.0),
+                KernelKind::Amplitude => sum.norm_sqr(),
+            }
+    }
+}
+
+/// The nodes a look-up at `position` reads, those kept.
+fn taps(axis: &LatticeAxis, position: f64) -> std::ops::Range<i64> {
+    let first = axis.first_tap(position);
+    let reach = axis.reach as i64;
+    first.max(-reach)..(first + axis.taps as i64).min(reach + 1)
+}
+
+fn gaussian(distance: f64, sigma: f64) -> f64 {
+    (-0.5 * (distance / sigma).powi(2)).exp()
+}
+
+/// Where a look-up reads the splines in κ.
+pub struct NodeCurve {
+    first: usize,
+    weights: [f64; 4],
+    /// `κ²/(κ²+κ₀²)` or `κ/(κ + iκ₀)`, which undoes the scaling of the records.
+    factor: Complex64,
+}
+
+impl NodeCurve {
+    /// Prepares look-ups at `kappa` (rad/µm, clamped to the table's range).
+    pub fn new(table: &SpectralTable, kappa: f64) -> Self {
+        let kappa = kappa.clamp(0.0, table.kappa_max);
+        let t = kappa / table.kappa_step;
+        let first = t as usize;
+        let squares = kappa * kappa + table.kappa_knee * table.kappa_knee;
+        let factor = match table.kernel {
+            KernelKind::Power => Complex64::new(kappa * kappa / squares, 0.0),
+            KernelKind::Amplitude => Complex64::new(kappa, -table.kappa_knee) * (kappa / squares),
+        };
+        // Coefficient first + i belongs to the knot first + i − 1.
+        Self { first, weights: std::array::from_fn(|i| cubic(t - (first + i) as f64 + 1.0)), factor }
+    }
+
+    /// A node's power at this κ from its record (see [`SpectralTable`]); zero beyond the record's end. A spline may
+    /// undershoot a zero by the tolerance.
+    pub fn power(&self, record: &[f32]) -> f64 {
+        let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
+        let scaled: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();
+        record[BANDS] as f64 + self.factor.re * scaled
+    }
+
+    /// A node's amplitude at this κ from its record; zero beyond the record's end.
+    pub fn amplitude(&self, record: &[f32]) -> Complex64 {
+        let Some(c) = record[HEADER..].get(2 * self.first..2 * self.first + 8) else { return Complex64::ZERO };
+        let pairs = self.weights.iter().zip(c.chunks_exact(2));
+        let scaled: Complex64 = pairs.map(|(w, c)| Complex64::new(c[0] as f64, c[1] as f64) * w).sum();
+        Complex64::new(record[BANDS] as f64, record[BANDS + 1] as f64) + self.factor * scaled
+    }
+}

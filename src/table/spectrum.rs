@@ -1,0 +1,277 @@
+//! What a table's nodes hold at one κ, from the height field.
+
+use super::lattice::{AxisDemand, Lattice, LatticeAxis, smooth_size};
+use super::lookup::KernelKind;
+use crate::height_field::HeightField;
+use crate::transform::{Direction, Fft2, OrderTransform};
+use rayon::prelude::*;
+use rustfft::num_complex::Complex64;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// Which coherence model the spectrum follows (model.md §2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// The mean over all window places: orders add by power.
+    Ensemble,
+    /// One window at a fixed place: orders add by amplitude.
+    Patch,
+}
+
+/// Whether the tile repeats (model.md §2).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tiling {
+    /// The tile repeats for ever.
+    Periodic,
+    /// The scan stands alone, tapered at its edges.
+    Aperiodic,
+}
+
+/// Fraction of a scan's width over which each of its edges is tapered by a raised cosine (a Tukey window of 0.5),
+/// where it does not repeat.
+const TAPER_FRACTION: f64 = 0.25;
+
+/// Computes the node values of a [`Lattice`] at any κ.
+pub struct Spectrum {
+    transform: OrderTransform,
+    model: Model,
+    lattice: Lattice,
+    /// Tapers of a scan that stands alone, along x and y.
+    tapers: Option<(Vec<f64>, Vec<f64>)>,
+    /// Normalisation of the ensemble autocorrelation or the patch's power.
+    total: f64,
+    norm: f64,
+    /// Padded grid on which the autocorrelation of the ensemble is taken, with its two transforms.
+    lag_grid: (usize, usize),
+    lag_forward: Fft2<f64>,
+    lag_back: Fft2<f64>,
+    node_transform: Fft2<f64>,
+}
+
+impl Spectrum {
+    /// Plans the lattice for `field` under a coherence window of standard deviation `coherence_s_um`
+    /// (`coherence_length/4`), for frequencies up to `frequency_max` cycles/µm, to a relative error `tolerance`.
+    pub fn new(
+        field: &HeightField,
+        model: Model,
+        tiling: Tiling,
+        coherence_s_um: f64,
+        frequency_max: f64,
+        tolerance: f64,
+    ) -> Self {
+        let (nx, ny) = field.size();
+        let (lx, ly) = field.extent_um();
+        // The power spectrum of the ensemble transforms autocorrelation times window autocorrelation, exp(−τ²/4s²).
+        let (window_um, support) = match model {
+            Model::Ensemble => (2f64.sqrt() * coherence_s_um, 0.6),
+            Model::Patch => (coherence_s_um, 0.5),
+        };
+        let axis = |pixels, pixel_um, extent_um: f64| {
+            let support_um = (tiling == Tiling::Aperiodic).then_some(support * extent_um);
+            AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max }.plan()
+        };
+        let lattice = Lattice { x: axis(nx, field.dx_um(), lx), y: axis(ny, field.dy_um(), ly) };
+        let tapers = (tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny)));
+        let lag_grid = if tapers.is_some() { lag_grid(nx, ny) } else { (nx, ny) };
+        let total = match (&tapers, model) {
+            (None, _) => 1.0,
+            (Some((tx, ty)), Model::Ensemble) => squares(tx, |_| 1.0) * squares(ty, |_| 1.0),
+            (Some((tx, ty)), Model::Patch) => {
+                let window =
+                    |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / coherence_s_um).powi(2)).exp() * pixel_um;
+                squares(tx, window(field.dx_um())) * squares(ty, window(field.dy_um()))
+                    / (PI * coherence_s_um * coherence_s_um)
+            }
+        };
+        // Width of the joining Gaussian in cycles/µm.
+        let (fx, fy) = (lattice.x.sigma / lattice.x.period_um, lattice.y.sigma / lattice.y.period_um);
+        let kernel = 1.0 / (2.0 * PI * fx * fy);
+        let norm = match model {
+            Model::Ensemble => kernel,
+            Model::Patch => kernel * kernel / (PI * coherence_s_um * coherence_s_um),
+        };
+        Self {
+            transform: OrderTransform::new(field),
+            model,
+            tapers,
+            total,
+            norm,
+            lag_grid,
+            lag_forward: Fft2::new(lag_grid.0, lag_grid.1, Direction::Positive),
+            lag_back: Fft2::new(lag_grid.0, lag_grid.1, Direction::Negative),
+            node_transform: Fft2::new(lattice.x.pixels, lattice.y.pixels, Direction::Positive),
+            lattice,
+        }
+    }
+
+    /// The lattice whose nodes [`Spectrum::nodes`] fills.
+    pub fn lattice(&self) -> &Lattice {
+        &self.lattice
+    }
+
+    /// How node values combine.
+    pub fn kernel(&self) -> KernelKind {
+        match self.model {
+            Model::Ensemble => KernelKind::Power,
+            Model::Patch => KernelKind::Amplitude,
+        }
+    }
+
+    /// The factor `norm` of the table's formula, in µm².
+    pub fn norm(&self) -> f64 {
+        self.norm
+    }
+
+    /// Half the range of heights in µm.
+    pub fn half_range_um(&self) -> f64 {
+        self.transform.half_range_um()
+    }
+
+    /// Node values at `kappa` (rad/µm), row-major from node `(−reach, −reach)`: real powers for the ensemble,
+    /// complex amplitudes for a patch.
+    pub fn nodes(&self, kappa: f64) -> Vec<Complex64> {
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let native = x.inverse_variance == 0.0 && y.inverse_variance == 0.0 && self.tapers.is_none();
+        let bins = match (self.model, native) {
+            (Model::Ensemble, true) => {
+                let mut bins = self.transform.amplitudes(kappa);
+                bins.par_iter_mut().with_min_len(4096).for_each(|c| *c = c.norm_sqr().into());
+                bins
+            }
+            (Model::Patch, true) => self.transform.amplitudes(kappa),
+            (Model::Ensemble, false) => self.windowed(&self.autocorrelation(kappa), self.lag_grid, 1.0 / self.total),
+            (Model::Patch, false) => self.patch_bins(kappa),
+        };
+        self.collect_nodes(&bins)
+    }
+
+    /// The autocorrelation `mean of exp(iκ(h(x+τ) − h(x)))` on the lag grid, not normalised by the taper.
+    fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
+        let mut scratch = Vec::new();
+        let mut bins = if self.tapers.is_some() {
+            let mut padded = vec![Complex64::new(0.0, 0.0); self.lag_grid.0 * self.lag_grid.1];
+            let screen = self.tapered_screen(kappa);
+            let nx = self.transform.size().0;
+            for (row, from) in screen.chunks(nx).enumerate() {
+                padded[row * self.lag_grid.0..][..nx].copy_from_slice(from);
+            }
+            self.lag_forward.process(&mut padded, &mut scratch);
+            padded
+        } else {
+            // amplitudes() divides by the pixel count; its squares then sum to one, which is lag zero.
+            self.transform.amplitudes(kappa)
+        };
+        let scale = if self.tapers.is_some() { 1.0 / bins.len() as f64 } else { 1.0 };
+        bins.par_iter_mut().with_min_len(4096).for_each(|c| *c = (c.norm_sqr() * scale).into());
+        self.lag_back.process(&mut bins, &mut scratch);
+        bins
+    }
+
+    fn tapered_screen(&self, kappa: f64) -> Vec<Complex64> {
+        let mut screen = self.transform.screen(kappa);
+        if let Some((tx, ty)) = &self.tapers {
+            for (row, ty) in screen.chunks_mut(tx.len()).zip(ty) {
+                for (c, tx) in row.iter_mut().zip(tx) {
+                    *c *= tx * ty;
+                }
+            }
+        }
+        screen
+    }
+
+    /// The windowed patch about the tile's origin or, where it stands alone, the middle of the scan.
+    fn patch_bins(&self, kappa: f64) -> Vec<Complex64> {
+        let (nx, ny) = self.transform.size();
+        let screen = self.tapered_screen(kappa);
+        if self.tapers.is_none() {
+            return self.windowed(&screen, (nx, ny), 1.0);
+        }
+        // Bring the middle of the scan to the origin of a grid that holds it once.
+        let (gx, gy) = self.lag_grid;
+        let mut centred = vec![Complex64::new(0.0, 0.0); gx * gy];
+        for (iy, row) in screen.chunks(nx).enumerate() {
+            let y = (iy + gy - ny / 2) % gy;
+            for (ix, &c) in row.iter().enumerate() {
+                centred[y * gx + (ix + gx - nx / 2) % gx] = c;
+            }
+        }
+        self.windowed(&centred, (gx, gy), self.total.sqrt().recip())
+    }
+
+    /// Multiplies `values` (on a grid about the origin, wrapped where the tile repeats, zero beyond where it does not)
+    /// by the part of the window applied beforehand and transforms to the lattice.
+    fn windowed(&self, values: &[Complex64], (gx, gy): (usize, usize), scale: f64) -> Vec<Complex64> {
+        let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
+        let column = self.axis_weights(&self.lattice.x, gx);
+        let row = self.axis_weights(&self.lattice.y, gy);
+        let scale = scale / (px * py) as f64;
+        let mut grid = vec![Complex64::new(0.0, 0.0); px * py];
+        grid.par_chunks_mut(px).zip(&row).for_each(|(out, &(from_row, wy))| {
+            let from = &values[from_row * gx..][..gx];
+            for (out, &(ix, wx)) in out.iter_mut().zip(&column) {
+                *out = from[ix] * (wx * wy * scale);
+            }
+        });
+        self.node_transform.process(&mut grid, &mut Vec::new());
+        grid
+    }
+
+    /// For each pixel of an axis (FFT order) the pixel of a grid of `size` it is read from and its weight.
+    fn axis_weights(&self, axis: &LatticeAxis, size: usize) -> Vec<(usize, f64)> {
+        let n = axis.pixels as i64;
+        let pixel_um = axis.period_um / axis.pixels as f64;
+        (0..n)
+            .map(|i| {
+                let offset = if 2 * i > n { i - n } else { i };
+                let inside = self.tapers.is_none() || 2 * offset.unsigned_abs() as usize <= size;
+                let weight = if inside { axis.window(offset as f64 * pixel_um) } else { 0.0 };
+                (offset.rem_euclid(size as i64) as usize, weight)
+            })
+            .collect()
+    }
+
+    /// Reorders FFT bins into nodes from `−reach` to `reach`. The one bin at half the sampling rate of an even size
+    /// stands for both signs and is shared between them (by power, or by amplitude).
+    fn collect_nodes(&self, bins: &[Complex64]) -> Vec<Complex64> {
+        let share = match self.model {
+            Model::Ensemble => 0.5,
+            Model::Patch => 0.5f64.sqrt(),
+        };
+        let source = |axis: &LatticeAxis| -> Vec<(usize, f64)> {
+            let (n, reach) = (axis.pixels as i64, axis.reach as i64);
+            (-reach..=reach).map(|j| (j.rem_euclid(n) as usize, if 2 * j.abs() == n { share } else { 1.0 })).collect()
+        };
+        let columns = source(&self.lattice.x);
+        source(&self.lattice.y)
+            .into_par_iter()
+            .with_min_len(16)
+            .flat_map_iter(|(row, wy)| {
+                let row = &bins[row * self.lattice.x.pixels..];
+                columns.iter().map(move |&(column, wx)| row[column] * (wx * wy))
+            })
+            .collect()
+    }
+}
+
+/// Size of the grid on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.
+pub(crate) fn lag_grid(nx: usize, ny: usize) -> (usize, usize) {
+    (smooth_size(2 * nx), smooth_size(2 * ny))
+}
+
+/// A Tukey window sampled at the middles of `n` pixels.
+pub(crate) fn taper(n: usize) -> Vec<f64> {
+    (0..n)
+        .map(|i| {
+            let from_edge = ((i.min(n - 1 - i)) as f64 + 0.5) / n as f64;
+            if from_edge < TAPER_FRACTION { 0.5 - 0.5 * (PI * from_edge / TAPER_FRACTION).cos() } else { 1.0 }
+        })
+        .collect()
+}
+
+/// `Σ t² · weight(offset from the middle pixel)`.
+fn squares(taper: &[f64], weight: impl Fn(f64) -> f64) -> f64 {
+    let middle = taper.len() / 2;
+    taper.iter().enumerate().map(|(i, t)| t * t * weight(i as f64 - middle as f64)).sum()
+}

@@ -1,0 +1,130 @@
+use super::screen::centred_heights;
+use super::{Direction, Fft2};
+use crate::height_field::HeightField;
+use rayon::prelude::*;
+use rustfft::FftNum;
+use rustfft::num_complex::{Complex, Complex64};
+
+/// Which expansion of `exp(iκh)` is summed (model.md §3).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Series {
+    /// Jacobi–Anger: `Σ (2−δ_n0) iⁿ J_n(κH) T_n(h/H)`; every term is bounded by 2.
+    Chebyshev,
+    /// `Σ (iκh)ⁿ/n!`, as the sources have it; its terms grow to `e^{κH}` before they cancel.
+    Taylor,
+}
+
+/// Number of Chebyshev terms after which the remainder of `exp(iκh)`, |h| ≤ H, is below `tolerance` (absolute, on a
+/// quantity of modulus one) for every κ up to `kappa_h / H`.
+///
+/// The remainder is at most `2 Σ_{n≥N} |J_n(κH)|`, and `|J_n(x)| ≤ (x/2)ⁿ/n!`; beyond n > x the Bessel functions
+/// fall faster than geometrically, so the sum is taken until it no longer counts.
+pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
+    remainder_terms(tolerance, kappa_h, |n| 2.0 * libm::jn(n as i32, kappa_h).abs())
+}
+
+/// Number of Taylor terms after which the remainder of `exp(iκh)`, |h| ≤ H, is below `tolerance` in exact
+/// arithmetic. Rounding is another matter: see [`Series::Taylor`].
+pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
+    let mut term = 1.0;
+    let mut n = 0;
+    // Past n = 2κH the terms halve at least, so the remainder is at most twice the first term left out.
+    while (n as f64) < 2.0 * kappa_h || 2.0 * term > tolerance {
+        n += 1;
+        term *= kappa_h / n as f64;
+    }
+    n.max(1)
+}
+
+fn remainder_terms(tolerance: f64, kappa_h: f64, term: impl Fn(usize) -> f64) -> usize {
+    // Far past n = κH + 10 (κH)^⅓ every J_n is below 1e-20.
+    let last = (kappa_h + 12.0 * (kappa_h.cbrt() + 2.0)).ceil() as usize;
+    let mut remainder = 0.0;
+    for n in (0..=last).rev() {
+        remainder += term(n);
+        if remainder > tolerance {
+            return n + 1;
+        }
+    }
+    1
+}
+
+/// The transforms `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` of one tile, from which `c_j(κ)` follows for any κ. `T` is `f32`
+/// (what the sources store on the GPU) or `f64`.
+pub struct Expansion<T: FftNum> {
+    series: Series,
+    half_range_um: f64,
+    /// `terms[n][bin]`, means over the tile, bins in FFT order.
+    terms: Vec<Vec<Complex<T>>>,
+}
+
+impl<T: FftNum> Expansion<T> {
+    /// Computes the first `count` (at least one) terms. Powers of `h/H` rather than of `h` are stored, so that the
+    /// terms themselves neither overflow nor vanish in single precision.
+    pub fn new(field: &HeightField, series: Series, count: usize) -> Self {
+        let (nx, ny) = field.size();
+        let (centred, half_range_um) = centred_heights(field);
+        let scale = if half_range_um > 0.0 { 1.0 / half_range_um } else { 0.0 };
+        let unit: Vec<f64> = centred.iter().map(|h| h * scale).collect();
+        let fft = Fft2::<T>::new(nx, ny, Direction::Positive);
+        let mean = 1.0 / unit.len() as f64;
+        let terms = (0..count.max(1))
+            .into_par_iter()
+            .map(|n| {
+                let basis = |h: f64| match series {
+                    Series::Taylor => h.powi(n as i32),
+                    Series::Chebyshev => (n as f64 * h.clamp(-1.0, 1.0).acos()).cos(),
+                };
+                let real = |value: f64| T::from_f64(value).unwrap_or_else(T::zero);
+                let mut bins: Vec<_> = unit.iter().map(|&h| Complex::new(real(basis(h) * mean), T::zero())).collect();
+                fft.process(&mut bins, &mut Vec::new());
+                bins
+            })
+            .collect();
+        Self { series, half_range_um, terms }
+    }
+
+    /// Number of terms stored.
+    pub fn len(&self) -> usize {
+        self.terms.len()
+    }
+
+    /// Always false: at least one term is stored.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// `c_j(κ)` of one bin (FFT order), `kappa` in rad/µm, summed in the precision of `T`.
+    pub fn amplitude(&self, kappa: f64, bin: usize) -> Complex<T> {
+        let weights = self.weights(kappa);
+        self.terms.iter().zip(&weights).fold(Complex::new(T::zero(), T::zero()), |sum, (term, weight)| {
+            sum + term[bin] * Complex::new(cast(weight.re), cast(weight.im))
+        })
+    }
+
+    /// The coefficient of each stored term at `kappa` (rad/µm).
+    pub fn weights(&self, kappa: f64) -> Vec<Complex64> {
+        const POWERS_OF_I: [Complex64; 4] =
+            [Complex64::new(1.0, 0.0), Complex64::new(0.0, 1.0), Complex64::new(-1.0, 0.0), Complex64::new(0.0, -1.0)];
+        let x = kappa * self.half_range_um;
+        let mut power_over_factorial = 1.0;
+        (0..self.len())
+            .map(|n| {
+                let size = match self.series {
+                    Series::Chebyshev => (if n == 0 { 1.0 } else { 2.0 }) * libm::jn(n as i32, x),
+                    Series::Taylor => {
+                        if n > 0 {
+                            power_over_factorial *= x / n as f64;
+                        }
+                        power_over_factorial
+                    }
+                };
+                POWERS_OF_I[n % 4] * size
+            })
+            .collect()
+    }
+}
+
+fn cast<T: FftNum>(value: f64) -> T {
+    T::from_f64(value).unwrap_or_else(T::zero)
+}

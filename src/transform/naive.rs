@@ -1,0 +1,15 @@
+use crate::height_field::HeightField;
+use rustfft::num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Order amplitude `c_j(κ)` by the direct double-precision sum of model.md §1, for any integer order
+/// `(jx, jy)` and `kappa` in rad/µm. Costs a pass over the tile; it exists to judge everything else.
+pub fn naive_order_amplitude(field: &HeightField, kappa: f64, jx: i64, jy: i64) -> Complex64 {
+    let (nx, ny) = field.size();
+    let turn = |j: i64, i: usize, n: usize| (j * i as i64).rem_euclid(n as i64) as f64 / n as f64;
+    let mut sum = Complex64::new(0.0, 0.0);
+    for ((iy, ix), &height_um) in field.heights_um().indexed_iter() {
+        sum += Complex64::cis(kappa * height_um + TAU * (turn(jx, ix, nx) + turn(jy, iy, ny)));
+    }
+    sum / (nx * ny) as f64
+}
