@@ -14,6 +14,7 @@
 
 pub mod colour;
 pub mod config;
+pub mod guard;
 pub mod height_field;
 pub mod reflectance;
 pub mod snake;
