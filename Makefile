@@ -7,7 +7,6 @@ PLUGIN := target/mitsuba/plugins/diffraction.so
 CARGO  := cargo
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
-export SUNBEAM_PYTHON   := $(CURDIR)/$(PY)
 
 .PHONY: all setup plugin test test-rust test-python lint format demo bench docs clean help
 

@@ -30,8 +30,13 @@ mod mitsuba {
 
     /// Dr.Jit turns small arrays into SIMD registers where the instruction set allows it, which changes layouts and
     /// the calling convention: without the wheel's `-march` the plugin loads and renders garbage.
-    const FLAGS: [&str; 5] =
-        ["-march=x86-64-v3", "-fno-strict-aliasing", "-fno-math-errno", "-fvisibility=hidden", "-fvisibility-inlines-hidden"];
+    const FLAGS: [&str; 5] = [
+        "-march=x86-64-v3",
+        "-fno-strict-aliasing",
+        "-fno-math-errno",
+        "-fvisibility=hidden",
+        "-fvisibility-inlines-hidden",
+    ];
 
     /// The backends that the wheel was built with; they decide on members of its classes.
     const BACKENDS: [&str; 4] = ["MI_ENABLE_CUDA", "MI_ENABLE_LLVM", "MI_ENABLE_EMBREE", "MI_ENABLE_AUTODIFF"];

@@ -59,7 +59,8 @@ fn check_version(compiled: &str, running: &str) -> Result<(), PluginError> {
         if compiled == running {
             return Ok(());
         }
-        let running = if running.is_empty() { "a Mitsuba of unknown version".into() } else { format!("Mitsuba {running}") };
+        let running =
+            if running.is_empty() { "a Mitsuba of unknown version".into() } else { format!("Mitsuba {running}") };
         Err(PluginError::Version { compiled: compiled.into(), running })
     })
 }
