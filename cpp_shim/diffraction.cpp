@@ -28,8 +28,8 @@
  *                       texture          such as keratin (1.56). Exposed, differentiable
  * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
  *                       texture
- * diffuse_reflectance   spectrum or      pigment under the skin, lit by what the surface does not reflect (0).
- *                       texture          Exposed where given, differentiable
+ * diffuse_reflectance   spectrum or      pigment under the skin, lit by what the surface does not reflect, that is by
+ *                       texture          nothing where the material is none (0). Exposed where given, differentiable
  * rotation              float or         turns the relief counter-clockwise against the tangent, in degrees (0).
  *                       texture          Exposed, differentiable
  *

@@ -77,9 +77,10 @@ public:
         if (unlikely(lobes.none() || dr::none_or<false>(active)))
             return { bs, 0.f };
 
-        const Local local        = localise(si, lobes, active);
-        const Mask pick_glossy   = sample1 < local.prob_diffraction;
-        const Float sample_lobe  = dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>);
+        const Local local      = localise(si, lobes, active);
+        const Mask pick_glossy = sample1 < local.prob_diffraction;
+        const Float sample_lobe =
+            dr::select(pick_glossy, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
         const Vector3f wo_glossy = local.to_shading(
             m_lobe.sample(local.to_grating(si.wi), si.wavelengths, sample_lobe, sample2, active && pick_glossy));
 
@@ -228,9 +229,10 @@ private:
     }
 
     static rust::Box<Surface> make_surface(const Properties &props) {
+        const std::string json = surface_json(props);
         try {
-            return new_surface(surface_json(props));
-        } catch (const rust::Error &error) {
+            return new_surface(json);
+        } catch (const std::exception &error) {
             Throw("%s", error.what());
         }
     }

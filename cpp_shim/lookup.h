@@ -8,7 +8,6 @@
 #include <mitsuba/core/warp.h>
 #include <mitsuba/render/bsdf.h>
 
-#include "rust/cxx.h"
 #include "sunbeam/src/mitsuba_plugin.rs.h"
 
 namespace sunbeam {

@@ -1,6 +1,7 @@
 #include "parameters.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -44,9 +45,9 @@ std::string number(const Properties &props, const char *name) {
     const double value = props.get<double>(name);
     if (!std::isfinite(value))
         Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
+    // Not printf, whose decimal point depends on the locale. The shortest form that reads back as the same number.
     char text[32];
-    std::snprintf(text, sizeof text, "%.17g", value);
-    return text;
+    return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
 std::string resolved_file(const Properties &props) {

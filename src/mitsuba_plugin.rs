@@ -1,7 +1,7 @@
 //! The boundary between the Rust core and the Mitsuba plugin in `cpp_shim/`: all of it is in this file.
 //!
-//! Every function that C++ calls runs inside [`guard`](crate::guard::guard): an error or a panic becomes an `Err`, which cxx throws as a
-//! C++ exception and the plugin rethrows as one of Mitsuba's. Only [`init_plugin`] is exported from the library.
+//! Every function that C++ calls runs inside [`guard()`]: an error or a panic becomes an `Err`, which cxx throws as a C++
+//! exception and the plugin rethrows as one of Mitsuba's. Only [`init_plugin`] is meant for others to call.
 
 use std::ffi::{c_char, c_void};
 
@@ -106,17 +106,4 @@ unsafe extern "C-unwind" {
 pub unsafe extern "C-unwind" fn init_plugin(name_len: usize, name: *const c_char, register: *const c_void) {
     // SAFETY: the arguments are handed on as they came; the callee has the signature that Mitsuba calls.
     unsafe { sunbeam_register_variants(name_len, name, register) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn only_the_compiled_version_is_accepted() {
-        assert!(check_version("3.9.1", "3.9.1").is_ok());
-        let refused = check_version("3.9.1", "3.9.0").unwrap_err().to_string();
-        assert!(refused.contains("3.9.1") && refused.contains("Mitsuba 3.9.0"), "{refused}");
-        assert!(check_version("3.9.1", "").unwrap_err().to_string().contains("unknown version"));
-    }
 }

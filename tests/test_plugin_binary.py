@@ -15,10 +15,14 @@ from conftest import PLUGIN_FOLDER
 COMPILED = "3.9.1"
 
 
-def run(script, *arguments, path=None):
+def run(script, *arguments, path=None, **environment):
     prefix = f"import sys; sys.path.insert(0, {str(path)!r})\n" if path else ""
     return subprocess.run(
-        [sys.executable, "-c", prefix + script, *arguments], capture_output=True, text=True, timeout=300
+        [sys.executable, "-c", prefix + script, *arguments],
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        timeout=300,
     )
 
 
@@ -65,12 +69,12 @@ def other_mitsuba(tmp_path):
         label, package = b"Mitsuba version ", Path(mi.__file__).parent
         copy = tmp_path / "mitsuba"
         copy.mkdir()
-        # Libraries look for each other beside their real place, so links would lead back to the original.
+        # Links to files would lead Python and the libraries back to the neighbours of the originals.
         for entry in package.iterdir():
-            if entry.suffix == ".so":
-                shutil.copy(entry, copy)
-            else:
+            if entry.is_dir():
                 (copy / entry.name).symlink_to(entry)
+            else:
+                shutil.copy(entry, copy)
         (tmp_path / "drjit").symlink_to(Path(drjit.__file__).parent)
         library = (package / "libmitsuba.so").read_bytes()
         assert library.count(label + COMPILED.encode()) == 1
@@ -81,19 +85,47 @@ def other_mitsuba(tmp_path):
 
 
 @pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_spectral"])
-@pytest.mark.parametrize("other", ["3.9.0", "4.0.0"])
+@pytest.mark.parametrize("other", ["3.9.0", "4.0.0", "x.y.z"])
 def test_another_version_is_refused(other_mitsuba, variant, other):
     path = other_mitsuba(other)
     result = run(LOAD, str(PLUGIN_FOLDER), variant, path=path)
     assert str(path) in result.stdout, "the copy was not used"
     assert result.returncode == 1, result.stdout
-    assert f"compiled for Mitsuba {COMPILED}, but is being loaded into Mitsuba {other}" in result.stderr
+    found = "a Mitsuba of unknown version" if other == "x.y.z" else f"Mitsuba {other};"
+    assert f"compiled for Mitsuba {COMPILED}, but is being loaded into {found}" in result.stderr
 
 
 def test_the_same_copy_with_its_own_version_is_accepted(other_mitsuba):
     result = run(LOAD, str(PLUGIN_FOLDER), "scalar_rgb", path=other_mitsuba(COMPILED))
     assert result.returncode == 0, result.stderr
     assert "Diffraction[" in result.stdout
+
+
+# Stands in for a Mitsuba built without AVX2: same function, same result, but returned as a plain structure.
+OTHER_FLAGS = """
+#include <dlfcn.h>
+#include <immintrin.h>
+#define NAME "_ZN7mitsuba16srgb_model_fetchERKNS_5ColorIfLm3EEE"
+struct Plain { float x, y, z; };
+Plain fetch(const void *color) asm(NAME);
+Plain fetch(const void *color) {
+    void *mitsuba = dlopen("libmitsuba.so", RTLD_LAZY | RTLD_NOLOAD);
+    auto original = (__m128 (*)(const void *)) dlsym(mitsuba, NAME);
+    alignas(16) float values[4];
+    _mm_store_ps(values, original(color));
+    return { values[0], values[1], values[2] };
+}
+"""
+
+
+def test_other_compiler_flags_are_refused(tmp_path):
+    source, library = tmp_path / "flags.cpp", tmp_path / "flags.so"
+    source.write_text(OTHER_FLAGS)
+    compiler = os.environ.get("CXX", "c++")
+    subprocess.run([compiler, "-shared", "-fPIC", "-D_GNU_SOURCE", "-o", library, source, "-ldl"], check=True)
+    result = run(LOAD, str(PLUGIN_FOLDER), "scalar_rgb", LD_PRELOAD=str(library))
+    assert result.returncode == 1, result.stdout
+    assert "pass arrays in different ways" in result.stderr
 
 
 def test_the_pinned_version_is_installed():
