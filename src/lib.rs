@@ -13,8 +13,13 @@
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 
 pub mod colour;
+pub mod config;
+pub mod guard;
 pub mod height_field;
 pub mod reflectance;
 pub mod snake;
 pub mod table;
 pub mod transform;
+
+#[cfg(feature = "mitsuba")]
+mod mitsuba_plugin;

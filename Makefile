@@ -1,0 +1,67 @@
+# Everything from a fresh clone: `make plugin`, `make test`, `make demo`. Needs Rust, Python >= 3.9, a C++17 compiler.
+
+PYTHON ?= python3
+PY     := .venv/bin/python
+READY  := .venv/.ready
+PLUGIN := target/mitsuba/plugins/diffraction.so
+CARGO  := cargo
+# Fixed, because Mitsuba's file resolver and the documentation name it.
+export CARGO_TARGET_DIR := target
+
+.PHONY: all setup plugin test test-rust test-python lint format demo bench docs clean help
+
+all: plugin
+
+help:
+	@echo "make plugin   build $(PLUGIN)"
+	@echo "make test     build and run every test"
+	@echo "make lint     check formatting and lints; make format mends the former"
+	@echo "make demo     render the snake, results in out/"
+	@echo "make bench | docs | clean"
+
+setup: $(READY)
+
+$(READY): requirements.lock scripts/setup.sh
+	PYTHON="$(PYTHON)" scripts/setup.sh
+
+# Cargo knows what is out of date. The copy is replaced in one step, since a running Mitsuba may have it mapped.
+plugin: $(READY)
+	$(CARGO) build --release --lib --features mitsuba
+	@mkdir -p $(dir $(PLUGIN))
+	@cmp -s target/release/libsunbeam.so $(PLUGIN) || \
+		{ cp target/release/libsunbeam.so $(PLUGIN).new && mv $(PLUGIN).new $(PLUGIN); }
+	@echo "plugin: $(CURDIR)/$(PLUGIN)"
+
+test: test-rust test-python
+
+test-rust:
+	$(CARGO) test
+
+test-python: plugin
+	$(PY) -m pytest
+
+lint: $(READY)
+	$(CARGO) fmt --check
+	$(CARGO) clippy --release --all-targets -- -D warnings
+	$(CARGO) clippy --release --all-targets --features mitsuba -- -D warnings
+	.venv/bin/ruff check
+	.venv/bin/ruff format --check
+	.venv/bin/clang-format --dry-run -Werror cpp_shim/*.cpp cpp_shim/*.h
+
+format: $(READY)
+	$(CARGO) fmt
+	.venv/bin/ruff check --fix
+	.venv/bin/ruff format
+	.venv/bin/clang-format -i cpp_shim/*.cpp cpp_shim/*.h
+
+demo: plugin
+	$(PY) mitsuba_scenes/demo.py
+
+bench:
+	$(CARGO) bench
+
+docs:
+	$(CARGO) doc --no-deps
+
+clean:
+	rm -rf target out

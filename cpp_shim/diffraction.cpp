@@ -1,0 +1,107 @@
+/**
+ * Diffraction by a measured or synthetic nanostructure (`diffraction`)
+ * ====================================================================
+ *
+ * Iridescent reflection by a surface whose relief is as fine as the wavelength: snake skin, ruled gratings, discs.
+ * One-sided; wrap it in `twosided` where the back may be seen. Works inside `twosided`, `blendbsdf`, `mask`,
+ * `normalmap` and `bumpmap`, and needs a UV parameterisation: x of the relief follows the tangent dp/du.
+ *
+ * parameter             type             meaning (default)
+ * --------------------  ---------------  ------------------------------------------------------------------------
+ * preset                string           blazed, sinusoidal, lamellar, cd, elaphe, xenopeltis, flat
+ *                                        (elaphe, where there is no filename either)
+ * period, height        float, um        size of blazed, sinusoidal and lamellar along x; height is valley to peak
+ *                                        (blazed: 2.5 and 0.25, rising along +x); in (0, 1e6]
+ * filename              string           height field (.exr, .png, .gsf, .npy, .txt), found as Mitsuba finds files
+ * pixel_size            float, um        edge of a pixel, where the file does not say; in (0, 1e6]
+ * max_height            float, um        height of the largest value, where the file does not say; in (0, 1e6]
+ * level                 string           none, mean, plane: what is subtracted (plane for files, none for presets)
+ * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
+ * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65)
+ * model                 string           ensemble, patch (ensemble)
+ * obliquity             string           stam, unit (stam)
+ * conserve_energy       boolean          keeps the albedo at or below 1 (true for ensemble, false for patch)
+ * shadowing             boolean          V-cavity shadowing and masking (false)
+ * tolerance             float            relative error that tables are built to, in [1e-6, 0.1] (1e-3)
+ * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none reflects all (none)
+ * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
+ *                       texture          such as keratin (1.56). Exposed, differentiable
+ * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
+ *                       texture
+ * diffuse_reflectance   spectrum or      pigment under the skin, lit by what the surface does not reflect, that is by
+ *                       texture          nothing where the material is none (0). Exposed where given, differentiable
+ * rotation              float or         turns the relief counter-clockwise against the tangent, in degrees (0).
+ *                       texture          Exposed, differentiable
+ *
+ * A parameter that is unknown, contradicts another, or is out of range raises an error that names it.
+ *
+ * Model
+ * -----
+ * With u = wi.x + wo.x, v = wi.y + wo.y, w = cos(theta_i) + cos(theta_o), all in the frame of the relief h:
+ *
+ *     f_r(wi, wo, lambda) = R O M S(f; kappa) / lambda^2,     f = (u, v) / lambda,     kappa = 2 pi w / lambda
+ *
+ * S is the power spectrum of the phase screen exp(i kappa h), seen through a Gaussian window of coherent light; R is
+ * the Fresnel reflectance at the half vector, O the obliquity factor (stam: (1 + wi.wo)^2 / (cos cos w^2), unit: 1),
+ * M the optional V-cavity factor. The pigment adds
+ *
+ *     (1 - specular R(theta_i)) (1 - specular R(theta_o)) diffuse / pi.
+ *
+ * Component 0 is the diffracted light (glossy), component 1 the pigment where it is given. Polarised variants treat
+ * both as depolarising.
+ *
+ *   J. Stam: Diffraction Shaders. SIGGRAPH 1999.
+ *   D. S. Dhillon et al.: Interactive Diffraction from Biological Nanostructures. Comput. Graph. Forum 33(8), 2014.
+ *   D. S. Dhillon, A. Ghosh: Efficient Surface Diffraction Renderings with Chebyshev Approximations. SA TB 2016.
+ *   A. Krywonos, J. E. Harvey, N. Choi: Linear systems formulation of scattering theory. JOSA A 28(6), 2011.
+ *
+ * Use
+ * ---
+ *     <bsdf type="twosided">
+ *         <bsdf type="diffraction">
+ *             <string name="preset" value="blazed"/>
+ *             <float name="period" value="2.5"/>
+ *             <string name="material" value="Al"/>
+ *         </bsdf>
+ *     </bsdf>
+ *
+ *     mi.set_variant("llvm_ad_spectral")
+ *     mi.file_resolver().append("<repository>/target/mitsuba")
+ *     skin = mi.load_dict({"type": "diffraction", "preset": "xenopeltis", "eta": 1.56, "diffuse_reflectance": 0.05})
+ *
+ * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lookup.h the diffracted lobe, variants_*
+ * the instantiations, checks.cpp what must hold before any of it runs. This file is the entry point.
+ */
+
+#include <stdexcept>
+
+#include <mitsuba/core/object.h>
+
+#include "variants.h"
+
+namespace sunbeam {
+
+const void *mitsuba_address = nullptr;
+
+namespace {
+
+/// How many variants the wheel has.
+constexpr size_t count_variants(std::string_view list) {
+    size_t count = 0;
+    for (char c : list)
+        count += c == '\n';
+    return count;
+}
+
+} // namespace
+} // namespace sunbeam
+
+/// Called by Rust's `init_plugin`, which has the name that Mitsuba looks for.
+extern "C" void sunbeam_register_variants(std::string_view name, mitsuba::PluginRegisterFn fn) {
+    using namespace sunbeam;
+    mitsuba_address = reinterpret_cast<const void *>(fn);
+    const size_t count =
+        register_scalar_variants(name, fn) + register_llvm_variants(name, fn) + register_cuda_variants(name, fn);
+    if (count != count_variants(MI_VARIANTS))
+        throw std::logic_error("the diffraction plugin lacks a variant of this Mitsuba");
+}

@@ -1,0 +1,257 @@
+// The BSDF class; the manual is at the top of diffraction.cpp.
+#pragma once
+
+#include <sstream>
+#include <tuple>
+
+#include <mitsuba/core/properties.h>
+#include <mitsuba/core/warp.h>
+#include <mitsuba/render/bsdf.h>
+#include <mitsuba/render/fresnel.h>
+#include <mitsuba/render/ior.h>
+#include <mitsuba/render/texture.h>
+
+#include "checks.h"
+#include "lookup.h"
+#include "parameters.h"
+#include "variants.h"
+
+namespace sunbeam {
+
+using namespace mitsuba;
+
+template <typename Float, typename Spectrum> class Diffraction final : public BSDF<Float, Spectrum> {
+public:
+    MI_IMPORT_BASE(BSDF, m_flags, m_components)
+    MI_IMPORT_TYPES(Texture)
+
+    explicit Diffraction(const Properties &props) : Base(props), m_lobe(make_surface(props)) {
+        check_optics(props);
+        if (const std::string material = material_name(props); material != "none") {
+            std::tie(m_eta, m_k) = complex_ior_from_file<Spectrum, Texture>(material);
+        } else {
+            // eta = 0, k = 1 reflects everything; a given eta without k is a dielectric.
+            const bool dielectric = props.has_property("eta");
+            m_eta                 = props.get_unbounded_texture<Texture>("eta", 0.f);
+            m_k                   = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
+        }
+        m_specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
+        m_rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
+        if (props.has_property("diffuse_reflectance"))
+            m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
+        refuse_unknown(props);
+        parameters_changed();
+    }
+
+    void traverse(TraversalCallback *cb) override {
+        cb->put("eta", m_eta, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        cb->put("k", m_k, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        cb->put("specular_reflectance", m_specular_reflectance, ParamFlags::Differentiable);
+        if (m_diffuse_reflectance)
+            cb->put("diffuse_reflectance", m_diffuse_reflectance, ParamFlags::Differentiable);
+        cb->put("rotation", m_rotation, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+    }
+
+    void parameters_changed(const std::vector<std::string> & /*keys*/ = {}) override {
+        auto varying         = [](const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); };
+        uint32_t diffraction = BSDFFlags::GlossyReflection | BSDFFlags::FrontSide | BSDFFlags::Anisotropic;
+        if (varying(m_eta) || varying(m_k) || varying(m_specular_reflectance) || varying(m_rotation))
+            diffraction = diffraction | BSDFFlags::SpatiallyVarying;
+        m_components = { diffraction };
+        m_flags      = diffraction;
+        if (m_diffuse_reflectance) {
+            uint32_t diffuse = BSDFFlags::DiffuseReflection | BSDFFlags::FrontSide;
+            if (varying(m_diffuse_reflectance) || varying(m_eta) || varying(m_k) || varying(m_specular_reflectance))
+                diffuse = diffuse | BSDFFlags::SpatiallyVarying;
+            m_components.push_back(diffuse);
+            m_flags = m_flags | diffuse;
+        }
+    }
+
+    std::pair<BSDFSample3f, Spectrum> sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, Float sample1,
+                                             const Point2f &sample2, Mask active) const override {
+        MI_MASKED_FUNCTION(ProfilerPhase::BSDFSample, active);
+        BSDFSample3f bs = dr::zeros<BSDFSample3f>();
+        active &= Frame3f::cos_theta(si.wi) > 0.f;
+        const Lobes lobes(*this, ctx);
+        if (unlikely(lobes.none() || dr::none_or<false>(active)))
+            return { bs, 0.f };
+
+        const Local local      = localise(si, lobes, active);
+        const Mask pick_glossy = sample1 < local.prob_diffraction;
+        const Float sample_lobe =
+            dr::select(pick_glossy, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
+        const Vector3f wo_glossy = local.to_shading(
+            m_lobe.sample(local.to_grating(si.wi), si.wavelengths, sample_lobe, sample2, active && pick_glossy));
+
+        bs.wo                = dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2));
+        bs.eta               = 1.f;
+        bs.sampled_component = dr::select(pick_glossy, UInt32(0), UInt32(1));
+        bs.sampled_type =
+            dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
+        active &= Frame3f::cos_theta(bs.wo) > 0.f;
+
+        const auto [value, pdf] = evaluate(local, lobes, si, bs.wo, active);
+        active &= pdf > 0.f;
+        bs.pdf                           = dr::select(active, pdf, 0.f);
+        const UnpolarizedSpectrum weight = dr::select(active, value / pdf, 0.f);
+        return { bs, depolarizer<Spectrum>(weight) };
+    }
+
+    Spectrum eval(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
+                  Mask active) const override {
+        return eval_pdf(ctx, si, wo, active).first;
+    }
+
+    Float pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const override {
+        return eval_pdf(ctx, si, wo, active).second;
+    }
+
+    std::pair<Spectrum, Float> eval_pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
+                                        Mask active) const override {
+        MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
+        active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
+        const Lobes lobes(*this, ctx);
+        if (unlikely(lobes.none() || dr::none_or<false>(active)))
+            return { 0.f, 0.f };
+        const auto [value, pdf] = evaluate(localise(si, lobes, active), lobes, si, wo, active);
+        return { depolarizer<Spectrum>(value) & active, dr::select(active, pdf, 0.f) };
+    }
+
+    std::tuple<Spectrum, Float, BSDFSample3f, Spectrum>
+    eval_pdf_sample(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Float sample1,
+                    const Point2f &sample2, Mask active) const override {
+        const auto [value, pdf] = eval_pdf(ctx, si, wo, active);
+        const auto [bs, weight] = sample(ctx, si, sample1, sample2, active);
+        return { value, pdf, bs, weight };
+    }
+
+    Spectrum eval_diffuse_reflectance(const SurfaceInteraction3f &si, Mask active) const override {
+        if (!m_diffuse_reflectance)
+            return 0.f;
+        return depolarizer<Spectrum>(m_diffuse_reflectance->eval(si, active));
+    }
+
+    std::string to_string() const override {
+        std::ostringstream oss;
+        oss << "Diffraction[" << std::endl
+            << "  surface = " << m_lobe.describe() << "," << std::endl
+            << "  eta = " << string::indent(m_eta) << "," << std::endl
+            << "  k = " << string::indent(m_k) << "," << std::endl
+            << "  specular_reflectance = " << string::indent(m_specular_reflectance) << "," << std::endl;
+        if (m_diffuse_reflectance)
+            oss << "  diffuse_reflectance = " << string::indent(m_diffuse_reflectance) << "," << std::endl;
+        oss << "  rotation = " << string::indent(m_rotation) << std::endl << "]";
+        return oss.str();
+    }
+
+    MI_DECLARE_CLASS(Diffraction)
+
+private:
+    /// Which components the caller wants.
+    struct Lobes {
+        bool diffraction, diffuse;
+
+        Lobes(const Diffraction &bsdf, const BSDFContext &ctx)
+            : diffraction(ctx.is_enabled(BSDFFlags::GlossyReflection, 0)),
+              diffuse(bsdf.m_diffuse_reflectance && ctx.is_enabled(BSDFFlags::DiffuseReflection, 1)) {}
+        bool none() const { return !diffraction && !diffuse; }
+    };
+
+    /// The parameters at one point of the surface, and what depends on them and `wi` only.
+    struct Local {
+        dr::Complex<UnpolarizedSpectrum> ior;
+        UnpolarizedSpectrum specular, diffuse;
+        Float sin_rotation, cos_rotation;
+        /// Probability with which `sample` picks the diffracted lobe.
+        Float prob_diffraction;
+
+        Vector3f to_grating(const Vector3f &w) const {
+            return { dr::fmadd(cos_rotation, w.x(), sin_rotation * w.y()),
+                     dr::fmadd(cos_rotation, w.y(), -sin_rotation * w.x()), w.z() };
+        }
+
+        Vector3f to_shading(const Vector3f &w) const {
+            return { dr::fmadd(cos_rotation, w.x(), -sin_rotation * w.y()),
+                     dr::fmadd(cos_rotation, w.y(), sin_rotation * w.x()), w.z() };
+        }
+
+        /// What a facet seen under this angle reflects.
+        UnpolarizedSpectrum reflectance(const Float &cos_theta) const {
+            return specular * fresnel_conductor(UnpolarizedSpectrum(cos_theta), ior);
+        }
+
+        /// What it leaves for the pigment below.
+        UnpolarizedSpectrum remainder(const Float &cos_theta) const {
+            return dr::maximum(1.f - reflectance(cos_theta), 0.f);
+        }
+    };
+
+    Local localise(const SurfaceInteraction3f &si, const Lobes &lobes, Mask active) const {
+        Local local;
+        local.ior      = { m_eta->eval(si, active), m_k->eval(si, active) };
+        local.specular = m_specular_reflectance->eval(si, active);
+        local.diffuse  = lobes.diffuse ? m_diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
+        std::tie(local.sin_rotation, local.cos_rotation) = dr::sincos(dr::deg_to_rad(m_rotation->eval_1(si, active)));
+
+        local.prob_diffraction = lobes.diffraction ? 1.f : 0.f;
+        if (lobes.diffraction && lobes.diffuse) {
+            const Float cos_theta_i = Frame3f::cos_theta(si.wi);
+            // Detached: the choice of a lobe is no part of the integrand. Bounded away from 0, so that each lobe is
+            // sampled wherever it may contribute.
+            const Float glossy     = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
+                        rest       = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
+            local.prob_diffraction = dr::select(glossy + rest > 0.f, dr::clip(glossy / (glossy + rest), .1f, .9f), .5f);
+        }
+        return local;
+    }
+
+    /// Value times cosine and density of all wanted lobes: the one routine behind eval, pdf, and sample.
+    std::pair<UnpolarizedSpectrum, Float> evaluate(const Local &local, const Lobes &lobes,
+                                                   const SurfaceInteraction3f &si, const Vector3f &wo,
+                                                   Mask active) const {
+        UnpolarizedSpectrum value(0.f);
+        Float pdf(0.f);
+        if (lobes.diffraction) {
+            const auto lobe = m_lobe.eval_pdf(local.to_grating(si.wi), local.to_grating(wo), si.wavelengths, active);
+            // The half vector is at most 90 degrees from both directions; the clip takes care of rounding.
+            const Float cos_half = dr::clip(dr::dot(si.wi, dr::normalize(si.wi + wo)), 0.f, 1.f);
+            value                = local.reflectance(cos_half) * lobe.value;
+            pdf                  = local.prob_diffraction * lobe.pdf;
+        }
+        if (lobes.diffuse) {
+            const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
+            value += local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
+                     local.remainder(Frame3f::cos_theta(wo)) * lambertian;
+            pdf += (1.f - local.prob_diffraction) * lambertian;
+        }
+        return { value, pdf };
+    }
+
+    static rust::Box<Surface> make_surface(const Properties &props) {
+        const std::string json = surface_json(props);
+        try {
+            return new_surface(json);
+        } catch (const std::exception &error) {
+            Throw("%s", error.what());
+        }
+    }
+
+    DiffractionLobe<Float, Spectrum> m_lobe;
+    ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
+
+    MI_TRAVERSE_CB(Base, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation)
+};
+
+/// Tells Mitsuba how to make an instance of one variant; returns 1, for counting.
+template <typename Float, typename Spectrum> size_t register_variant(std::string_view name, PluginRegisterFn fn) {
+    using Class = Diffraction<Float, Spectrum>;
+    fn(name, Class::Variant, Class::Type, [](void *, const Properties &props) -> ref<Object> {
+        // Here and not when the plugin is loaded, so that every attempt is told the reason.
+        require_compatible(mitsuba_address);
+        return new Class(props);
+    });
+    return 1;
+}
+
+} // namespace sunbeam

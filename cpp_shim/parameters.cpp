@@ -1,0 +1,156 @@
+#include "parameters.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <vector>
+
+#include <mitsuba/core/filesystem.h>
+#include <mitsuba/core/fresolver.h>
+#include <mitsuba/core/logger.h>
+
+using mitsuba::ClassName, mitsuba::Error; // for Throw()
+using mitsuba::Properties;
+
+namespace sunbeam {
+namespace {
+
+// What each of these accepts is decided in one place for all interfaces: src/config.rs.
+constexpr const char *CHOICES[]  = { "preset", "level", "tiling", "model", "obliquity" };
+constexpr const char *NUMBERS[]  = { "period", "height", "pixel_size", "max_height", "coherence_length", "tolerance" };
+constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
+
+constexpr const char *ALL_NAMES =
+    "preset, period, height, filename, pixel_size, max_height, level, tiling, coherence_length, model, obliquity, "
+    "conserve_energy, shadowing, tolerance, material, eta, k, specular_reflectance, diffuse_reflectance, rotation";
+
+std::string json_string(std::string_view text) {
+    std::string result = "\"";
+    for (unsigned char c : text) {
+        char escape[8];
+        if (c == '"' || c == '\\')
+            (result += '\\') += (char) c;
+        else if (c < 0x20)
+            result += (std::snprintf(escape, sizeof escape, "\\u%04x", c), escape);
+        else
+            result += (char) c;
+    }
+    return result + '"';
+}
+
+std::string number(const Properties &props, const char *name) {
+    const double value = props.get<double>(name);
+    if (!std::isfinite(value))
+        Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
+    // Not printf, whose decimal point depends on the locale. The shortest form that reads back as the same number.
+    char text[32];
+    return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+std::string resolved_file(const Properties &props) {
+    namespace fs           = mitsuba::fs;
+    const std::string name = props.get<std::string>("filename");
+    const fs::path path    = mitsuba::file_resolver()->resolve(fs::path(name));
+    if (!fs::is_regular_file(path))
+        Throw("parameter \"filename\": there is no file \"%s\" in any folder of the file resolver", name);
+    return fs::absolute(path).string();
+}
+
+/// The numbers in a property that may also be a texture.
+std::vector<double> plain_values(const Properties &props, const char *name) {
+    switch (props.type(name)) {
+        case Properties::Type::Float:
+        case Properties::Type::Integer:
+            return { props.get<double>(name) };
+        case Properties::Type::Color: {
+            const auto color = props.get<mitsuba::Color<double, 3>>(name);
+            return { color.x(), color.y(), color.z() };
+        }
+        case Properties::Type::Spectrum:
+            return props.get<Properties::Spectrum>(name).values;
+        default:
+            return {};
+    }
+}
+
+void check_range(const Properties &props, const char *name, double low, double high, const char *accepted) {
+    if (!props.has_property(name))
+        return;
+    for (double value : plain_values(props, name))
+        if (!(std::isfinite(value) && value >= low && value <= high)) // refuses NaN, too
+            Throw("parameter \"%s\" is %f, but must be %s", name, value, accepted);
+}
+
+/// Names of the measured materials that come with Mitsuba.
+std::string known_materials() {
+    std::vector<std::string> names;
+    const auto folder             = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior"));
+    const std::string_view suffix = ".eta.spd";
+    std::error_code error; // an unreadable folder yields an empty list
+    for (const auto &entry : std::filesystem::directory_iterator(folder.string(), error)) {
+        std::string name = entry.path().filename().string();
+        if (name.size() > suffix.size() && name.compare(name.size() - suffix.size(), suffix.npos, suffix) == 0)
+            names.push_back(name.substr(0, name.size() - suffix.size()));
+    }
+    std::sort(names.begin(), names.end());
+    std::string list = "none";
+    for (const auto &name : names)
+        (list += ", ") += name;
+    return list;
+}
+
+} // namespace
+
+std::string surface_json(const Properties &props) {
+    std::string json;
+    auto append = [&](const char *name, const std::string &value) {
+        json += json.empty() ? "{" : ",";
+        json += json_string(name) + ":" + value;
+    };
+    for (const char *name : CHOICES)
+        if (props.has_property(name))
+            append(name, json_string(props.get<std::string>(name)));
+    for (const char *name : NUMBERS)
+        if (props.has_property(name))
+            append(name, number(props, name));
+    for (const char *name : SWITCHES)
+        if (props.has_property(name))
+            append(name, props.get<bool>(name) ? "true" : "false");
+    if (props.has_property("filename"))
+        append("filename", json_string(resolved_file(props)));
+    return json.empty() ? "{}" : json + "}";
+}
+
+std::string material_name(const Properties &props) {
+    const std::string material = props.get<std::string>("material", "none");
+    const bool has_eta = props.has_property("eta"), has_k = props.has_property("k");
+    if (material != "none" && (has_eta || has_k))
+        Throw("parameter \"material\" contradicts \"%s\": give either a material or eta and k", has_eta ? "eta" : "k");
+    if (has_k && !has_eta)
+        Throw("parameter \"k\" needs \"eta\": give both, or \"eta\" alone for a dielectric");
+    if (material == "none")
+        return material;
+    const auto file = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior/" + material + ".eta.spd"));
+    if (material.find('/') != material.npos || !mitsuba::fs::is_regular_file(file))
+        Throw("parameter \"material\" is \"%s\", but must be one of %s", material, known_materials());
+    return material;
+}
+
+void check_optics(const Properties &props) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    check_range(props, "eta", 0, infinity, "a finite number of at least 0");
+    check_range(props, "k", 0, infinity, "a finite number of at least 0");
+    check_range(props, "specular_reflectance", 0, 1, "in [0, 1]");
+    check_range(props, "diffuse_reflectance", 0, 1, "in [0, 1]");
+    check_range(props, "rotation", -infinity, infinity, "a finite angle in degrees");
+}
+
+void refuse_unknown(const Properties &props) {
+    for (const std::string &name : props.unqueried())
+        Throw("unknown parameter \"%s\"; the plugin \"diffraction\" accepts %s", name, ALL_NAMES);
+}
+
+} // namespace sunbeam

@@ -1,0 +1,384 @@
+//! The description of a surface as users give it: one set of names for every consumer.
+//!
+//! A [`SurfaceConfig`] holds what was *given*; what was left out is `None` where its default depends on another
+//! parameter, and the resolving methods ([`SurfaceConfig::level`], …) say what it then is. Lengths are in µm.
+//!
+//! ```
+//! use sunbeam::config::SurfaceConfig;
+//! let config = SurfaceConfig::from_json(r#"{"preset": "blazed", "period": 2.0}"#).unwrap();
+//! assert_eq!(config.coherence_length, 65.0);
+//! let error = SurfaceConfig::from_json(r#"{"preset": "blazed", "period": -2.0}"#).unwrap_err();
+//! assert_eq!(error.to_string(), "parameter \"period\" is -2, but must be a length in µm in (0, 1e6]");
+//! ```
+
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+/// Accepted coherence lengths in µm.
+pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;
+/// Accepted relative errors of the tables.
+pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;
+/// The longest length in µm that a surface may have in any direction: one metre, to catch wrong units.
+pub const MAX_LENGTH_UM: f64 = 1e6;
+
+/// A surface that needs no file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Preset {
+    /// A sawtooth that rises along +x.
+    Blazed,
+    Sinusoidal,
+    /// A rectangular profile of duty 0.5.
+    Lamellar,
+    /// The track of a compact disc.
+    Cd,
+    /// A shed skin of *Elaphe*.
+    Elaphe,
+    /// A shed skin of *Xenopeltis*, the sunbeam snake.
+    Xenopeltis,
+    /// A mirror.
+    Flat,
+}
+
+impl Preset {
+    /// Whether `period` and `height` shape this preset.
+    pub fn is_scalable(self) -> bool {
+        matches!(self, Self::Blazed | Self::Sinusoidal | Self::Lamellar)
+    }
+}
+
+/// What is taken off a height field before it is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Level {
+    None,
+    Mean,
+    /// The least-squares plane.
+    Plane,
+}
+
+/// How a tile goes on beyond its edge (model page, "Coherence").
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tiling {
+    Periodic,
+    /// The spectrum of the single, tapered tile.
+    Aperiodic,
+}
+
+/// Which places of the coherence window are averaged.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// The mean over all places: what a pixel sees that covers many windows.
+    #[default]
+    Ensemble,
+    /// One window at a fixed place, speckled.
+    Patch,
+}
+
+/// The obliquity factor `O(wi, wo)`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Obliquity {
+    /// `(1 + wi·wo)² / (cosθi cosθo w²)`.
+    #[default]
+    Stam,
+    /// 1.
+    Unit,
+}
+
+/// Where the heights come from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Source<'a> {
+    Preset(Preset),
+    File(&'a PathBuf),
+}
+
+/// A surface's parameters; the names of the fields are those of the users' interfaces.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct SurfaceConfig {
+    /// The built-in surface (default: `elaphe` when there is no `filename` either).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub preset: Option<Preset>,
+    /// Period along x in µm of the presets `blazed`, `sinusoidal`, `lamellar` (default: the preset's).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period: Option<f64>,
+    /// Height from valley to peak in µm of the same presets (default: the preset's).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub height: Option<f64>,
+    /// A height field on disk (default: none).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub filename: Option<PathBuf>,
+    /// Edge of a pixel of the file in µm (default: the file's own).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pixel_size: Option<f64>,
+    /// Height in µm of the file's largest value (default: the file's own).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_height: Option<f64>,
+    /// What is taken off the heights (default: `plane` for files, `none` for presets).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub level: Option<Level>,
+    /// How the tile goes on (default: `aperiodic` for files, `periodic` for presets).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tiling: Option<Tiling>,
+    /// Four standard deviations of the coherence window in µm (default: 65, filtered sunlight).
+    pub coherence_length: f64,
+    /// Which window places are averaged (default: `ensemble`).
+    pub model: Model,
+    /// The obliquity factor (default: `stam`).
+    pub obliquity: Obliquity,
+    /// Whether the albedo is kept at or below 1 (default: true for `ensemble`, false for `patch`).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub conserve_energy: Option<bool>,
+    /// Whether the V-cavity factor `M` applies (default: false).
+    pub shadowing: bool,
+    /// Relative error that the tables are built to (default: 1e-3).
+    pub tolerance: f64,
+}
+
+impl Default for SurfaceConfig {
+    fn default() -> Self {
+        Self {
+            preset: None,
+            period: None,
+            height: None,
+            filename: None,
+            pixel_size: None,
+            max_height: None,
+            level: None,
+            tiling: None,
+            coherence_length: 65.0,
+            model: Model::default(),
+            obliquity: Obliquity::default(),
+            conserve_energy: None,
+            shadowing: false,
+            tolerance: 1e-3,
+        }
+    }
+}
+
+/// Why a configuration is refused. Each message names the parameter, what was found and what is accepted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ConfigError {
+    #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
+    OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },
+    #[error("parameter {parameter:?} contradicts {other}: {advice}")]
+    Contradiction { parameter: &'static str, other: String, advice: &'static str },
+    /// A value of the wrong type, an unknown name in a list of choices, or an unknown parameter.
+    #[error("parameter {parameter:?}: {reason}")]
+    Malformed { parameter: String, reason: String },
+    #[error("the configuration is not valid JSON: {0}")]
+    Syntax(String),
+}
+
+/// The accepted values of a number, for messages.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Accepted {
+    Length,
+    CoherenceLength,
+    Tolerance,
+}
+
+impl fmt::Display for Accepted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (kind, range) = match self {
+            Self::Length => return write!(f, "a length in µm in (0, {MAX_LENGTH_UM:e}]"),
+            Self::CoherenceLength => ("a length in µm", COHERENCE_LENGTH_UM),
+            Self::Tolerance => ("a relative error", TOLERANCE),
+        };
+        write!(f, "{kind} in [{:e}, {:e}]", range.start(), range.end())
+    }
+}
+
+impl SurfaceConfig {
+    /// Reads and validates a JSON object; fields left out take their defaults.
+    pub fn from_json(json: &str) -> Result<Self, ConfigError> {
+        let mut reader = serde_json::Deserializer::from_str(json);
+        let config: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
+            let parameter = error.path().to_string();
+            let cause = error.into_inner();
+            if cause.is_data() && parameter != "." {
+                ConfigError::Malformed { parameter, reason: without_position(&cause.to_string()) }
+            } else {
+                ConfigError::Syntax(cause.to_string())
+            }
+        })?;
+        reader.end().map_err(|error| ConfigError::Syntax(error.to_string()))?;
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// Refuses values out of range and parameters that contradict each other.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let lengths = [
+            ("period", self.period),
+            ("height", self.height),
+            ("pixel_size", self.pixel_size),
+            ("max_height", self.max_height),
+        ];
+        for (parameter, value) in lengths {
+            // Written so that NaN is refused as well.
+            if let Some(found) = value.filter(|v| !(*v > 0.0 && *v <= MAX_LENGTH_UM)) {
+                return Err(ConfigError::OutOfRange { parameter, found, accepted: Accepted::Length });
+            }
+        }
+        let found = self.coherence_length;
+        if !COHERENCE_LENGTH_UM.contains(&found) {
+            let accepted = Accepted::CoherenceLength;
+            return Err(ConfigError::OutOfRange { parameter: "coherence_length", found, accepted });
+        }
+        if !TOLERANCE.contains(&self.tolerance) {
+            let accepted = Accepted::Tolerance;
+            return Err(ConfigError::OutOfRange { parameter: "tolerance", found: self.tolerance, accepted });
+        }
+        self.validate_source()
+    }
+
+    fn validate_source(&self) -> Result<(), ConfigError> {
+        let contradiction = |parameter, other: &str, advice| {
+            Err(ConfigError::Contradiction { parameter, other: other.to_owned(), advice })
+        };
+        if self.preset.is_some() && self.filename.is_some() {
+            return contradiction("preset", "\"filename\"", "give one of the two");
+        }
+        for (parameter, given) in [("period", self.period), ("height", self.height)] {
+            match (given, self.source()) {
+                (None, _) => {}
+                (Some(_), Source::File(_)) => {
+                    return contradiction(parameter, "\"filename\"", "it shapes presets only");
+                }
+                (Some(_), Source::Preset(preset)) if !preset.is_scalable() => {
+                    let other = format!("preset {:?}", format!("{preset:?}").to_lowercase());
+                    let advice = "it needs preset \"blazed\", \"sinusoidal\" or \"lamellar\"";
+                    return contradiction(parameter, &other, advice);
+                }
+                _ => {}
+            }
+        }
+        for (parameter, given) in [("pixel_size", self.pixel_size), ("max_height", self.max_height)] {
+            if given.is_some() && self.filename.is_none() {
+                return contradiction(parameter, "the absence of \"filename\"", "it gives the scale of a file");
+            }
+        }
+        Ok(())
+    }
+
+    /// Where the heights come from.
+    pub fn source(&self) -> Source<'_> {
+        match (&self.filename, self.preset) {
+            (Some(path), _) => Source::File(path),
+            (None, preset) => Source::Preset(preset.unwrap_or(Preset::Elaphe)),
+        }
+    }
+
+    /// `level`, or its default for the source.
+    pub fn level(&self) -> Level {
+        self.level.unwrap_or(if self.filename.is_some() { Level::Plane } else { Level::None })
+    }
+
+    /// `tiling`, or its default for the source.
+    pub fn tiling(&self) -> Tiling {
+        self.tiling.unwrap_or(if self.filename.is_some() { Tiling::Aperiodic } else { Tiling::Periodic })
+    }
+
+    /// `conserve_energy`, or its default for the model.
+    pub fn conserve_energy(&self) -> bool {
+        self.conserve_energy.unwrap_or(self.model == Model::Ensemble)
+    }
+}
+
+/// Drops serde_json's " at line 1 column 23": users did not write the JSON.
+fn without_position(message: &str) -> String {
+    message.rsplit_once(" at line ").map_or(message, |(head, _)| head).to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn refusal(json: &str) -> String {
+        SurfaceConfig::from_json(json).expect_err(json).to_string()
+    }
+
+    #[test]
+    fn defaults_follow_the_source_and_the_model() {
+        let preset = SurfaceConfig::from_json("{}").unwrap();
+        assert_eq!(preset, SurfaceConfig::default());
+        assert_eq!(preset.source(), Source::Preset(Preset::Elaphe));
+        assert_eq!((preset.level(), preset.tiling(), preset.conserve_energy()), (Level::None, Tiling::Periodic, true));
+        let file = SurfaceConfig::from_json(r#"{"filename": "a.gsf", "model": "patch"}"#).unwrap();
+        assert_eq!((file.level(), file.tiling(), file.conserve_energy()), (Level::Plane, Tiling::Aperiodic, false));
+    }
+
+    #[test]
+    fn json_round_trip_keeps_every_field() {
+        let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
+            "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
+            "tolerance":1e-5}"#;
+        let config = SurfaceConfig::from_json(json).unwrap();
+        assert_eq!(SurfaceConfig::from_json(&serde_json::to_string(&config).unwrap()).unwrap(), config);
+    }
+
+    #[test]
+    fn each_number_out_of_range_is_named_with_what_is_accepted() {
+        let cases = [
+            ("period", r#"{"preset":"blazed","period":0}"#, "(0, 1e6]"),
+            ("height", r#"{"preset":"blazed","height":-1}"#, "(0, 1e6]"),
+            ("pixel_size", r#"{"filename":"a.png","pixel_size":-1}"#, "(0, 1e6]"),
+            ("max_height", r#"{"filename":"a.png","max_height":1e7}"#, "(0, 1e6]"),
+            ("coherence_length", r#"{"coherence_length":1e6}"#, "[1e-3, 1e5]"),
+            ("tolerance", r#"{"tolerance":1e-7}"#, "[1e-6, 1e-1]"),
+        ];
+        for (parameter, json, accepted) in cases {
+            let message = refusal(json);
+            assert!(message.contains(&format!("{parameter:?}")) && message.contains(accepted), "{message}");
+        }
+        assert!(SurfaceConfig { tolerance: f64::NAN, ..Default::default() }.validate().is_err());
+        assert!(SurfaceConfig { coherence_length: f64::NAN, ..Default::default() }.validate().is_err());
+    }
+
+    #[test]
+    fn each_unknown_choice_and_wrong_type_is_named_with_what_is_accepted() {
+        let cases = [
+            ("preset", r#"{"preset":"blazd"}"#, "xenopeltis"),
+            ("level", r#"{"level":"flat"}"#, "plane"),
+            ("tiling", r#"{"tiling":"both"}"#, "aperiodic"),
+            ("model", r#"{"model":"speckle"}"#, "ensemble"),
+            ("obliquity", r#"{"obliquity":"cos"}"#, "stam"),
+            ("shadowing", r#"{"shadowing":"yes"}"#, "boolean"),
+            ("tolerance", r#"{"tolerance":"low"}"#, "f64"),
+            ("coherence", r#"{"coherence":1.0}"#, "coherence_length"),
+        ];
+        for (parameter, json, accepted) in cases {
+            let message = refusal(json);
+            assert!(message.contains(parameter) && message.contains(accepted), "{message}");
+            assert!(!message.contains("column"), "{message}");
+        }
+    }
+
+    #[test]
+    fn contradictions_are_named() {
+        for (parameter, json) in [
+            ("preset", r#"{"preset":"blazed","filename":"a.gsf"}"#),
+            ("period", r#"{"filename":"a.gsf","period":1}"#),
+            ("height", r#"{"preset":"elaphe","height":1}"#),
+            ("pixel_size", r#"{"preset":"elaphe","pixel_size":1}"#),
+            ("max_height", r#"{"max_height":1}"#),
+        ] {
+            let message = refusal(json);
+            assert!(message.starts_with(&format!("parameter {parameter:?} contradicts")), "{message}");
+        }
+    }
+
+    #[test]
+    fn broken_json_is_an_error_and_not_a_default() {
+        assert!(refusal("{} x").contains("JSON"));
+        assert!(refusal("[1").contains("JSON"));
+        assert!(refusal(r#"{"tolerance":"#).contains("JSON"));
+    }
+}

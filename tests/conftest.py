@@ -1,0 +1,60 @@
+"""Loads the plugin that `make plugin` built into the stock wheel of Mitsuba."""
+
+from pathlib import Path
+
+import mitsuba as mi
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+PLUGIN_FOLDER = REPOSITORY / "target" / "mitsuba"
+
+VARIANTS = mi.variants()
+# One of each kind, for tests of what does not depend on colour or polarisation.
+TYPICAL_VARIANTS = ["scalar_rgb", "scalar_spectral", "llvm_ad_rgb", "llvm_ad_spectral_polarized"]
+
+
+def pytest_sessionstart(session):
+    if not (PLUGIN_FOLDER / "plugins" / "diffraction.so").exists():
+        pytest.exit("the plugin is not built: run `make plugin` first", returncode=2)
+
+
+def use_variant(name):
+    """Selects a variant and makes the plugin known to it; skips where its backend is not usable here."""
+    try:
+        mi.set_variant(name)
+    except ImportError as error:
+        if name.startswith("cuda"):
+            pytest.skip(f"{name} needs an NVIDIA GPU: {error}")
+        raise
+    resolver = mi.file_resolver()
+    if str(PLUGIN_FOLDER) not in [str(folder) for folder in resolver]:
+        resolver.append(str(PLUGIN_FOLDER))
+
+
+@pytest.fixture(params=VARIANTS)
+def variant(request):
+    """Every variant of the wheel."""
+    use_variant(request.param)
+    return request.param
+
+
+@pytest.fixture(params=TYPICAL_VARIANTS)
+def typical_variant(request):
+    use_variant(request.param)
+    return request.param
+
+
+@pytest.fixture
+def scalar_rgb():
+    use_variant("scalar_rgb")
+
+
+@pytest.fixture
+def llvm_ad_rgb():
+    use_variant("llvm_ad_rgb")
+
+
+@pytest.fixture
+def make_bsdf():
+    """Makes a `diffraction` BSDF from keyword arguments."""
+    return lambda **parameters: mi.load_dict({"type": "diffraction", **parameters})
