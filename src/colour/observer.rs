@@ -1,0 +1,129 @@
+//! The CIE 1931 2° colour matching functions and the illuminant D65, tabulated once at 1 nm.
+
+use std::sync::LazyLock;
+
+use colorimetry::{illuminant::CieIlluminant, observer::Observer, spectrum::NS};
+
+/// First and last wavelength, in nm, at which the tables have data of their own (CIE data at 1 nm).
+/// Outside, the observer sees nothing (0) and D65 keeps its last value.
+pub const OBSERVER_RANGE_NM: (f64, f64) = (380.0, 780.0);
+
+struct Tables {
+    xyz: [[f64; 3]; NS],
+    d65: [f64; NS],
+}
+
+static TABLES: LazyLock<Tables> = LazyLock::new(|| {
+    let mut xyz = [[0.0; 3]; NS];
+    for (offset, value) in xyz.iter_mut().enumerate() {
+        // The wavelength is inside the crate's range by construction; 0 is its value outside.
+        *value = Observer::Cie1931
+            .xyz_at_wavelength(OBSERVER_RANGE_NM.0 as usize + offset)
+            .map_or([0.0; 3], |stimulus| stimulus.to_array());
+    }
+    // The crate scales the spectrum to an irradiance; CIE tables have 100 at 560 nm.
+    let spectrum: &[f64] = CieIlluminant::D65.illuminant().as_ref().as_ref();
+    let at_560 = spectrum[560 - OBSERVER_RANGE_NM.0 as usize];
+    let mut d65 = [0.0; NS];
+    for (out, &value) in d65.iter_mut().zip(spectrum) {
+        *out = 100.0 * value / at_560;
+    }
+    Tables { xyz, d65 }
+});
+
+/// Index of the entry at or below the wavelength and the fraction towards the next one.
+fn locate(wavelength_nm: f64) -> (usize, f64) {
+    let position = (wavelength_nm - OBSERVER_RANGE_NM.0).clamp(0.0, (NS - 1) as f64);
+    let index = (position as usize).min(NS - 2);
+    (index, position - index as f64)
+}
+
+/// The CIE 1931 2° colour matching functions `[x̄, ȳ, z̄]` at a wavelength in nm (linear between whole nm).
+///
+/// Exactly `[0, 0, 0]` outside [`OBSERVER_RANGE_NM`] and for a wavelength that is not a number: what
+/// lies there carries less than 2e-5 of the luminance of white.
+pub fn cie_xyz(wavelength_nm: f64) -> [f64; 3] {
+    if !(OBSERVER_RANGE_NM.0..=OBSERVER_RANGE_NM.1).contains(&wavelength_nm) {
+        return [0.0; 3];
+    }
+    let (index, t) = locate(wavelength_nm);
+    let (below, above) = (TABLES.xyz[index], TABLES.xyz[index + 1]);
+    std::array::from_fn(|c| below[c] + t * (above[c] - below[c]))
+}
+
+/// Relative spectral power of the CIE standard illuminant D65 at a wavelength in nm, 100 at 560 nm.
+///
+/// Outside [`OBSERVER_RANGE_NM`] the nearest value is kept (the true curve falls by 7 % from 380 to
+/// 360 nm, where no eye looks).
+pub fn d65(wavelength_nm: f64) -> f64 {
+    let (index, t) = locate(wavelength_nm);
+    let (below, above) = (TABLES.d65[index], TABLES.d65[index + 1]);
+    below + t * (above - below)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// CIE 15 prints the functions with at most seven significant digits.
+    const TABLE_TOLERANCE: f64 = 1e-6;
+
+    #[test]
+    fn observer_has_the_published_values() {
+        // CIE 15, colour matching functions of the 2° observer.
+        for (nm, expected) in [
+            (380.0, [0.001368, 0.000039, 0.006450]),
+            (450.0, [0.33620, 0.03800, 1.77211]),
+            (555.0, [0.512050, 1.0, 0.005750]),
+            (600.0, [1.0622, 0.6310, 0.0008]),
+        ] {
+            let found = cie_xyz(nm);
+            for c in 0..3 {
+                assert!((found[c] - expected[c]).abs() < TABLE_TOLERANCE, "{nm} nm: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn observer_integrals_are_equal() {
+        // Equal-energy white: ∫x̄ = ∫ȳ = ∫z̄ = 106.86 nm over 360 to 830 nm.
+        let mut sum = [0.0; 3];
+        for nm in 360..=830 {
+            for (total, value) in sum.iter_mut().zip(cie_xyz(f64::from(nm))) {
+                *total += value;
+            }
+        }
+        for total in sum {
+            assert!((total - 106.86).abs() < 0.05, "{sum:?}");
+        }
+    }
+
+    #[test]
+    fn d65_has_the_published_values_and_white() {
+        // CIE 15, S(λ) of D65.
+        for (nm, expected) in [(380.0, 49.9755), (400.0, 82.7549), (560.0, 100.0), (700.0, 71.6091)] {
+            assert!((d65(nm) - expected).abs() < 1e-3, "{nm} nm: {}", d65(nm));
+        }
+        let mut white = [0.0; 3];
+        for nm in 360..=830 {
+            let nm = f64::from(nm);
+            for (total, value) in white.iter_mut().zip(cie_xyz(nm)) {
+                *total += value * d65(nm);
+            }
+        }
+        let sum: f64 = white.iter().sum();
+        // The published chromaticity has four digits.
+        assert!((white[0] / sum - 0.3127).abs() < 1e-4, "{}", white[0] / sum);
+        assert!((white[1] / sum - 0.3290).abs() < 1e-4, "{}", white[1] / sum);
+    }
+
+    #[test]
+    fn outside_the_table_nothing_breaks() {
+        for nm in [f64::NEG_INFINITY, 0.0, 360.0, 379.999, 780.001, 830.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(cie_xyz(nm), [0.0; 3]);
+        }
+        assert_eq!(d65(360.0), d65(380.0));
+        assert_eq!(d65(830.0), d65(780.0));
+        assert!((d65(380.5) - 0.5 * (d65(380.0) + d65(381.0))).abs() < 1e-12);
+    }
+}

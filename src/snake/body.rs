@@ -1,0 +1,143 @@
+//! The smooth body: an S-shaped centreline with a rotation-minimising frame, swept by a flattened section.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::DVec3;
+
+use super::SnakeOptions;
+
+/// Half heights of the section above and below its widest line, against the half width.
+const BACK: f64 = 0.92;
+const BELLY: f64 = 0.70;
+/// The part of the girth that the sheet covers, from rim to rim.
+const COVERAGE: f64 = 0.76;
+/// Steps of the tables of centreline and section.
+const STEPS: usize = 2048;
+
+struct Station {
+    centre: DVec3,
+    forward: DVec3,
+    up: DVec3,
+}
+
+/// The undisplaced body, a function of the arc length along the centreline and around the section.
+pub(super) struct Body {
+    stations: Vec<Station>,
+    length_cm: f64,
+    radius_cm: f64,
+    /// Arc length in cm from the top of the back to the angle `i·2π/STEPS − π`.
+    arcs: Vec<f64>,
+    /// Signed distances in cm from the top of the back to the rims, along the section.
+    rims: (f64, f64),
+}
+
+impl Body {
+    /// `centre_row` is where the top of the back lies between the rims, as a fraction of the sheet.
+    pub(super) fn new(options: &SnakeOptions, centre_row: f64) -> Self {
+        let arcs = section_arcs(options.radius_cm);
+        let width = COVERAGE * (arcs[STEPS] - arcs[0]);
+        Self {
+            stations: stations(options),
+            length_cm: options.length_cm,
+            radius_cm: options.radius_cm,
+            arcs,
+            rims: (-centre_row * width, (1.0 - centre_row) * width),
+        }
+    }
+
+    /// Width of the sheet in cm, rim to rim.
+    pub(super) fn width_cm(&self) -> f64 {
+        self.rims.1 - self.rims.0
+    }
+
+    /// Point and outward normal at `u`, `v` in [0, 1] of the skin without scales.
+    pub(super) fn point(&self, u: f64, v: f64) -> (DVec3, DVec3) {
+        let (centre, forward, up) = self.frame(u);
+        // Side is such that forward × side is up on the back.
+        let side = up.cross(forward);
+        let angle = self.angle(self.rims.0 + v * (self.rims.1 - self.rims.0));
+        let (sin, cos) = angle.sin_cos();
+        let rise = if cos >= 0.0 { BACK } else { BELLY };
+        let offset = self.radius_cm * (side * sin + up * (rise * cos));
+        let normal = (side * (sin * rise) + up * cos).normalize();
+        (centre + offset, normal)
+    }
+
+    fn frame(&self, u: f64) -> (DVec3, DVec3, DVec3) {
+        let position = u.clamp(0.0, 1.0) * (STEPS as f64);
+        let index = (position as usize).min(STEPS - 1);
+        let t = position - index as f64;
+        let (a, b) = (&self.stations[index], &self.stations[index + 1]);
+        let forward = a.forward.lerp(b.forward, t).normalize();
+        let up = a.up.lerp(b.up, t).reject_from_normalized(forward).normalize();
+        // Hermite, so that the positions are as smooth as the directions.
+        let h = self.length_cm / STEPS as f64;
+        let (t2, t3) = (t * t, t * t * t);
+        let centre = a.centre * (2.0 * t3 - 3.0 * t2 + 1.0)
+            + a.forward * (h * (t3 - 2.0 * t2 + t))
+            + b.centre * (3.0 * t2 - 2.0 * t3)
+            + b.forward * (h * (t3 - t2));
+        (centre, forward, up)
+    }
+
+    /// Angle of the section, 0 on the back, at a signed arc length from there.
+    fn angle(&self, arc: f64) -> f64 {
+        let index = self.arcs.partition_point(|&a| a <= arc).clamp(1, STEPS) - 1;
+        let (a, b) = (self.arcs[index], self.arcs[index + 1]);
+        (index as f64 + (arc - a) / (b - a)) * TAU / STEPS as f64 - PI
+    }
+}
+
+/// Direction of the centreline at `u`: one S in the plane, raised in the middle.
+fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
+    let turn = options.bend_rad * (TAU * u).cos();
+    let slope = options.lift_cm * PI / options.length_cm * (TAU * u).sin();
+    DVec3::new(turn.cos(), turn.sin(), slope).normalize()
+}
+
+fn stations(options: &SnakeOptions) -> Vec<Station> {
+    let step = options.length_cm / STEPS as f64;
+    let ground = options.radius_cm * BELLY;
+    let mut forward = heading(options, 0.0);
+    let mut up = DVec3::Z.reject_from_normalized(forward).normalize();
+    let mut centre = DVec3::new(0.0, 0.0, ground);
+    let mut stations = Vec::with_capacity(STEPS + 1);
+    for i in 0..=STEPS {
+        stations.push(Station { centre, forward, up });
+        let next = heading(options, (i + 1) as f64 / STEPS as f64);
+        let middle = heading(options, (i as f64 + 0.5) / STEPS as f64);
+        let next_centre = centre + (forward + middle * 4.0 + next) * (step / 6.0);
+        up = carry(up, forward, next, next_centre - centre);
+        (forward, centre) = (next, next_centre);
+    }
+    let middle = stations.iter().map(|s| s.centre).sum::<DVec3>() / stations.len() as f64;
+    for station in &mut stations {
+        station.centre -= DVec3::new(middle.x, middle.y, 0.0);
+    }
+    stations
+}
+
+/// One step of the rotation-minimising frame by double reflection
+/// (Wang, Jüttler, Zheng and Liu, *Computation of Rotation Minimizing Frames*, ACM TOG 27(1), 2008).
+fn carry(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3 {
+    let reflect = |x: DVec3, axis: DVec3| x - axis * (2.0 * axis.dot(x) / axis.length_squared());
+    let half = reflect(forward, chord);
+    let axis = next - half;
+    let carried = reflect(up, chord);
+    if axis.length_squared() < 1e-24 { carried } else { reflect(carried, axis) }
+}
+
+fn section_arcs(radius: f64) -> Vec<f64> {
+    let mut arcs = Vec::with_capacity(STEPS + 1);
+    let mut total = 0.0;
+    for i in 0..=STEPS {
+        arcs.push(total);
+        // The midpoint never falls on the joints of back and belly.
+        let angle = (i as f64 + 0.5) * TAU / STEPS as f64 - PI;
+        let (sin, cos) = angle.sin_cos();
+        let rise = if cos >= 0.0 { BACK } else { BELLY };
+        total += radius * (cos * cos + rise * rise * sin * sin).sqrt() * TAU / STEPS as f64;
+    }
+    let top = arcs[STEPS / 2];
+    arcs.iter().map(|arc| arc - top).collect()
+}

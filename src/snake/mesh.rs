@@ -1,0 +1,125 @@
+use glam::{DVec2, DVec3, Vec3};
+
+use super::{SnakeError, SnakeOptions, body::Body, scales::Scales};
+
+/// The snake as an indexed triangle mesh; one entry per vertex in the first four vectors.
+///
+/// Vertices lie in rows around the body, one row after the other from head to tail:
+/// index `along · vertices_around + around`. See the module's page for orientation and units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SnakeMesh {
+    /// Positions in cm; the ground is z = 0.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit shading normals, outward: those of the scale on top, see [`Surface`].
+    pub normals: Vec<[f32; 3]>,
+    /// Unit tangents along the body towards the tail, orthogonal to the normals.
+    pub tangents: Vec<[f32; 3]>,
+    /// Texture coordinates in [0, 1]: u along the body, v around it.
+    pub uvs: Vec<[f32; 2]>,
+    /// Vertex indices of each triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl SnakeMesh {
+    /// Builds the mesh: `vertices_along · vertices_around` vertices and two triangles per cell.
+    ///
+    /// # Errors
+    /// [`SnakeError::Count`], [`SnakeError::Number`] or [`SnakeError::Bend`] for options out of range.
+    pub fn build(options: &SnakeOptions) -> Result<Self, SnakeError> {
+        options.check()?;
+        let surface = Surface::new(options);
+        let (along, around) = (options.vertices_along, options.vertices_around);
+        let count = along * around;
+        let mut mesh = Self {
+            positions: Vec::with_capacity(count),
+            normals: Vec::with_capacity(count),
+            tangents: Vec::with_capacity(count),
+            uvs: Vec::with_capacity(count),
+            triangles: Vec::new(),
+        };
+        for i in 0..along {
+            for j in 0..around {
+                let (u, v) = (i as f64 / (along - 1) as f64, j as f64 / (around - 1) as f64);
+                let vertex = surface.vertex(u, v);
+                mesh.positions.push(vertex.position.as_vec3().to_array());
+                mesh.normals.push(vertex.normal.as_vec3().to_array());
+                mesh.tangents.push(vertex.tangent.as_vec3().to_array());
+                mesh.uvs.push([u as f32, v as f32]);
+            }
+        }
+        mesh.triangles = triangulate(&mesh.positions, along, around);
+        Ok(mesh)
+    }
+}
+
+/// The skin with its scales.
+pub(super) struct Surface {
+    body: Body,
+    pub(super) scales: Scales,
+    /// Half the distance over which normals are measured, in `u` and `v`.
+    step: DVec2,
+}
+
+struct Vertex {
+    position: DVec3,
+    normal: DVec3,
+    tangent: DVec3,
+}
+
+impl Surface {
+    pub(super) fn new(options: &SnakeOptions) -> Self {
+        // A row of scales runs along the top of the back; the sheet's rims lie under the belly.
+        let centre_row = (options.rows_around / 2) as f64 / options.rows_around as f64;
+        let body = Body::new(options, centre_row);
+        let scales = Scales::new(options, body.width_cm());
+        // Half a cell, so that a keel narrower than a cell is smoothed, not sampled.
+        let cells = DVec2::new((options.vertices_along - 1) as f64, (options.vertices_around - 1) as f64);
+        Self { body, scales, step: 0.5 / cells }
+    }
+
+    /// The vertex at `u`, `v` in [0, 1] with its normal and tangent.
+    ///
+    /// The frame is that of the scale on top, continued beyond its free edge: a mean over the triangles
+    /// of the step would smear the shading of every scale over the next one.
+    fn vertex(&self, u: f64, v: f64) -> Vertex {
+        let (point, normal) = self.body.point(u, v);
+        let spot = self.scales.at(u, v);
+        let uncut = |u: f64, v: f64| {
+            let (point, normal) = self.body.point(u, v);
+            point + normal * self.scales.uncut_cm(spot.index, u, v)
+        };
+        let difference = |du: f64, dv: f64| {
+            let (ahead, behind) = (DVec2::new(u + du, v + dv), DVec2::new(u - du, v - dv));
+            let (ahead, behind) = (ahead.clamp(DVec2::ZERO, DVec2::ONE), behind.clamp(DVec2::ZERO, DVec2::ONE));
+            uncut(ahead.x, ahead.y) - uncut(behind.x, behind.y)
+        };
+        let (along, around) = (difference(self.step.x, 0.0), difference(0.0, self.step.y));
+        let frame_normal = along.cross(around).normalize();
+        Vertex {
+            position: point + normal * spot.height_cm,
+            normal: frame_normal,
+            tangent: along.normalize(),
+        }
+    }
+}
+
+/// Two triangles per cell, cut along the shorter diagonal: it follows the edges of the scales.
+fn triangulate(positions: &[[f32; 3]], along: usize, around: usize) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::with_capacity(2 * (along - 1) * (around - 1));
+    for i in 0..along - 1 {
+        for j in 0..around - 1 {
+            let a = i * around + j;
+            let (b, c, d) = (a + around, a + around + 1, a + 1);
+            let [ia, ib, ic, id] = [a as u32, b as u32, c as u32, d as u32];
+            let distance = |from: usize, to: usize| {
+                Vec3::from(positions[from]).distance_squared(Vec3::from(positions[to]))
+            };
+            if distance(a, c) <= distance(b, d) {
+                triangles.extend([[ia, ib, ic], [ia, ic, id]]);
+            } else {
+                triangles.extend([[ia, ib, id], [ib, ic, id]]);
+            }
+        }
+    }
+    triangles
+}
