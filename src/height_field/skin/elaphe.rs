@@ -14,24 +14,27 @@ const PERIOD_UM: f64 = 1.144_26;
 const TOP_UM: f64 = 0.434_72;
 
 /// Softness of the fingers' flanks, in finger periods.
-const FLANK: f64 = 0.22;
+const FLANK: f64 = 0.16;
+
+/// How far the fingers lean to +y from root to tip, in finger periods.
+const LEAN: f64 = 0.06;
 
 /// Surface of a layer at `t`; below the previous layer where `t < 0`.
 fn sheet(t: f64) -> f64 {
-    0.182 + 0.073 * smooth_step(-0.2, 0.3, t) - 0.012 * smooth_step(0.4, 1.0, t)
+    0.168 + 0.102 * smooth_step(-0.32, 0.12, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
 
-/// Half the width of a finger in finger periods: closed at 0, tapering, round at the tip.
+/// Half the width of a finger in finger periods: closed at 0, then the gap is a wedge; round at the tip.
 fn half_width(t: f64, finger: &Finger) -> f64 {
-    let open = smooth_step(-0.02, 0.10, t);
-    let taper = 0.43 - 0.20 * t;
+    let closed = 0.5 + 0.6 * FLANK;
+    let wedge = closed - (0.5 * FLANK + 0.05) * smooth_step(0.0, 0.05, t) - 0.24 * libm::pow(t.max(0.0), 0.7);
     let past = ((t - 0.92 - finger.tip) / 0.16).clamp(0.0, 1.0);
-    mix(0.75, taper * finger.width, open) * (1.0 - past * past).sqrt()
+    mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
 }
 
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let place = lattice.place(ix, iy);
-    let pit = 0.075 * smooth_step(0.02, 0.08, place.t) * smooth_step(0.45, 0.08, place.t);
+    let pit = 0.065 * smooth_step(0.0, 0.08, place.t) * smooth_step(0.42, 0.06, place.t);
     let mut h = sheet(place.t - 1.0) - pit;
     // The previous layer's tips reach into this one and lie on top, so they come last.
     for (layer, t) in [(place.layer, place.t), (place.layer - 1, place.t + 1.0)] {
@@ -39,7 +42,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
             continue;
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
-        for (finger, q) in lattice.near(layer, place.v) {
+        for (finger, q) in lattice.near(layer, place.v - LEAN * t) {
             let width = half_width(t, finger);
             let flank = FLANK.min(width * 2.0);
             let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
@@ -79,7 +82,7 @@ fn along_x() -> (Array2<f64>, f64) {
             for large in [true, true, true, false, false, false, false, false, false] {
                 let centre = lattice.position_um(layer, finger, random.between(0.1, 0.95), 0.10 * random.normal());
                 let (radius, top) = if large {
-                    (random.between(0.09, 0.14), random.between(0.02, 0.085))
+                    (random.between(0.08, 0.125), random.between(0.02, 0.09))
                 } else {
                     (random.between(0.05, 0.07), random.between(0.005, 0.03))
                 };
@@ -89,7 +92,7 @@ fn along_x() -> (Array2<f64>, f64) {
             }
         }
     }
-    heights += &(random.smooth_field(PIXELS, PIXELS, 10) * 0.010);
+    heights += &(random.smooth_field(PIXELS, PIXELS, 10) * 0.008);
     heights += &(random.blurred_noise(PIXELS, PIXELS, 24, 1) * 0.004);
     stretch(&mut heights, TOP_UM);
     (heights, extent / PIXELS as f64)

@@ -122,6 +122,7 @@ fn fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) 
 /// Shifts and scales the heights to exactly `[0, top_um]`, as the pictures of the scans span black to white.
 fn stretch(heights: &mut Array2<f64>, top_um: f64) {
     let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)));
+    if std::env::var("HFDBG").is_ok() { eprintln!("natural {low} {high} {}", top_um/(high-low)); }
     heights.mapv_inplace(|h| (h - low) / (high - low) * top_um);
 }
 

@@ -16,21 +16,25 @@ const LAYER_UM: f64 = 1.552_27;
 const TOP_UM: f64 = 0.818_69;
 
 /// Softness of the fingers' flanks, in finger periods.
-const FLANK: f64 = 0.30;
+const FLANK: f64 = 0.26;
 /// Height of the plain surface of a layer in µm.
 const PLAIN_UM: f64 = 0.435;
 
-/// Half the width of a finger in finger periods: closed at 0, narrowest at the pit, wide and round at the tip.
+/// How far the fingers lean to −y from root to tip, in finger periods.
+const LEAN: f64 = 0.15;
+
+/// Half the width of a finger in finger periods: closed at 0, then the gap is a pointed ellipse; round at the tip.
 fn half_width(t: f64, finger: &Finger) -> f64 {
-    let open = smooth_step(0.0, 0.14, t);
-    let body = 0.36 - 0.02 * smooth_step(0.1, 0.4, t) + (0.36 * finger.width - 0.34) * smooth_step(0.5, 0.85, t);
-    let past = ((t - 0.86 - finger.tip) / 0.14).clamp(0.0, 1.0);
-    mix(0.75, body, open) * (1.0 - past * past).sqrt()
+    let closed = 0.5 + 0.6 * FLANK;
+    let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
+    let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
+    let past = ((t - 0.80 - finger.tip) / 0.20).clamp(0.0, 1.0);
+    (closed - gap + bulb) * (1.0 - past * past).sqrt()
 }
 
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let place = lattice.place(ix, iy);
-    let pit = 0.17 * smooth_step(0.04, 0.16, place.t) * smooth_step(0.75, 0.30, place.t);
+    let pit = 0.17 * smooth_step(0.04, 0.16, place.t) * smooth_step(0.85, 0.25, place.t);
     let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, place.t) - pit;
     // The previous layer's tips reach into this one and lie on top, so they come last.
     for (layer, t) in [(place.layer, place.t), (place.layer - 1, place.t + 1.0)] {
@@ -38,7 +42,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
             continue;
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
-        for (finger, q) in lattice.near(layer, place.v) {
+        for (finger, q) in lattice.near(layer, place.v + LEAN * t) {
             let width = half_width(t, finger);
             let flank = FLANK.min(width * 2.0);
             let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
@@ -58,15 +62,16 @@ pub(in crate::height_field) fn xenopeltis() -> Result<HeightField, HeightFieldEr
     let extent = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
-        shift: 0.06 * random.normal(),
-        tip: 0.05 * random.normal(),
-        width: random.between(0.8, 1.45),
-        height_um: random.between(0.05, 0.21),
+        shift: 0.08 * random.normal(),
+        tip: 0.06 * random.normal(),
+        // Some fingers have grown together with a neighbour at the tip.
+        width: if random.unit() < 0.12 { random.between(1.5, 2.1) } else { random.between(0.6, 1.3) },
+        height_um: random.between(0.01, 0.23),
     });
     let phases = [random.between(0.0, TAU), random.between(0.0, TAU)];
     let wander = |layer: usize, random: &mut Random| {
         let angle = TAU * layer as f64 / LAYERS as f64;
-        0.5 * libm::sin(angle + phases[0]) + 0.4 * libm::sin(3.0 * angle + phases[1]) + 0.08 * random.normal()
+        0.5 * libm::sin(angle + phases[0]) + 0.4 * libm::sin(3.0 * angle + phases[1]) + 0.12 * random.normal()
     };
     let lattice = Lattice {
         layers: LAYERS,
@@ -79,14 +84,20 @@ pub(in crate::height_field) fn xenopeltis() -> Result<HeightField, HeightFieldEr
         layer_shift: (0..LAYERS).map(|layer| wander(layer, &mut random)).collect(),
     };
     let mut heights = Array2::from_shape_fn((PIXELS, PIXELS), |(iy, ix)| height(&lattice, ix, iy));
-    // Crumbs on some tips.
+    // Crumbs on some tips, deep holes in some pits.
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
-            if random.unit() < 0.12 {
-                let centre = lattice.position_um(layer, finger, random.between(0.7, 1.0), 0.2 * random.normal());
+            let (chance, along) = (random.unit(), random.unit());
+            if chance < 0.12 {
+                let centre = lattice.position_um(layer, finger, 0.7 + 0.3 * along, 0.2 * random.normal());
                 let radius = random.between(0.06, 0.11);
-                let top = random.between(0.03, 0.16);
+                let top = random.between(0.03, 0.19);
                 lattice.granule(&mut heights, centre, (radius, radius), top);
+            } else if chance > 0.88 {
+                // The pit lies half a period beside its finger.
+                let centre = lattice.position_um(layer, finger, 0.15 + 0.35 * along, 0.5);
+                let radius = random.between(0.05, 0.08);
+                lattice.granule(&mut heights, centre, (2.0 * radius, radius), -random.between(0.03, 0.16));
             }
         }
     }
