@@ -151,7 +151,8 @@ mod tests {
         assert!(largest_difference(&plain.levelled(Level::Plane), &tilted.levelled(Level::Plane)) < ROUNDING_UM);
         assert!(plain.levelled(Level::Mean).mean_um().abs() < ROUNDING_UM);
         assert_eq!(plain.levelled(Level::None), plain);
-        let pure = HeightField::new(Array2::from_shape_fn((5, 3), |(y, x)| x as f64 - 2.0 * y as f64), 1.0, 1.0).unwrap();
+        let pure =
+            HeightField::new(Array2::from_shape_fn((5, 3), |(y, x)| x as f64 - 2.0 * y as f64), 1.0, 1.0).unwrap();
         assert!(pure.levelled(Level::Plane).rms_um() < ROUNDING_UM);
     }
 

@@ -62,10 +62,11 @@ impl Random {
         let mut next = field.clone();
         for pass in 0..passes_x + passes_y {
             let (sx, sy) = if pass < passes_x { (1, 0) } else { (0, 1) };
+            let wrap = |i: usize, n: usize| if i >= n { i - n } else { i };
             for iy in 0..ny {
                 for ix in 0..nx {
-                    let before = field[[(iy + ny - sy) % ny, (ix + nx - sx) % nx]];
-                    let after = field[[(iy + sy) % ny, (ix + sx) % nx]];
+                    let before = field[[wrap(iy + ny - sy, ny), wrap(ix + nx - sx, nx)]];
+                    let after = field[[wrap(iy + sy, ny), wrap(ix + sx, nx)]];
                     next[[iy, ix]] = 0.25 * (before + after) + 0.5 * field[[iy, ix]];
                 }
             }

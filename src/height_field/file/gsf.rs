@@ -65,10 +65,8 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
     };
     let height_unit = unit("ZUnits")?;
     let factor = height_unit.unwrap_or(1.0);
-    let values: Vec<f64> = data
-        .chunks_exact(4)
-        .map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])) * factor)
-        .collect();
+    let values: Vec<f64> =
+        data.chunks_exact(4).map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])) * factor).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let meaning = if height_unit.is_some() { Values::Micrometres } else { Values::Unknown };
     Ok(Raw { values, top_down: true, pixel_um, meaning })

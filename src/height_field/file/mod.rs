@@ -93,8 +93,8 @@ impl HeightField {
             }
         };
         let bytes = std::fs::read(path).map_err(|source| HeightFieldError::Read { path: path.to_owned(), source })?;
-        let raw = parse(&bytes)
-            .map_err(|reason| HeightFieldError::Malformed { path: path.to_owned(), format, reason })?;
+        let raw =
+            parse(&bytes).map_err(|reason| HeightFieldError::Malformed { path: path.to_owned(), format, reason })?;
         raw.into_field(path, scale)
     }
 

@@ -16,7 +16,9 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
     let (full, wide) = match (reader.info().color_type, reader.info().bit_depth) {
         (ColorType::Grayscale, BitDepth::Eight) => (255.0, false),
         (ColorType::Grayscale, BitDepth::Sixteen) => (65535.0, true),
-        (colour, depth) => return Err(format!("it is {colour:?} with {} bits; 8- or 16-bit grey is needed", depth as u8)),
+        (colour, depth) => {
+            return Err(format!("it is {colour:?} with {} bits; 8- or 16-bit grey is needed", depth as u8));
+        }
     };
     let length = reader.output_buffer_size().ok_or("it is too large")?;
     let mut buffer = vec![0; length];
@@ -39,9 +41,9 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
             })
             .transpose()
     };
-    let printed = info.pixel_dims.filter(|dims| {
-        matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= FEWEST_PIXELS_PER_METRE
-    });
+    let printed = info
+        .pixel_dims
+        .filter(|dims| matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= FEWEST_PIXELS_PER_METRE);
     let pixel_um = match (number(PIXEL_SIZE[0])?, number(PIXEL_SIZE[1])?) {
         (Some(dx), Some(dy)) => Some((dx, dy)),
         _ => printed.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),

@@ -21,20 +21,21 @@ const LEAN: f64 = 0.06;
 
 /// Surface of a layer at `t`; below the previous layer where `t < 0`.
 fn sheet(t: f64) -> f64 {
-    0.168 + 0.102 * smooth_step(-0.32, 0.12, t) - 0.012 * smooth_step(0.4, 1.0, t)
+    0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
 
 /// Half the width of a finger in finger periods: closed at 0, then the gap is a wedge; round at the tip.
 fn half_width(t: f64, finger: &Finger) -> f64 {
+    let t = t.max(0.0);
     let closed = 0.5 + 0.6 * FLANK;
-    let wedge = closed - (0.5 * FLANK + 0.05) * smooth_step(0.0, 0.05, t) - 0.24 * libm::pow(t.max(0.0), 0.7);
+    let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
     let past = ((t - 0.92 - finger.tip) / 0.16).clamp(0.0, 1.0);
     mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
 }
 
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let place = lattice.place(ix, iy);
-    let pit = 0.065 * smooth_step(0.0, 0.08, place.t) * smooth_step(0.42, 0.06, place.t);
+    let pit = 0.085 * smooth_step(0.0, 0.08, place.t) * smooth_step(0.42, 0.06, place.t);
     let mut h = sheet(place.t - 1.0) - pit;
     // The previous layer's tips reach into this one and lie on top, so they come last.
     for (layer, t) in [(place.layer, place.t), (place.layer - 1, place.t + 1.0)] {
@@ -62,7 +63,7 @@ fn along_x() -> (Array2<f64>, f64) {
     let mut random = Random::new(SEED);
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
         shift: 0.03 * random.normal(),
-        tip: 0.07 * random.normal(),
+        tip: 0.09 * random.normal(),
         width: 1.0 + 0.07 * random.normal(),
         height_um: 0.008 * random.normal(),
     });
@@ -72,11 +73,11 @@ fn along_x() -> (Array2<f64>, f64) {
         extent_x_um: extent,
         extent_y_um: extent,
         table,
-        warp_x: random.smooth_field(PIXELS, PIXELS, 7) * 0.5,
-        warp_y: random.smooth_field(PIXELS, PIXELS, 6) * 0.13,
+        warp_x: random.smooth_field(PIXELS, PIXELS, 8) * 0.85,
+        warp_y: random.smooth_field(PIXELS, PIXELS, 6) * 0.12,
         layer_shift: (0..LAYERS).map(|_| 0.05 * random.normal()).collect(),
     };
-    let mut heights = Array2::from_shape_fn((PIXELS, PIXELS), |(iy, ix)| height(&lattice, ix, iy));
+    let mut heights = lattice.relief(height);
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
             for large in [true, true, true, false, false, false, false, false, false] {
@@ -87,13 +88,13 @@ fn along_x() -> (Array2<f64>, f64) {
                     (random.between(0.05, 0.07), random.between(0.005, 0.03))
                 };
                 // A few of the large granules are much higher than the rest.
-                let top = if large && random.unit() < 0.06 { 1.6 * top } else { top };
+                let top = if large && random.unit() < 0.06 { 1.9 * top } else { top };
                 lattice.granule(&mut heights, centre, (1.2 * radius, radius), top);
             }
         }
     }
     heights += &(random.smooth_field(PIXELS, PIXELS, 10) * 0.008);
-    heights += &(random.blurred_noise(PIXELS, PIXELS, 24, 1) * 0.004);
+    heights += &(random.blurred_noise(PIXELS, PIXELS, 16, 1) * 0.004);
     stretch(&mut heights, TOP_UM);
     (heights, extent / PIXELS as f64)
 }

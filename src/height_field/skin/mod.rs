@@ -12,7 +12,8 @@ pub(super) use elaphe::elaphe;
 pub(super) use xenopeltis::xenopeltis;
 
 use super::random::Random;
-use ndarray::Array2;
+use ndarray::{Array2, Axis};
+use rayon::prelude::*;
 
 /// Pixels along each side of a skin.
 const PIXELS: usize = 1024;
@@ -65,6 +66,15 @@ impl Lattice {
         let along = x / self.extent_x_um * self.layers as f64;
         let layer = libm::floor(along);
         Place { layer: layer as i64, t: along - layer, v: y / self.extent_y_um * self.fingers as f64 }
+    }
+
+    /// Evaluates the height of every pixel, `height(lattice, ix, iy)`.
+    fn relief(&self, height: impl Fn(&Self, usize, usize) -> f64 + Sync) -> Array2<f64> {
+        let mut heights = Array2::zeros((PIXELS, PIXELS));
+        heights.axis_iter_mut(Axis(0)).enumerate().par_bridge().for_each(|(iy, mut row)| {
+            row.iter_mut().enumerate().for_each(|(ix, h)| *h = height(self, ix, iy));
+        });
+        heights
     }
 
     fn layer_shift(&self, layer: i64) -> f64 {
@@ -122,7 +132,6 @@ fn fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) 
 /// Shifts and scales the heights to exactly `[0, top_um]`, as the pictures of the scans span black to white.
 fn stretch(heights: &mut Array2<f64>, top_um: f64) {
     let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)));
-    if std::env::var("HFDBG").is_ok() { eprintln!("natural {low} {high} {}", top_um/(high-low)); }
     heights.mapv_inplace(|h| (h - low) / (high - low) * top_um);
 }
 
