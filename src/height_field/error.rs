@@ -1,12 +1,47 @@
+use std::path::PathBuf;
 use thiserror::Error;
 
 /// Why a height field was refused. Every message names what is wrong and what is accepted.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum HeightFieldError {
+    /// The array has no pixels.
     #[error("the height field has no pixels; at least one is needed")]
     Empty,
+    /// A pixel size is zero, negative or not finite.
     #[error("the pixel size along {axis} is {value_um} µm; it must be finite and positive")]
     PixelSize { axis: &'static str, value_um: f64 },
+    /// A height is NaN or infinite. Rows and columns count from 0, in the order of the array or file they came from.
     #[error("the height at row {row}, column {column} is {value}; every height must be finite")]
     NotFinite { row: usize, column: usize, value: f64 },
+    /// A name that is not one of the accepted ones.
+    #[error("unknown {parameter} \"{found}\"; accepted: {accepted}")]
+    UnknownName { parameter: &'static str, found: String, accepted: String },
+    /// A parameter that the preset does not have.
+    #[error("`{parameter}` does not apply to preset \"{preset}\"; only blazed, sinusoidal and lamellar take it")]
+    PresetParameter { parameter: &'static str, preset: &'static str },
+    /// A length that must be finite and positive is not.
+    #[error("`{parameter}` is {value_um} µm; it must be finite and positive")]
+    OutOfRange { parameter: &'static str, value_um: f64 },
+    /// A file cannot be opened or read.
+    #[error("{}: cannot be read: {source}", path.display())]
+    Read { path: PathBuf, source: std::io::Error },
+    /// A file cannot be written.
+    #[error("{}: cannot be written: {reason}", path.display())]
+    Write { path: PathBuf, reason: String },
+    /// No format is known by this extension.
+    #[error("{}: extension \"{found}\" is not supported; accepted: {accepted}", path.display())]
+    Extension { path: PathBuf, found: String, accepted: &'static str },
+    /// The contents are truncated or are not what the extension says.
+    #[error("{}: not a usable {format} height field: {reason}", path.display())]
+    Malformed { path: PathBuf, format: &'static str, reason: String },
+    /// The file carries no physical scale and none was given.
+    #[error("{}: the file does not say its {what}; give `{parameter}` in µm", path.display())]
+    MissingScale { path: PathBuf, parameter: &'static str, what: &'static str },
+    /// The file carries a physical scale and another was given.
+    #[error("{}: `{parameter}` is given as {given_um} µm but the file says {file_um} µm", path.display())]
+    ScaleDisagrees { path: PathBuf, parameter: &'static str, given_um: f64, file_um: f64 },
+    /// A height that is not finite in a file; row and column count from 0 in the order of the file.
+    #[error("{}: the height at row {row}, column {column} is {value}; every height must be finite", path.display())]
+    NotFiniteInFile { path: PathBuf, row: usize, column: usize, value: f64 },
 }

@@ -1,8 +1,20 @@
 //! Height fields: the relief of one tile of the surface, in µm.
+//!
+//! A field comes from a [`Preset`], from a file ([`HeightField::read`]) or from an array ([`HeightField::new`]).
 
+mod cd;
 mod error;
+mod file;
+mod level;
+mod preset;
+mod random;
+mod skin;
+mod synthetic;
 
 pub use error::HeightFieldError;
+pub use file::FileScale;
+pub use level::Level;
+pub use preset::Preset;
 
 use ndarray::Array2;
 

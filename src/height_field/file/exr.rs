@@ -1,0 +1,66 @@
+//! OpenEXR: one float channel of heights in µm.
+
+use super::{Parsed, Raw, Values};
+use crate::height_field::HeightField;
+use exr::prelude::*;
+use ndarray::Array2;
+use std::io::Cursor;
+
+const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
+
+pub(super) fn parse(bytes: &[u8]) -> Parsed {
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .non_parallel()
+        .from_buffered(Cursor::new(bytes))
+        .map_err(|error| error.to_string())?;
+    let layer = &image.layer_data;
+    let [channel] = layer.channel_data.list.as_slice() else {
+        return Err(format!("it has {} channels; heights are a single one", layer.channel_data.list.len()));
+    };
+    if matches!(channel.sample_data, FlatSamples::U32(_)) {
+        return Err("the channel holds integers; heights are floats in µm".to_owned());
+    }
+    let size = (layer.size.height(), layer.size.width());
+    let values: Vec<f64> = channel.sample_data.values_as_f32().map(f64::from).collect();
+    let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
+    let number = |name: &str| {
+        let value = layer.attributes.other.get(name.as_bytes()).or_else(|| image.attributes.other.get(name.as_bytes()));
+        match value {
+            Some(AttributeValue::F64(value)) => Ok(Some(*value)),
+            // The decimal number that was meant, not the binary neighbour of it.
+            Some(AttributeValue::F32(value)) => Ok(value.to_string().parse().ok()),
+            Some(_) => Err(format!("attribute {name} is not a number")),
+            None => Ok(None),
+        }
+    };
+    let pixel_um = match (number(PIXEL_SIZE[0])?, number(PIXEL_SIZE[1])?) {
+        (Some(dx), Some(dy)) => Some((dx, dy)),
+        (None, None) => None,
+        _ => return Err(format!("it has only one of the attributes {} and {}", PIXEL_SIZE[0], PIXEL_SIZE[1])),
+    };
+    Ok(Raw { values, top_down: true, pixel_um, meaning: Values::Micrometres })
+}
+
+pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {
+    let (nx, ny) = field.size();
+    let samples: Vec<f32> = field.rows_from_top().map(|h| h as f32).collect();
+    let channel = AnyChannel::new("height", FlatSamples::F32(samples));
+    let mut attributes = LayerAttributes::default();
+    for (name, value) in PIXEL_SIZE.into_iter().zip([field.dx_um(), field.dy_um()]) {
+        attributes.other.insert(Text::from(name), AttributeValue::F64(value));
+    }
+    let channels = AnyChannels::sort(std::iter::once(channel).collect());
+    let layer = Layer::new((nx, ny), attributes, Encoding::FAST_LOSSLESS, channels);
+    let mut bytes = Vec::new();
+    Image::from_layer(layer)
+        .write()
+        .non_parallel()
+        .to_buffered(Cursor::new(&mut bytes))
+        .map_err(|error| error.to_string())?;
+    Ok(bytes)
+}

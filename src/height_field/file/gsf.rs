@@ -1,0 +1,87 @@
+//! Gwyddion simple field: a text header, NUL padding to a multiple of four, 32-bit little-endian floats.
+
+use super::{Parsed, Raw, Values};
+use crate::height_field::HeightField;
+use ndarray::Array2;
+use std::collections::HashMap;
+
+const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
+
+/// µm in one of the unit, for metres with any SI prefix.
+fn micrometres(unit: &str) -> Result<f64, String> {
+    let prefix = unit.trim().strip_suffix('m').ok_or_else(|| format!("unit \"{unit}\" is not a length"))?;
+    // Both the micro sign and the Greek letter mean 1e-6; `u` stands in for them.
+    Ok(match prefix {
+        "" => 1e6,
+        "k" => 1e9,
+        "d" => 1e5,
+        "c" => 1e4,
+        "m" => 1e3,
+        "µ" | "μ" | "u" => 1.0,
+        "n" => 1e-3,
+        "p" => 1e-6,
+        "f" => 1e-9,
+        _ => return Err(format!("unit \"{unit}\" is not metres with an SI prefix")),
+    })
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Parsed {
+    let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
+    let end = body.iter().position(|b| *b == 0).ok_or("the header does not end with a NUL byte")?;
+    let header = String::from_utf8_lossy(&body[..end]);
+    let mut fields = HashMap::new();
+    for line in header.lines().filter(|line| !line.trim().is_empty()) {
+        let (key, value) = line.split_once('=').ok_or_else(|| format!("header line \"{line}\" has no \"=\""))?;
+        fields.insert(key.trim(), value.trim());
+    }
+    let count = |key: &str| -> Result<usize, String> {
+        let value = fields.get(key).ok_or_else(|| format!("the header has no {key}"))?;
+        value.parse().ok().filter(|n| *n > 0).ok_or_else(|| format!("{key} is \"{value}\", not a positive integer"))
+    };
+    let (nx, ny) = (count("XRes")?, count("YRes")?);
+    let text = MAGIC.len() + end;
+    // One to four NUL bytes: at least one, up to the next multiple of four.
+    let start = (text / 4 + 1) * 4;
+    let length = nx.checked_mul(ny).and_then(|n| n.checked_mul(4)).ok_or("XRes × YRes is too large")?;
+    let data = bytes.get(start..).unwrap_or_default();
+    if data.len() != length {
+        return Err(format!("{nx} × {ny} heights are {length} bytes, but {} follow the header", data.len()));
+    }
+    if bytes[text..start].iter().any(|b| *b != 0) {
+        return Err("the padding after the header is not NUL".to_owned());
+    }
+    let length_um = |key: &str, unit: f64| -> Result<Option<f64>, String> {
+        let Some(value) = fields.get(key) else { return Ok(None) };
+        let number = value.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+        number.map(|v| Some(v * unit)).ok_or_else(|| format!("{key} is \"{value}\", not a positive number"))
+    };
+    let unit = |key: &str| fields.get(key).filter(|u| !u.is_empty()).map(|u| micrometres(u)).transpose();
+    let pixel_um = match unit("XYUnits")? {
+        None => None,
+        Some(unit) => match (length_um("XReal", unit)?, length_um("YReal", unit)?) {
+            (Some(x), Some(y)) => Some((x / nx as f64, y / ny as f64)),
+            _ => None,
+        },
+    };
+    let height_unit = unit("ZUnits")?;
+    let factor = height_unit.unwrap_or(1.0);
+    let values: Vec<f64> =
+        data.chunks_exact(4).map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])) * factor).collect();
+    let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    let meaning = if height_unit.is_some() { Values::Micrometres } else { Values::Unknown };
+    Ok(Raw { values, top_down: true, pixel_um, meaning })
+}
+
+pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
+    let ((nx, ny), (lx, ly)) = (field.size(), field.extent_um());
+    let mut bytes = MAGIC.to_vec();
+    let header = format!(
+        "XRes = {nx}\nYRes = {ny}\nXReal = {:e}\nYReal = {:e}\nXYUnits = m\nZUnits = m\n",
+        lx * 1e-6,
+        ly * 1e-6
+    );
+    bytes.extend_from_slice(header.as_bytes());
+    bytes.resize((bytes.len() / 4 + 1) * 4, 0);
+    bytes.extend(field.rows_from_top().flat_map(|h| ((h * 1e-6) as f32).to_le_bytes()));
+    Ok(bytes)
+}

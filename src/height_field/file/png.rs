@@ -1,0 +1,81 @@
+//! PNG: 8- or 16-bit grey.
+
+use super::{Parsed, Raw, Values};
+use crate::height_field::HeightField;
+use ndarray::Array2;
+use png::{BitDepth, ColorType, PixelDimensions, Unit};
+use std::io::Cursor;
+
+const MAX_HEIGHT: &str = "max_height_um";
+const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
+/// Coarser than this is the resolution of a printer (10 µm a pixel is 2540 dots an inch).
+const FEWEST_PIXELS_PER_METRE: u32 = 100_000;
+
+pub(super) fn parse(bytes: &[u8]) -> Parsed {
+    let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|error| error.to_string())?;
+    let (full, wide) = match (reader.info().color_type, reader.info().bit_depth) {
+        (ColorType::Grayscale, BitDepth::Eight) => (255.0, false),
+        (ColorType::Grayscale, BitDepth::Sixteen) => (65535.0, true),
+        (colour, depth) => {
+            return Err(format!("it is {colour:?} with {} bits; 8- or 16-bit grey is needed", depth as u8));
+        }
+    };
+    let length = reader.output_buffer_size().ok_or("it is too large")?;
+    let mut buffer = vec![0; length];
+    reader.next_frame(&mut buffer).map_err(|error| error.to_string())?;
+    reader.finish().map_err(|error| error.to_string())?;
+    let info = reader.info();
+    let values: Vec<f64> = if wide {
+        buffer.chunks_exact(2).map(|pair| f64::from(u16::from_be_bytes([pair[0], pair[1]]))).collect()
+    } else {
+        buffer.into_iter().map(f64::from).collect()
+    };
+    let size = (info.height as usize, info.width as usize);
+    let values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
+    let number = |keyword: &str| {
+        let chunk = info.uncompressed_latin1_text.iter().find(|chunk| chunk.keyword == keyword);
+        chunk
+            .map(|chunk| match chunk.text.trim().parse::<f64>() {
+                Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+                _ => Err(format!("text chunk {keyword} is \"{}\", not a positive number", chunk.text)),
+            })
+            .transpose()
+    };
+    let printed = info
+        .pixel_dims
+        .filter(|dims| matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= FEWEST_PIXELS_PER_METRE);
+    let pixel_um = match (number(PIXEL_SIZE[0])?, number(PIXEL_SIZE[1])?) {
+        (Some(dx), Some(dy)) => Some((dx, dy)),
+        _ => printed.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
+    };
+    let meaning = Values::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
+    Ok(Raw { values, top_down: true, pixel_um, meaning })
+}
+
+pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
+    let (nx, ny) = field.size();
+    let width = u32::try_from(nx).map_err(|_| "too wide for a PNG")?;
+    let height = u32::try_from(ny).map_err(|_| "too high for a PNG")?;
+    let (low, high) = field.range_um();
+    // A flat field is black; the height of its white is arbitrary.
+    let range = if high > low { high - low } else { 1.0 };
+    let pixels: Vec<u8> =
+        field.rows_from_top().flat_map(|h| (((h - low) / range * 65535.0).round() as u16).to_be_bytes()).collect();
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(BitDepth::Sixteen);
+    let per_metre = |step_um: f64| (1e6 / step_um).round().clamp(1.0, f64::from(i32::MAX)) as u32;
+    encoder.set_pixel_dims(Some(PixelDimensions {
+        xppu: per_metre(field.dx_um()),
+        yppu: per_metre(field.dy_um()),
+        unit: Unit::Meter,
+    }));
+    for (keyword, value) in [(MAX_HEIGHT, range), (PIXEL_SIZE[0], field.dx_um()), (PIXEL_SIZE[1], field.dy_um())] {
+        encoder.add_text_chunk(keyword.to_owned(), value.to_string()).map_err(|error| error.to_string())?;
+    }
+    let mut writer = encoder.write_header().map_err(|error| error.to_string())?;
+    writer.write_image_data(&pixels).map_err(|error| error.to_string())?;
+    writer.finish().map_err(|error| error.to_string())?;
+    Ok(bytes)
+}

@@ -1,0 +1,199 @@
+//! Levelling and the statistics that describe a relief.
+
+use super::{HeightField, HeightFieldError};
+use std::{fmt, str::FromStr};
+
+/// What is taken off a height field before it is used.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Level {
+    /// Nothing.
+    #[default]
+    None,
+    /// The mean height.
+    Mean,
+    /// The plane that fits best in the sense of least squares (tilt and mean).
+    Plane,
+}
+
+impl Level {
+    /// Every level, in the order in which messages list them.
+    pub const ALL: [Self; 3] = [Self::None, Self::Mean, Self::Plane];
+
+    /// The name used on command lines and in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Mean => "mean",
+            Self::Plane => "plane",
+        }
+    }
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Level {
+    type Err = HeightFieldError;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL.into_iter().find(|level| level.name() == name).ok_or_else(|| HeightFieldError::UnknownName {
+            parameter: "level",
+            found: name.to_owned(),
+            accepted: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+}
+
+impl HeightField {
+    /// The same relief with `level` taken off.
+    ///
+    /// The mid height goes first and sums run over small differences, so an offset of a millimetre costs no more
+    /// than the rounding that it already did to the heights themselves. An axis of one pixel has no tilt.
+    #[must_use]
+    pub fn levelled(&self, level: Level) -> Self {
+        let mut field = self.clone();
+        if level == Level::None {
+            return field;
+        }
+        let (lowest, highest) = self.range_um();
+        let mid = lowest + 0.5 * (highest - lowest);
+        field.heights_um.mapv_inplace(|h| h - mid);
+        let mean = field.mean_um();
+        field.heights_um.mapv_inplace(|h| h - mean);
+        if level == Level::Plane {
+            let (nx, ny) = self.size();
+            let (cx, cy) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
+            // On a full grid the two tilts are orthogonal to each other and to the mean.
+            let (mut sx, mut sy) = (0.0, 0.0);
+            for ((iy, ix), h) in field.heights_um.indexed_iter() {
+                sx += (ix as f64 - cx) * h;
+                sy += (iy as f64 - cy) * h;
+            }
+            let moment = |n: usize| (n as f64) * ((n as f64) * (n as f64) - 1.0) / 12.0;
+            let tilt = |sum: f64, n: usize, other: usize| if n > 1 { sum / (moment(n) * other as f64) } else { 0.0 };
+            let (tx, ty) = (tilt(sx, nx, ny), tilt(sy, ny, nx));
+            for ((iy, ix), h) in field.heights_um.indexed_iter_mut() {
+                *h -= tx * (ix as f64 - cx) + ty * (iy as f64 - cy);
+            }
+        }
+        field
+    }
+
+    /// Mean height in µm.
+    pub fn mean_um(&self) -> f64 {
+        let (lowest, highest) = self.range_um();
+        let mid = lowest + 0.5 * (highest - lowest);
+        mid + self.heights_um.iter().map(|h| h - mid).sum::<f64>() / self.heights_um.len() as f64
+    }
+
+    /// Root mean square height about the mean, in µm (the field is not levelled first).
+    pub fn rms_um(&self) -> f64 {
+        let mean = self.mean_um();
+        (self.heights_um.iter().map(|h| (h - mean) * (h - mean)).sum::<f64>() / self.heights_um.len() as f64).sqrt()
+    }
+
+    /// Highest minus lowest height in µm.
+    pub fn peak_to_valley_um(&self) -> f64 {
+        let (lowest, highest) = self.range_um();
+        highest - lowest
+    }
+
+    /// Root mean square slope along x and along y (dimensionless), from differences of neighbouring pixels inside
+    /// the tile; 0 along an axis of one pixel.
+    pub fn rms_slope(&self) -> (f64, f64) {
+        let (nx, ny) = self.size();
+        let h = &self.heights_um;
+        let rms = |sum: f64, count: usize, step: f64| if count > 0 { (sum / count as f64).sqrt() / step } else { 0.0 };
+        let (mut sx, mut sy) = (0.0, 0.0);
+        for ((iy, ix), &value) in h.indexed_iter() {
+            if ix + 1 < nx {
+                sx += (h[[iy, ix + 1]] - value).powi(2);
+            }
+            if iy + 1 < ny {
+                sy += (h[[iy + 1, ix]] - value).powi(2);
+            }
+        }
+        (rms(sx, (nx - 1) * ny, self.dx_um), rms(sy, nx * (ny - 1), self.dy_um))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    /// Heights below are of order 1 µm and summed over a few thousand pixels.
+    const ROUNDING_UM: f64 = 1e-14;
+    /// The spacing of f64 at 1000 µm is 1.1e-13; the offset was rounded to that before levelling saw it.
+    const ROUNDING_AT_1_MM_UM: f64 = 3e-13;
+
+    fn relief(ix: usize, iy: usize) -> f64 {
+        0.3 * ((ix * 7 + iy * 13) % 11) as f64 / 11.0
+    }
+
+    fn field(offset: f64, tx: f64, ty: f64) -> HeightField {
+        let heights =
+            Array2::from_shape_fn((37, 53), |(iy, ix)| offset + relief(ix, iy) + tx * ix as f64 + ty * iy as f64);
+        HeightField::new(heights, 0.1, 0.2).unwrap()
+    }
+
+    fn largest_difference(a: &HeightField, b: &HeightField) -> f64 {
+        (a.heights_um() - b.heights_um()).iter().fold(0.0, |m, d| m.max(d.abs()))
+    }
+
+    #[test]
+    fn mean_and_plane_go() {
+        let plain = field(0.0, 0.0, 0.0);
+        let tilted = field(0.0, 0.01, -0.02);
+        assert!(largest_difference(&plain.levelled(Level::Plane), &tilted.levelled(Level::Plane)) < ROUNDING_UM);
+        assert!(plain.levelled(Level::Mean).mean_um().abs() < ROUNDING_UM);
+        assert_eq!(plain.levelled(Level::None), plain);
+        let pure =
+            HeightField::new(Array2::from_shape_fn((5, 3), |(y, x)| x as f64 - 2.0 * y as f64), 1.0, 1.0).unwrap();
+        assert!(pure.levelled(Level::Plane).rms_um() < ROUNDING_UM);
+    }
+
+    #[test]
+    fn plane_is_the_least_squares_one() {
+        let levelled = field(0.0, 0.01, -0.02).levelled(Level::Plane);
+        let mut moments = [0.0; 3];
+        for ((iy, ix), h) in levelled.heights_um().indexed_iter() {
+            moments[0] += h;
+            moments[1] += h * ix as f64;
+            moments[2] += h * iy as f64;
+        }
+        // Normal equations: the residual is orthogonal to 1, x and y; 2000 terms of size 50.
+        assert!(moments.iter().all(|m| m.abs() < 1e-10), "{moments:?}");
+    }
+
+    #[test]
+    fn a_millimetre_of_offset_costs_nothing() {
+        let (near, far) = (field(0.0, 0.01, 0.0), field(1000.0, 0.01, 0.0));
+        for level in [Level::Mean, Level::Plane] {
+            assert!(largest_difference(&near.levelled(level), &far.levelled(level)) < ROUNDING_AT_1_MM_UM);
+        }
+        assert!((near.rms_um() - far.rms_um()).abs() < ROUNDING_AT_1_MM_UM);
+    }
+
+    #[test]
+    fn one_pixel_and_one_row() {
+        let one = HeightField::new(Array2::from_elem((1, 1), 5.0), 1.0, 1.0).unwrap();
+        assert_eq!(one.levelled(Level::Plane).heights_um()[[0, 0]], 0.0);
+        assert_eq!(one.rms_slope(), (0.0, 0.0));
+        let row = HeightField::new(Array2::from_shape_fn((1, 9), |(_, x)| 0.5 * x as f64), 0.5, 1.0).unwrap();
+        assert!(row.levelled(Level::Plane).rms_um() < ROUNDING_UM);
+        assert_eq!(row.rms_slope(), (1.0, 0.0));
+    }
+
+    #[test]
+    fn names_round_trip() {
+        for level in Level::ALL {
+            assert_eq!(level.name().parse::<Level>().unwrap(), level);
+        }
+        let message = "tilt".parse::<Level>().unwrap_err().to_string();
+        assert!(message.contains("tilt") && message.contains("none, mean, plane"), "{message}");
+    }
+}

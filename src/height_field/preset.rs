@@ -1,0 +1,150 @@
+//! The surfaces that have a name.
+
+use super::{HeightField, HeightFieldError, cd, skin, synthetic};
+use std::{fmt, str::FromStr};
+
+/// A surface with a name. See [`Preset::build`] for the tiles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Preset {
+    /// A plane: one pixel of 1 × 1 µm at height 0.
+    Flat,
+    /// Sawtooth that rises along +x; period 2.5 µm, height 0.25 µm.
+    Blazed,
+    /// Sinusoid along x; period 2.5 µm, height 0.25 µm peak to valley.
+    Sinusoidal,
+    /// Rectangular grating along x with duty 0.5; period 2.5 µm, height 0.125 µm.
+    Lamellar,
+    /// Compact disc: tracks along y, 1.6 µm apart along x, with pits 0.12 µm deep; 64 × 64 µm.
+    Cd,
+    /// Skin of the genus *Elaphe*: fingers along +y, 1.144 µm apart along x; 65.2 × 65.2 µm, heights 0 to 0.435 µm.
+    Elaphe,
+    /// Skin of the sunbeam snake *Xenopeltis*: fingers along +x in layers 1.552 µm apart along x, fingers 0.62 µm
+    /// apart along y; 65.2 × 65.2 µm, heights 0 to 0.819 µm.
+    Xenopeltis,
+}
+
+impl Preset {
+    /// Every preset, in the order in which messages list them.
+    pub const ALL: [Self; 7] =
+        [Self::Flat, Self::Blazed, Self::Sinusoidal, Self::Lamellar, Self::Cd, Self::Elaphe, Self::Xenopeltis];
+
+    /// The name used on command lines and in scene files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Flat => "flat",
+            Self::Blazed => "blazed",
+            Self::Sinusoidal => "sinusoidal",
+            Self::Lamellar => "lamellar",
+            Self::Cd => "cd",
+            Self::Elaphe => "elaphe",
+            Self::Xenopeltis => "xenopeltis",
+        }
+    }
+
+    /// Default period and height (peak to valley) in µm of the presets that take these parameters.
+    pub const fn defaults_um(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Blazed | Self::Sinusoidal => Some((2.5, 0.25)),
+            Self::Lamellar => Some((2.5, 0.125)),
+            Self::Flat | Self::Cd | Self::Elaphe | Self::Xenopeltis => None,
+        }
+    }
+
+    /// Builds the tile. `period_um` and `height_um` (peak to valley) are for blazed, sinusoidal and lamellar, both
+    /// finite and positive; `None` takes the default.
+    ///
+    /// Gratings are one period of 1024 samples by one row (`dy` is the period), sampled at pixel centres: the sawtooth
+    /// has heights `(i + ½)/1024` of its height, so the mean over the pixels is a midpoint rule. The disc and the
+    /// skins are 1024 × 1024 pixels, periodic over the tile, and the same on every machine.
+    ///
+    /// # Errors
+    /// A parameter that the preset does not take, or one that is not finite and positive.
+    pub fn build(self, period_um: Option<f64>, height_um: Option<f64>) -> Result<HeightField, HeightFieldError> {
+        for (parameter, value) in [("period", period_um), ("height", height_um)] {
+            let Some(value_um) = value else { continue };
+            if self.defaults_um().is_none() {
+                return Err(HeightFieldError::PresetParameter { parameter, preset: self.name() });
+            }
+            if !(value_um.is_finite() && value_um > 0.0) {
+                return Err(HeightFieldError::OutOfRange { parameter, value_um });
+            }
+        }
+        let (period, height) = self.defaults_um().unwrap_or((1.0, 1.0));
+        let (period, height) = (period_um.unwrap_or(period), height_um.unwrap_or(height));
+        match self {
+            Self::Flat => synthetic::flat(),
+            Self::Blazed => synthetic::blazed(period, height),
+            Self::Sinusoidal => synthetic::sinusoidal(period, height),
+            Self::Lamellar => synthetic::lamellar(period, height),
+            Self::Cd => cd::cd(),
+            Self::Elaphe => skin::elaphe(),
+            Self::Xenopeltis => skin::xenopeltis(),
+        }
+    }
+}
+
+impl fmt::Display for Preset {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Preset {
+    type Err = HeightFieldError;
+
+    fn from_str(name: &str) -> Result<Self, Self::Err> {
+        Self::ALL.into_iter().find(|preset| preset.name() == name).ok_or_else(|| HeightFieldError::UnknownName {
+            parameter: "preset",
+            found: name.to_owned(),
+            accepted: Self::ALL.map(Self::name).join(", "),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sums of 1024 terms of order 0.1.
+    const ROUNDING_UM: f64 = 1e-15;
+
+    #[test]
+    fn names_round_trip_and_errors_list_them() {
+        for preset in Preset::ALL {
+            assert_eq!(preset.to_string().parse::<Preset>().unwrap(), preset);
+        }
+        let message = "cobra".parse::<Preset>().unwrap_err().to_string();
+        assert!(message.contains("cobra") && Preset::ALL.iter().all(|p| message.contains(p.name())), "{message}");
+    }
+
+    #[test]
+    fn gratings_have_their_period_height_and_mean() {
+        for preset in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+            let field = preset.build(Some(2.0), Some(0.5)).unwrap();
+            assert_eq!(field.size(), (1024, 1));
+            assert_eq!(field.extent_um(), (2.0, 2.0));
+            assert!((field.mean_um() - 0.25).abs() < ROUNDING_UM, "{preset}: {}", field.mean_um());
+            // The sawtooth stops half a pixel short of both ends.
+            assert!((field.peak_to_valley_um() - 0.5).abs() <= 0.5 / 1024.0, "{preset}");
+        }
+        let blazed = Preset::Blazed.build(None, None).unwrap();
+        assert_eq!(blazed.extent_um().0, 2.5);
+        let h = blazed.heights_um();
+        assert!((1..1024).all(|ix| h[[0, ix]] > h[[0, ix - 1]]), "the sawtooth rises along +x");
+        assert!((h[[0, 1]] - h[[0, 0]] - 0.25 / 1024.0).abs() < ROUNDING_UM);
+        assert_eq!(Preset::Flat.build(None, None).unwrap().size(), (1, 1));
+    }
+
+    #[test]
+    fn parameters_that_do_not_apply_are_named() {
+        for preset in [Preset::Flat, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
+            let message = preset.build(Some(1.0), None).unwrap_err().to_string();
+            assert!(message.contains("`period`") && message.contains(preset.name()), "{message}");
+            assert!(preset.build(None, Some(1.0)).unwrap_err().to_string().contains("`height`"));
+        }
+        for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert!(Preset::Blazed.build(Some(bad), None).unwrap_err().to_string().contains("`period`"));
+            assert!(Preset::Lamellar.build(None, Some(bad)).unwrap_err().to_string().contains("`height`"));
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! *Elaphe*: long tapering fingers, 1.144 µm apart, that go over into those of the next layer.
+
+use super::{Finger, Lattice, PIXELS, fingers, mix, stretch};
+use crate::height_field::random::{Random, smooth_step};
+use crate::height_field::{HeightField, HeightFieldError};
+use ndarray::Array2;
+
+const SEED: u64 = 0x000e_1a9e_0001;
+const LAYERS: usize = 20;
+const FINGERS: usize = 57;
+/// Distance of the fingers: the sources' periodicity from peak angles, 1144.26 nm.
+const PERIOD_UM: f64 = 1.144_26;
+/// Largest height of the published scan.
+const TOP_UM: f64 = 0.434_72;
+
+/// Softness of the fingers' flanks, in finger periods.
+const FLANK: f64 = 0.16;
+
+/// How far the fingers lean to +y from root to tip, in finger periods.
+const LEAN: f64 = 0.06;
+
+/// Surface of a layer at `t`; below the previous layer where `t < 0`.
+fn sheet(t: f64) -> f64 {
+    0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
+}
+
+/// Half the width of a finger in finger periods: closed at 0, then the gap is a wedge; round at the tip.
+fn half_width(t: f64, finger: &Finger) -> f64 {
+    let t = t.max(0.0);
+    let closed = 0.5 + 0.6 * FLANK;
+    let wedge = closed - (0.5 * FLANK + 0.06) * smooth_step(0.0, 0.05, t) - 0.28 * (t * t.sqrt()).sqrt();
+    let past = ((t - 0.92 - finger.tip) / 0.16).clamp(0.0, 1.0);
+    mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
+}
+
+fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
+    let place = lattice.place(ix, iy);
+    let pit = 0.085 * smooth_step(0.0, 0.08, place.t) * smooth_step(0.42, 0.06, place.t);
+    let mut h = sheet(place.t - 1.0) - pit;
+    // The previous layer's tips reach into this one and lie on top, so they come last.
+    for (layer, t) in [(place.layer, place.t), (place.layer - 1, place.t + 1.0)] {
+        if t > 1.3 {
+            continue;
+        }
+        let (mut cover, mut crest) = (0.0_f64, 0.0);
+        for (finger, q) in lattice.near(layer, place.v - LEAN * t) {
+            let width = half_width(t, finger);
+            let flank = FLANK.min(width * 2.0);
+            let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
+            if mask > cover {
+                let dome = 0.025 * smooth_step(0.0, 0.3, t) * (q / 0.4).powi(2).min(1.0);
+                (cover, crest) = (mask, sheet(t) - dome + finger.height_um * smooth_step(0.0, 0.4, t));
+            }
+        }
+        h = mix(h, crest, cover);
+    }
+    h
+}
+
+/// The skin with its fingers along +x, as in the scan.
+fn along_x() -> (Array2<f64>, f64) {
+    let extent = FINGERS as f64 * PERIOD_UM;
+    let mut random = Random::new(SEED);
+    let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
+        shift: 0.03 * random.normal(),
+        tip: 0.09 * random.normal(),
+        width: 1.0 + 0.07 * random.normal(),
+        height_um: 0.008 * random.normal(),
+    });
+    let lattice = Lattice {
+        layers: LAYERS,
+        fingers: FINGERS,
+        extent_x_um: extent,
+        extent_y_um: extent,
+        table,
+        warp_x: random.smooth_field(PIXELS, PIXELS, 8) * 0.85,
+        warp_y: random.smooth_field(PIXELS, PIXELS, 6) * 0.12,
+        layer_shift: (0..LAYERS).map(|_| 0.05 * random.normal()).collect(),
+    };
+    let mut heights = lattice.relief(height);
+    for layer in 0..LAYERS as i64 {
+        for finger in 0..FINGERS as i64 {
+            for large in [true, true, true, false, false, false, false, false, false] {
+                let centre = lattice.position_um(layer, finger, random.between(0.1, 0.95), 0.10 * random.normal());
+                let (radius, top) = if large {
+                    (random.between(0.08, 0.125), random.between(0.02, 0.09))
+                } else {
+                    (random.between(0.05, 0.07), random.between(0.005, 0.03))
+                };
+                // A few of the large granules are much higher than the rest.
+                let top = if large && random.unit() < 0.06 { 1.9 * top } else { top };
+                lattice.granule(&mut heights, centre, (1.2 * radius, radius), top);
+            }
+        }
+    }
+    heights += &(random.smooth_field(PIXELS, PIXELS, 10) * 0.008);
+    heights += &(random.blurred_noise(PIXELS, PIXELS, 16, 1) * 0.004);
+    stretch(&mut heights, TOP_UM);
+    (heights, extent / PIXELS as f64)
+}
+
+/// The skin turned by a quarter, so that the fingers point along +y and are 1.144 µm apart along x, where the sources
+/// measure the periodicity; in the published picture the fingers lie along x.
+pub(in crate::height_field) fn elaphe() -> Result<HeightField, HeightFieldError> {
+    let (heights, step) = along_x();
+    // The turn by +90° takes (x, y) to (−y, x).
+    let turned = Array2::from_shape_fn((PIXELS, PIXELS), |(iy, ix)| heights[[PIXELS - 1 - ix, iy]]);
+    HeightField::new(turned, step, step)
+}

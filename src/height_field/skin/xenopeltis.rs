@@ -1,0 +1,107 @@
+//! *Xenopeltis*, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
+
+use super::{Finger, Lattice, PIXELS, fingers, mix, stretch};
+use crate::height_field::random::{Random, smooth_step};
+use crate::height_field::{HeightField, HeightFieldError};
+use std::f64::consts::TAU;
+
+const SEED: u64 = 0x5e40_9e17_0001;
+const LAYERS: usize = 42;
+/// Makes the fingers 0.621 µm apart; the warp spreads that to about 0.55 to 0.69 µm.
+const FINGERS: usize = 105;
+/// Distance of the layers: the sources' periodicity from peak angles, 1552.27 nm.
+const LAYER_UM: f64 = 1.552_27;
+/// Largest height of the published scan.
+const TOP_UM: f64 = 0.818_69;
+
+/// Softness of the fingers' flanks, in finger periods.
+const FLANK: f64 = 0.20;
+/// Height of the plain surface of a layer in µm.
+const PLAIN_UM: f64 = 0.435;
+
+/// How far the fingers lean to −y from root to tip, in finger periods.
+const LEAN: f64 = 0.15;
+
+/// Half the width of a finger in finger periods: closed at 0, then the gap is a pointed ellipse; round at the tip.
+fn half_width(t: f64, finger: &Finger) -> f64 {
+    let closed = 0.5 + 0.6 * FLANK;
+    let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
+    let bulb = 0.36 * (finger.width - 1.0) * smooth_step(0.5, 0.85, t);
+    let past = ((t - 0.80 - finger.tip) / 0.20).clamp(0.0, 1.0);
+    (closed - gap + bulb) * (1.0 - past * past).sqrt()
+}
+
+fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
+    let place = lattice.place(ix, iy);
+    let pit = 0.16 * smooth_step(0.04, 0.16, place.t) * smooth_step(0.95, 0.25, place.t);
+    let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, place.t) - pit;
+    // The previous layer's tips reach into this one and lie on top, so they come last.
+    for (layer, t) in [(place.layer, place.t), (place.layer - 1, place.t + 1.0)] {
+        if t > 1.4 {
+            continue;
+        }
+        let (mut cover, mut crest) = (0.0_f64, 0.0);
+        for (finger, q) in lattice.near(layer, place.v + LEAN * t) {
+            let width = half_width(t, finger);
+            let flank = FLANK.min(width * 2.0);
+            let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
+            if mask > cover {
+                let rise = 0.35 * smooth_step(0.0, 0.4, t) + 0.65 * smooth_step(0.45, 0.9, t);
+                let dome = 0.03 * smooth_step(0.05, 0.4, t) * (q / 0.4).powi(2).min(1.5);
+                (cover, crest) = (mask, PLAIN_UM - 0.02 * (1.0 - rise) + finger.height_um * rise - dome);
+            }
+        }
+        h = mix(h, crest, cover);
+    }
+    h
+}
+
+/// The skin as in the scan: fingers point along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart along y.
+pub(in crate::height_field) fn xenopeltis() -> Result<HeightField, HeightFieldError> {
+    let extent = LAYERS as f64 * LAYER_UM;
+    let mut random = Random::new(SEED);
+    let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
+        shift: 0.06 * random.normal(),
+        tip: 0.06 * random.normal(),
+        // Some fingers have grown together with a neighbour at the tip.
+        width: if random.unit() < 0.12 { random.between(1.5, 2.1) } else { random.between(0.6, 1.3) },
+        height_um: random.between(0.03, 0.19),
+    });
+    let phases = [random.between(0.0, TAU), random.between(0.0, TAU)];
+    let wander = |layer: usize, random: &mut Random| {
+        let angle = TAU * layer as f64 / LAYERS as f64;
+        0.25 * libm::sin(angle + phases[0]) + 0.2 * libm::sin(3.0 * angle + phases[1]) + 0.09 * random.normal()
+    };
+    let lattice = Lattice {
+        layers: LAYERS,
+        fingers: FINGERS,
+        extent_x_um: extent,
+        extent_y_um: extent,
+        table,
+        warp_x: random.smooth_field(PIXELS, PIXELS, 6) * 0.11,
+        warp_y: random.smooth_field(PIXELS, PIXELS, 4) * 0.12,
+        layer_shift: (0..LAYERS).map(|layer| wander(layer, &mut random)).collect(),
+    };
+    let mut heights = lattice.relief(height);
+    // Crumbs on some tips, deep holes in some pits.
+    for layer in 0..LAYERS as i64 {
+        for finger in 0..FINGERS as i64 {
+            let (chance, along) = (random.unit(), random.unit());
+            if chance < 0.12 {
+                let centre = lattice.position_um(layer, finger, 0.7 + 0.3 * along, 0.2 * random.normal());
+                let radius = random.between(0.06, 0.11);
+                let top = random.between(0.03, 0.23);
+                lattice.granule(&mut heights, centre, (radius, radius), top);
+            } else if chance > 0.88 {
+                // The pit lies half a period beside its finger.
+                let centre = lattice.position_um(layer, finger, 0.15 + 0.35 * along, 0.5);
+                let radius = random.between(0.05, 0.08);
+                lattice.granule(&mut heights, centre, (2.0 * radius, radius), -random.between(0.03, 0.18));
+            }
+        }
+    }
+    heights += &(random.smooth_field(PIXELS, PIXELS, 12) * 0.015);
+    heights += &(random.blurred_noise(PIXELS, PIXELS, 3, 1) * 0.008);
+    stretch(&mut heights, TOP_UM);
+    HeightField::new(heights, extent / PIXELS as f64, extent / PIXELS as f64)
+}

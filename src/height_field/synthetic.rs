@@ -1,0 +1,36 @@
+//! One-dimensional gratings with closed forms: one period by one pixel row.
+
+use super::{HeightField, HeightFieldError};
+use ndarray::Array2;
+use std::f64::consts::TAU;
+
+/// Samples in one period. A power of two, so that the halves of the lamellar grating are exact.
+pub(super) const SAMPLES: usize = 1024;
+
+/// A field of one pixel at height 0, one µm across.
+pub(super) fn flat() -> Result<HeightField, HeightFieldError> {
+    HeightField::new(Array2::zeros((1, 1)), 1.0, 1.0)
+}
+
+/// One period of `profile`, a function of `x/period` in (0, 1) with values in [0, 1]. It is sampled at the centres of
+/// the pixels, which makes the mean over the pixels a midpoint rule over the period.
+fn grating(period_um: f64, height_um: f64, profile: impl Fn(f64) -> f64) -> Result<HeightField, HeightFieldError> {
+    let at = |ix: usize| height_um * profile((ix as f64 + 0.5) / SAMPLES as f64);
+    let heights = Array2::from_shape_fn((1, SAMPLES), |(_, ix)| at(ix));
+    HeightField::new(heights, period_um / SAMPLES as f64, period_um)
+}
+
+/// A sawtooth that rises along +x from 0 to `height_um` and drops at the end of the period.
+pub(super) fn blazed(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
+    grating(period_um, height_um, |t| t)
+}
+
+/// `height/2 · (1 + sin(2πx/period))`.
+pub(super) fn sinusoidal(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
+    grating(period_um, height_um, |t| 0.5 * (1.0 + libm::sin(TAU * t)))
+}
+
+/// `height` over the first half of the period, 0 over the second.
+pub(super) fn lamellar(period_um: f64, height_um: f64) -> Result<HeightField, HeightFieldError> {
+    grating(period_um, height_um, |t| if t < 0.5 { 1.0 } else { 0.0 })
+}
