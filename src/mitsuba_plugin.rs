@@ -5,7 +5,7 @@
 
 use std::ffi::{c_char, c_void};
 
-use crate::config::{ConfigError, Preset, Source, SurfaceConfig};
+use crate::config::{ConfigError, Source, SurfaceConfig};
 use crate::guard::{Panic, guard};
 
 #[cxx::bridge(namespace = "sunbeam")]
@@ -69,7 +69,7 @@ fn describe(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
             let size = |name, given: Option<f64>| given.map(|v| format!(", {name} {v} µm")).unwrap_or_default();
-            format!("{}{}{}", preset_name(preset), size("period", config.period), size("height", config.height))
+            format!("{}{}{}", preset.name(), size("period", config.period), size("height", config.height))
         }
         Source::File(path) => path.display().to_string(),
     };
@@ -84,10 +84,6 @@ fn describe(config: &SurfaceConfig) -> String {
         config.shadowing,
         config.tolerance
     )
-}
-
-fn preset_name(preset: Preset) -> String {
-    format!("{preset:?}").to_lowercase()
 }
 
 // SAFETY: `cpp_shim/diffraction.cpp` defines this function with exactly this signature on the x86-64 System V ABI,

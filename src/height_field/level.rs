@@ -1,10 +1,12 @@
 //! Levelling and the statistics that describe a relief.
 
 use super::{HeightField, HeightFieldError};
+use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
 /// What is taken off a height field before it is used.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Level {
     /// Nothing.
     #[default]

@@ -1,10 +1,12 @@
 //! The surfaces that have a name.
 
 use super::{HeightField, HeightFieldError, cd, skin, synthetic};
+use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
 /// A surface with a name. See [`Preset::build`] for the tiles.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Preset {
     /// A plane: one pixel of 1 × 1 µm at height 0.
     Flat,

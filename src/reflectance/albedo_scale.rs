@@ -178,5 +178,6 @@ impl AlbedoScale {
 
 /// A point of an additive low-discrepancy sequence in the unit cube (reciprocal powers of the root of x⁴ = x + 1).
 fn scattered(i: usize) -> [f64; 3] {
-    [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3].map(|step| (0.5 + step * i as f64).fract())
+    [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
+        .map(|step| (0.5 + step * i as f64).fract())
 }

@@ -4,10 +4,11 @@ use serde::{Deserialize, Serialize};
 pub type Vec3 = [f64; 3];
 
 /// The obliquity factor O (model.md §2). Both are 1 at the mirror direction and reciprocal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Obliquity {
     /// `(1 + wi·wo)² / (cosθi cosθo w²)`.
+    #[default]
     Stam,
     /// 1.
     Unit,

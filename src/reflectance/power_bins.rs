@@ -77,7 +77,7 @@ impl<'a> PowerBins<'a> {
         let term = |lobe: &Lobe, wo: Vec3| {
             Pair::new(wi, wo).map_or(0.0, |pair| {
                 let curve = NodeCurve::new(self.table, pair.kappa(wavelength_um));
-                curve.power(&lobe.record).max(0.0) * options.angular_factor(&pair) * scale(wo)
+                curve.power(&lobe.record) * options.angular_factor(&pair) * scale(wo)
             })
         };
         self.lobes.iter().map(|lobe| lobe.integrate(wi, wavelength_um, self.fine, |wo| term(lobe, wo))).sum()

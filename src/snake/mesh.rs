@@ -95,11 +95,7 @@ impl Surface {
         };
         let (along, around) = (difference(self.step.x, 0.0), difference(0.0, self.step.y));
         let frame_normal = along.cross(around).normalize();
-        Vertex {
-            position: point + normal * spot.height_cm,
-            normal: frame_normal,
-            tangent: along.normalize(),
-        }
+        Vertex { position: point + normal * spot.height_cm, normal: frame_normal, tangent: along.normalize() }
     }
 }
 
@@ -111,9 +107,8 @@ fn triangulate(positions: &[[f32; 3]], along: usize, around: usize) -> Vec<[u32;
             let a = i * around + j;
             let (b, c, d) = (a + around, a + around + 1, a + 1);
             let [ia, ib, ic, id] = [a as u32, b as u32, c as u32, d as u32];
-            let distance = |from: usize, to: usize| {
-                Vec3::from(positions[from]).distance_squared(Vec3::from(positions[to]))
-            };
+            let distance =
+                |from: usize, to: usize| Vec3::from(positions[from]).distance_squared(Vec3::from(positions[to]));
             if distance(a, c) <= distance(b, d) {
                 triangles.extend([[ia, ib, ic], [ia, ic, id]]);
             } else {

@@ -1,6 +1,10 @@
 use std::{fs::File, io::BufWriter, path::Path};
 
-use super::{SnakeError, SnakeOptions, mesh::Surface, scales::{Spot, smooth}};
+use super::{
+    SnakeError, SnakeOptions,
+    mesh::Surface,
+    scales::{Spot, smooth},
+};
 use crate::colour::srgb_encode;
 
 /// Linear reflectances: the back, the rim of a scale, the flanks towards the belly.

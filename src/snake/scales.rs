@@ -76,7 +76,15 @@ impl Scales {
     pub(super) fn at(&self, u: f64, v: f64) -> Spot {
         let (p, q) = (u * self.rows_along as f64, v * self.rows_around as f64);
         let (near_p, near_q) = (p.round() as i64, q.round() as i64);
-        let mut top = Spot { height_cm: f64::NEG_INFINITY, uncut_cm: 0.0, index: (0, 0), along: 0.0, across: 0.0, edge: 1.0, shade: 0.0 };
+        let mut top = Spot {
+            height_cm: f64::NEG_INFINITY,
+            uncut_cm: 0.0,
+            index: (0, 0),
+            along: 0.0,
+            across: 0.0,
+            edge: 1.0,
+            shade: 0.0,
+        };
         for i in near_p - 2..=near_p + 2 {
             for j in near_q - 2..=near_q + 2 {
                 if (i + j) % 2 != 0 {

@@ -15,11 +15,12 @@ const LIMIT_MB: f64 = 2048.0;
 const EXTRA_KNOTS: i64 = 6;
 /// Spacing of knots in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline on a
 /// wave of `a` radians a knot is about `(a/2π)⁴`. Found by measuring [`TableReport::relative_error`].
-const KNOT_SPACING: f64 = 4.6;
+const KNOT_SPACING: f64 = 6.0;
 
 /// Power density in µm² below which errors are no longer taken as relative: a hundredth of that of a surface which
 /// scatters evenly over the disc of direction cosines, `λ²/π`, at the shortest wavelength.
-pub const DENSITY_FLOOR_UM2: f64 = 0.01 * (WAVELENGTH_MIN_NM * 1e-3) * (WAVELENGTH_MIN_NM * 1e-3) / std::f64::consts::PI;
+pub const DENSITY_FLOOR_UM2: f64 =
+    0.01 * (WAVELENGTH_MIN_NM * 1e-3) * (WAVELENGTH_MIN_NM * 1e-3) / std::f64::consts::PI;
 
 /// Frequencies looked at per κ when the error of a table is measured.
 const ERROR_SAMPLES: usize = 20_000;

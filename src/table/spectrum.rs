@@ -10,10 +10,11 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// Which coherence model the spectrum follows (model.md §2).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Model {
     /// The mean over all window places: orders add by power.
+    #[default]
     Ensemble,
     /// One window at a fixed place: orders add by amplitude.
     Patch,

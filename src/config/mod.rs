@@ -11,10 +11,17 @@
 //! assert_eq!(error.to_string(), "parameter \"period\" is -2, but must be a length in µm in (0, 1e6]");
 //! ```
 
+mod build;
+
+pub use build::BuildError;
+
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
+use crate::height_field::{Level, Preset};
+use crate::reflectance::Obliquity;
+use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
 
 /// Accepted coherence lengths in µm.
@@ -23,73 +30,6 @@ pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;
 pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;
 /// The longest length in µm that a surface may have in any direction: one metre, to catch wrong units.
 pub const MAX_LENGTH_UM: f64 = 1e6;
-
-/// A surface that needs no file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Preset {
-    /// A sawtooth that rises along +x.
-    Blazed,
-    Sinusoidal,
-    /// A rectangular profile of duty 0.5.
-    Lamellar,
-    /// The track of a compact disc.
-    Cd,
-    /// A shed skin of *Elaphe*.
-    Elaphe,
-    /// A shed skin of *Xenopeltis*, the sunbeam snake.
-    Xenopeltis,
-    /// A mirror.
-    Flat,
-}
-
-impl Preset {
-    /// Whether `period` and `height` shape this preset.
-    pub fn is_scalable(self) -> bool {
-        matches!(self, Self::Blazed | Self::Sinusoidal | Self::Lamellar)
-    }
-}
-
-/// What is taken off a height field before it is used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Level {
-    None,
-    Mean,
-    /// The least-squares plane.
-    Plane,
-}
-
-/// How a tile goes on beyond its edge (model page, "Coherence").
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Tiling {
-    Periodic,
-    /// The spectrum of the single, tapered tile.
-    Aperiodic,
-}
-
-/// Which places of the coherence window are averaged.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Model {
-    /// The mean over all places: what a pixel sees that covers many windows.
-    #[default]
-    Ensemble,
-    /// One window at a fixed place, speckled.
-    Patch,
-}
-
-/// The obliquity factor `O(wi, wo)`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Obliquity {
-    /// `(1 + wi·wo)² / (cosθi cosθo w²)`.
-    #[default]
-    Stam,
-    /// 1.
-    Unit,
-}
 
 /// Where the heights come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -252,8 +192,8 @@ impl SurfaceConfig {
                 (Some(_), Source::File(_)) => {
                     return contradiction(parameter, "\"filename\"", "it shapes presets only");
                 }
-                (Some(_), Source::Preset(preset)) if !preset.is_scalable() => {
-                    let other = format!("preset {:?}", format!("{preset:?}").to_lowercase());
+                (Some(_), Source::Preset(preset)) if preset.defaults_um().is_none() => {
+                    let other = format!("preset {:?}", preset.name());
                     let advice = "it needs preset \"blazed\", \"sinusoidal\" or \"lamellar\"";
                     return contradiction(parameter, &other, advice);
                 }
