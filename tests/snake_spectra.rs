@@ -193,9 +193,8 @@ fn orders(field: &HeightField) -> Array2<f64> {
     let count = field.heights_um().len() as f64;
     let real = fft2(&field.heights_um().mapv(|h| (kappa * h).cos()));
     let imaginary = fft2(&field.heights_um().mapv(|h| (kappa * h).sin()));
-    ndarray::Zip::from(&real)
-        .and(&imaginary)
-        .map_collect(|re, im| (re + Complex::i() * im).norm_sqr() / (count * count))
+    let amplitudes = real + imaginary.mapv(|c| c * Complex::<f64>::i());
+    amplitudes.mapv(|c| c.norm_sqr() / (count * count))
 }
 
 #[test]

@@ -91,9 +91,8 @@ mod tests {
         let mut random = Random::new(7);
         for _ in 0..200 {
             let pits = pits(&mut random);
-            let mut ends: Vec<u32> = pits.iter().map(|p| p.0).skip(1).collect();
-            ends.push(CHANNEL_BITS);
-            for ((start, pit), end) in pits.into_iter().zip(ends) {
+            let ends = pits.iter().map(|p| p.0).skip(1).chain([CHANNEL_BITS]);
+            for (&(start, pit), end) in pits.iter().zip(ends) {
                 assert!((3..=11).contains(&pit) && (3..=11).contains(&(end - start - pit)));
             }
         }

@@ -1,6 +1,9 @@
 //! Height fields: the relief of one tile of the surface, in µm.
 //!
 //! A field comes from a [`Preset`], from a file ([`HeightField::read`]) or from an array ([`HeightField::new`]).
+//!
+//! In the presets' frame the periodicity that the sources measure lies along x. For *Elaphe* that is across the fingers,
+//! so its preset is turned by a quarter (+90°) against the published picture, whose fingers lie along x.
 
 mod cd;
 mod error;

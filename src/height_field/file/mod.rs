@@ -1,16 +1,4 @@
-//! Height fields in files.
-//!
-//! | extension | heights | pixel size | rows |
-//! | --- | --- | --- | --- |
-//! | `.exr` | one float channel, µm | attributes `pixelSizeX_um`, `pixelSizeY_um`, else `pixel_size` | top is the largest y |
-//! | `.gsf` | 32-bit floats in the header's `ZUnits`; without them the highest is `max_height` | `XReal`, `YReal` in `XYUnits`, else `pixel_size` | top is the largest y |
-//! | `.png` | 8- or 16-bit grey, white is the text chunk `max_height_um`, else `max_height` | text chunks `pixel_size_x_um` and `pixel_size_y_um`, else `pHYs`, else `pixel_size` | top is the largest y |
-//! | `.npy` | floats in µm; integers: the type's largest value is `max_height` | `pixel_size` | row 0 is y = 0 |
-//! | `.txt` | numbers in µm, one row a line | `pixel_size` | row 0 is y = 0 |
-//!
-//! Formats that are pictures have their first row on top, hence at the largest y, and are turned over on the way in
-//! and out; matrices keep the order of [`HeightField::heights_um`]. A `pHYs` chunk of fewer than 100 000 pixels a metre
-//! (10 µm a pixel) is the resolution of a printer, not a measure, and is ignored.
+//! Height fields in files; [`HeightField::read`] says what each format holds.
 
 mod exr;
 mod gsf;
@@ -37,7 +25,7 @@ const AGREEMENT: f64 = 1e-6;
 pub struct FileScale {
     /// Size of the (square) pixels in µm; finite and positive.
     pub pixel_size_um: Option<f64>,
-    /// Height of full scale in µm: white, or the largest integer, or the highest value (see the module's table);
+    /// Height of full scale in µm: white, or the largest integer, or the highest value (see [`HeightField::read`]);
     /// finite and positive.
     pub max_height_um: Option<f64>,
 }
@@ -64,11 +52,20 @@ struct Raw {
 type Parsed = Result<Raw, String>;
 
 impl HeightField {
-    /// Reads a height field; the extension (in either case) says the format: `.exr`, `.png`, `.gsf`, `.npy`, `.txt`.
+    /// Reads a height field; the extension (in either case) says the format.
     ///
-    /// Pictures (EXR, PNG, GSF) have their top row at the largest y; `.npy` and `.txt` have row 0 at y = 0. EXR, `.npy`
-    /// floats and `.txt` are in µm, GSF in the units it names, PNG and `.npy` integers are scaled so that full scale
-    /// is `max_height_um`. Rows and columns in messages count from 0 in the order of the file.
+    /// | extension | heights | pixel size |
+    /// | --- | --- | --- |
+    /// | `.exr` | one float channel, µm | attributes `pixelSizeX_um`, `pixelSizeY_um`, else `pixel_size` |
+    /// | `.gsf` | floats in the header's `ZUnits`; without them the lowest is 0, the highest `max_height` | `XReal`, `YReal` in `XYUnits`, else `pixel_size` |
+    /// | `.png` | 8- or 16-bit grey; white is the text chunk `max_height_um`, else `max_height` | text chunks `pixel_size_x_um`, `pixel_size_y_um`, else `pHYs`, else `pixel_size` |
+    /// | `.npy` | floats in µm, or 8- or 16-bit unsigned integers whose largest value is `max_height` | `pixel_size` |
+    /// | `.txt` | numbers in µm, one row a line, `#` for comments | `pixel_size` |
+    ///
+    /// EXR, GSF and PNG are pictures: their first row is the top, hence the largest y, and they are turned over on the
+    /// way in and out. `.npy` and `.txt` are matrices: row 0 is y = 0, as in [`HeightField::heights_um`]. A `pHYs` chunk of
+    /// fewer than 100 000 pixels a metre (10 µm a pixel) is the resolution of a printer, not a measure, and is ignored.
+    /// Rows and columns in messages count from 0 in the order of the file.
     ///
     /// # Errors
     /// A file that cannot be read, has an unknown extension, is truncated or not of its format; a scale that is missing,

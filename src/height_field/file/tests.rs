@@ -241,3 +241,31 @@ fn scans_are_the_same_as_picture_and_as_field() {
         assert!(largest_difference(&picture, &field) < 2.0 * FLOAT_UM, "{name}");
     }
 }
+
+#[test]
+fn damaged_files_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    ndarray_npy::write_npy(folder.path().join("a.npy"), sample().heights_um()).unwrap();
+    std::fs::write(folder.path().join("a.txt"), "1 2\n3 4\n").unwrap();
+    for name in ["a.exr", "a.gsf", "a.png", "a.npy", "a.txt"] {
+        let path = folder.path().join(name);
+        if !path.exists() {
+            sample().write(&path).unwrap();
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        for at in 0..bytes.len() {
+            for value in [bytes[at] ^ 1, 0xff] {
+                let mut damaged = bytes.clone();
+                damaged[at] = value;
+                std::fs::write(&path, &damaged).unwrap();
+                // Either outcome is right: some bytes are only heights.
+                let _ = HeightField::read(&path, &scale(0.1, 0.4));
+                let _ = HeightField::read(&path, &NO_SCALE);
+            }
+            std::fs::write(&path, &bytes[..at]).unwrap();
+            if !name.ends_with("txt") {
+                assert!(HeightField::read(&path, &NO_SCALE).is_err(), "{name} cut to {at} bytes");
+            }
+        }
+    }
+}

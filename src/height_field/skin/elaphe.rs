@@ -48,7 +48,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
             let flank = FLANK.min(width * 2.0);
             let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
             if mask > cover {
-                let dome = 0.025 * smooth_step(0.0, 0.3, t) * (q / 0.4).powi(2).min(1.0);
+                let dome = 0.025 * smooth_step(0.0, 0.3, t) * (q * q / 0.16).min(1.0);
                 (cover, crest) = (mask, sheet(t) - dome + finger.height_um * smooth_step(0.0, 0.4, t));
             }
         }
