@@ -1,8 +1,6 @@
 //! CIELAB and the colour difference CIEDE2000.
 
-use palette::{
-    Lab, Xyz, color_difference::Ciede2000, convert::FromColorUnclamped, white_point::D65,
-};
+use palette::{Lab, Xyz, color_difference::Ciede2000, convert::FromColorUnclamped, white_point::D65};
 
 use super::linear_srgb_to_xyz;
 

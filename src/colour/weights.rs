@@ -8,7 +8,9 @@ use super::{cie_xyz, d65, xyz_to_linear_srgb};
 #[derive(Debug, Error, PartialEq)]
 pub enum ColourError {
     /// First wavelength or step not finite and positive.
-    #[error("the wavelength grid starts at {first_nm} nm with a step of {step_nm} nm; both must be finite and positive")]
+    #[error(
+        "the wavelength grid starts at {first_nm} nm with a step of {step_nm} nm; both must be finite and positive"
+    )]
     Grid {
         /// The refused first wavelength.
         first_nm: f64,
@@ -16,7 +18,9 @@ pub enum ColourError {
         step_nm: f64,
     },
     /// A grid that cannot make all three primaries of white.
-    #[error("the {count} wavelengths from {first_nm} nm in steps of {step_nm} nm cannot make white; cover 380 to 780 nm in steps of at most 20 nm")]
+    #[error(
+        "the {count} wavelengths from {first_nm} nm in steps of {step_nm} nm cannot make white; cover 380 to 780 nm in steps of at most 20 nm"
+    )]
     NoWhite {
         /// The refused first wavelength.
         first_nm: f64,
@@ -171,10 +175,7 @@ mod tests {
         let (coarse, fine) = (SpectralToRgb::default(), SpectralToRgb::visible(1.0).unwrap());
         for centre in [430.0, 500.0, 550.0, 610.0, 680.0] {
             let lobe = |nm: f64| (-((nm - centre) / 40.0_f64).powi(2)).exp();
-            let difference = ciede2000(
-                linear_srgb_to_lab(coarse.rgb_of(lobe)),
-                linear_srgb_to_lab(fine.rgb_of(lobe)),
-            );
+            let difference = ciede2000(linear_srgb_to_lab(coarse.rgb_of(lobe)), linear_srgb_to_lab(fine.rgb_of(lobe)));
             // A fifth of what an eye notices.
             assert!(difference < 0.2, "lobe at {centre} nm: {difference}");
         }

@@ -30,7 +30,9 @@ pub enum SnakeError {
         most: f64,
     },
     /// The bend is so sharp that the body would run into itself.
-    #[error("the body bends with a radius of {radius_cm:.2} cm; it must be at least {least_cm:.2} cm: use a smaller bend or a longer body")]
+    #[error(
+        "the body bends with a radius of {radius_cm:.2} cm; it must be at least {least_cm:.2} cm: use a smaller bend or a longer body"
+    )]
     Bend {
         /// The sharpest radius of the centreline, in cm.
         radius_cm: f64,

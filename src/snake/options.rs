@@ -54,9 +54,7 @@ impl SnakeOptions {
     /// 1 is the default mesh. Factors that are not positive numbers leave the options as they are.
     pub fn with_resolution(mut self, factor: f64) -> Self {
         if factor.is_finite() && factor > 0.0 {
-            let scale = |vertices: usize| {
-                (vertices.saturating_sub(1) as f64 * factor).round() as usize + 1
-            };
+            let scale = |vertices: usize| (vertices.saturating_sub(1) as f64 * factor).round() as usize + 1;
             self.vertices_along = scale(self.vertices_along);
             self.vertices_around = scale(self.vertices_around);
         }
