@@ -16,9 +16,9 @@ const KEEL_WIDTH: f64 = 0.11;
 /// Exponent of the outline: 1 is a rhombus, 2 an ellipse.
 const OUTLINE: f64 = 1.4;
 /// Width of the drop at the free edge, against the half length of a scale.
-const DROP_WIDTH: f64 = 0.13;
+const DROP_WIDTH: f64 = 0.2;
 /// Depth of that drop, more than the highest step, against the distance of rows.
-const DROP: f64 = 0.45;
+const DROP: f64 = 0.35;
 /// How far a vertex may be moved onto an edge, in cells. Below 1/2, so that no two can meet.
 const REACH: f64 = 0.4;
 
