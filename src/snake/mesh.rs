@@ -10,7 +10,7 @@ use super::{SnakeError, SnakeOptions, body::Body, scales::Scales};
 pub struct SnakeMesh {
     /// Positions in cm; the ground is z = 0.
     pub positions: Vec<[f32; 3]>,
-    /// Unit shading normals, outward: those of the scale on top, see [`Surface`].
+    /// Unit shading normals, outward: those of the scale on top, not smeared over the steps between scales.
     pub normals: Vec<[f32; 3]>,
     /// Unit tangents along the body towards the tail, orthogonal to the normals.
     pub tangents: Vec<[f32; 3]>,
