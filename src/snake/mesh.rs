@@ -1,4 +1,4 @@
-use glam::{DVec2, DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::{SnakeError, SnakeOptions, body::Body, scales::Scales};
 
@@ -10,7 +10,7 @@ use super::{SnakeError, SnakeOptions, body::Body, scales::Scales};
 pub struct SnakeMesh {
     /// Positions in cm; the ground is z = 0.
     pub positions: Vec<[f32; 3]>,
-    /// Unit shading normals, outward: those of the scale on top, see [`Surface`].
+    /// Unit shading normals, outward: those of the scale on top, not smeared over the steps between scales.
     pub normals: Vec<[f32; 3]>,
     /// Unit tangents along the body towards the tail, orthogonal to the normals.
     pub tangents: Vec<[f32; 3]>,
@@ -40,6 +40,7 @@ impl SnakeMesh {
         for i in 0..along {
             for j in 0..around {
                 let (u, v) = (i as f64 / (along - 1) as f64, j as f64 / (around - 1) as f64);
+                let (u, v) = surface.scales.snap(u, v, surface.cell);
                 let vertex = surface.vertex(u, v);
                 mesh.positions.push(vertex.position.as_vec3().to_array());
                 mesh.normals.push(vertex.normal.as_vec3().to_array());
@@ -47,7 +48,7 @@ impl SnakeMesh {
                 mesh.uvs.push([u as f32, v as f32]);
             }
         }
-        mesh.triangles = triangulate(&mesh.positions, along, around);
+        mesh.triangles = triangulate(&mesh.positions, &mesh.uvs, along, around);
         Ok(mesh)
     }
 }
@@ -56,8 +57,8 @@ impl SnakeMesh {
 pub(super) struct Surface {
     body: Body,
     pub(super) scales: Scales,
-    /// Half the distance over which normals are measured, in `u` and `v`.
-    step: DVec2,
+    /// Size of a cell of the mesh in `u` and `v`.
+    cell: DVec2,
 }
 
 struct Vertex {
@@ -72,48 +73,63 @@ impl Surface {
         let centre_row = (options.rows_around / 2) as f64 / options.rows_around as f64;
         let body = Body::new(options, centre_row);
         let scales = Scales::new(options, body.width_cm());
-        // Half a cell, so that a keel narrower than a cell is smoothed, not sampled.
         let cells = DVec2::new((options.vertices_along - 1) as f64, (options.vertices_around - 1) as f64);
-        Self { body, scales, step: 0.5 / cells }
+        Self { body, scales, cell: 1.0 / cells }
     }
 
     /// The vertex at `u`, `v` in [0, 1] with its normal and tangent.
     ///
     /// The frame is that of the scale on top, continued beyond its free edge: a mean over the triangles
-    /// of the step would smear the shading of every scale over the next one.
+    /// around the vertex would smear the step at each free edge over both scales.
     fn vertex(&self, u: f64, v: f64) -> Vertex {
         let (point, normal) = self.body.point(u, v);
         let spot = self.scales.at(u, v);
-        let uncut = |u: f64, v: f64| {
+        let scale = |u: f64, v: f64| {
             let (point, normal) = self.body.point(u, v);
             point + normal * self.scales.uncut_cm(spot.index, u, v)
         };
         let difference = |du: f64, dv: f64| {
             let (ahead, behind) = (DVec2::new(u + du, v + dv), DVec2::new(u - du, v - dv));
             let (ahead, behind) = (ahead.clamp(DVec2::ZERO, DVec2::ONE), behind.clamp(DVec2::ZERO, DVec2::ONE));
-            uncut(ahead.x, ahead.y) - uncut(behind.x, behind.y)
+            scale(ahead.x, ahead.y) - scale(behind.x, behind.y)
         };
-        let (along, around) = (difference(self.step.x, 0.0), difference(0.0, self.step.y));
+        // Over a cell in all, so that a keel narrower than a cell is smoothed, not sampled.
+        let (along, around) = (difference(0.5 * self.cell.x, 0.0), difference(0.0, 0.5 * self.cell.y));
         let frame_normal = along.cross(around).normalize();
         Vertex { position: point + normal * spot.height_cm, normal: frame_normal, tangent: along.normalize() }
     }
 }
 
-/// Two triangles per cell, cut along the shorter diagonal: it follows the edges of the scales.
-fn triangulate(positions: &[[f32; 3]], along: usize, around: usize) -> Vec<[u32; 3]> {
+/// A cut is refused when its thinner triangle is so much smaller than with the other cut.
+const SLIVER: f64 = 0.3;
+
+/// Two triangles per cell, cut along the shorter diagonal, which follows the edges of the scales; the
+/// other one where snapped vertices have made the cell so skewed that the cut would leave a sliver.
+fn triangulate(positions: &[[f32; 3]], uvs: &[[f32; 2]], along: usize, around: usize) -> Vec<[u32; 3]> {
     let mut triangles = Vec::with_capacity(2 * (along - 1) * (around - 1));
     for i in 0..along - 1 {
         for j in 0..around - 1 {
             let a = i * around + j;
             let (b, c, d) = (a + around, a + around + 1, a + 1);
-            let [ia, ib, ic, id] = [a as u32, b as u32, c as u32, d as u32];
             let distance =
                 |from: usize, to: usize| Vec3::from(positions[from]).distance_squared(Vec3::from(positions[to]));
-            if distance(a, c) <= distance(b, d) {
-                triangles.extend([[ia, ib, ic], [ia, ic, id]]);
+            let thinnest = |cut: [[usize; 3]; 2]| {
+                let area = |[i, j, k]: [usize; 3]| {
+                    let [p, q, r] = [uvs[i], uvs[j], uvs[k]].map(|uv| Vec2::from(uv).as_dvec2());
+                    (q - p).perp_dot(r - p)
+                };
+                area(cut[0]).min(area(cut[1]))
+            };
+            let (first, second) = ([[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]);
+            let (thin_first, thin_second) = (thinnest(first), thinnest(second));
+            let cut = if thin_first < SLIVER * thin_second {
+                second
+            } else if thin_second < SLIVER * thin_first || distance(a, c) <= distance(b, d) {
+                first
             } else {
-                triangles.extend([[ia, ib, id], [ib, ic, id]]);
-            }
+                second
+            };
+            triangles.extend(cut.map(|triangle| triangle.map(|index| index as u32)));
         }
     }
     triangles

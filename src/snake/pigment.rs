@@ -8,9 +8,9 @@ use super::{
 use crate::colour::srgb_encode;
 
 /// Linear reflectances: the back, the rim of a scale, the flanks towards the belly.
-const BACK: [f64; 3] = [0.026, 0.020, 0.017];
-const RIM: [f64; 3] = [0.058, 0.047, 0.040];
-const FLANK: [f64; 3] = [0.085, 0.073, 0.064];
+const BACK: [f64; 3] = [0.022, 0.017, 0.014];
+const RIM: [f64; 3] = [0.050, 0.041, 0.034];
+const FLANK: [f64; 3] = [0.080, 0.068, 0.057];
 
 /// An 8-bit sRGB image of the skin's pigment, aligned with the mesh's texture coordinates.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,7 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
 
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
     let rim = smooth(((spot.edge - 0.72) / 0.28).clamp(0.0, 1.0)) * if spot.along > 0.0 { 1.0 } else { 0.5 };
-    let flank = smooth((((v - 0.5).abs() - 0.22) / 0.26).clamp(0.0, 1.0));
+    let flank = smooth((((v - 0.5).abs() - 0.30) / 0.20).clamp(0.0, 1.0));
     let keel = 1.0 - 0.25 * (-(spot.across / 0.15).powi(2)).exp();
     let shade = keel * (1.0 + 0.25 * spot.shade);
     std::array::from_fn(|c| {
