@@ -29,7 +29,7 @@ type Outcome = Result<(), Box<dyn Error>>;
 /// Directions are in the surface's frame: z is its normal, wi and wo both point away from it. Lengths on the surface
 /// are in µm, wavelengths in nm. Exit status 0, or 2 with one line that says what is wrong.
 #[derive(Parser)]
-#[command(name = "sunbeam", version)]
+#[command(name = "sunbeam", version, subcommand_required = true, arg_required_else_help = false)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
