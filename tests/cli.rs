@@ -123,7 +123,7 @@ fn an_array_of_wavelengths_is_answered_by_an_array_and_the_mean_density() {
     let line =
         |nm: Value| json!({"wi": [0.6, 0, 0.8], "wo": [-0.5, 0.1, 0.74f64.sqrt()], "wavelength": nm}).to_string();
     let lines = [line(json!(450.0)), line(json!(610.0)), line(json!([450.0, 610.0])), line(json!([450.0]))];
-    let answers = eval(&["--preset", "blazed", "--coherence-length", "5"], &lines);
+    let answers = eval(&["--preset", "blazed", "--coherence-length", "5", "--conserve-energy", "false"], &lines);
     assert_eq!(answers[2]["f"], json!([answers[0]["f"], answers[1]["f"]]));
     assert_eq!(answers[3]["f"], json!([answers[0]["f"]]));
     let mean = 0.5 * (answers[0]["pdf"].as_f64().unwrap() + answers[1]["pdf"].as_f64().unwrap());
@@ -137,7 +137,7 @@ fn swapping_the_directions_changes_nothing() {
     let forth: Vec<_> = pairs.iter().map(|(a, b)| line(a, b)).collect();
     let back: Vec<_> = pairs.iter().map(|(a, b)| line(b, a)).collect();
     for extra in [&["--eta", "0.2", "--k", "3"][..], &["--model", "patch", "--shadowing"], &["--method", "exact"]] {
-        let arguments = [&["--preset", "blazed", "--coherence-length", "10"], extra].concat();
+        let arguments = [&["--preset", "blazed", "--coherence-length", "30"], extra].concat();
         for (a, b) in eval(&arguments, &forth).iter().zip(eval(&arguments, &back)) {
             let (a, b) = (a["f"].as_f64().unwrap(), b["f"].as_f64().unwrap());
             assert!((a - b).abs() <= ROUNDING * a.max(b), "{arguments:?}: {a} {b}");
@@ -159,7 +159,7 @@ fn fresnel_reflectance_multiplies_the_value_and_not_the_density() {
 
 #[test]
 fn samples_agree_with_eval() {
-    let arguments = ["--preset", "blazed", "--coherence-length", "8", "--eta", "1.5"];
+    let arguments = ["--preset", "blazed", "--coherence-length", "8", "--conserve-energy", "false", "--eta", "1.5"];
     let queries: Vec<Value> = directions(300)
         .zip(directions(600).skip(300))
         .enumerate()
@@ -272,13 +272,13 @@ fn a_blaze_lit_along_the_normal_is_bright_on_the_left() {
     let expected = -(2.0 * 0.1f64.atan()).sin();
     let folder = tempfile::tempdir().unwrap();
     let (map, picture) = (folder.path().join("map.exr"), folder.path().join("map.png"));
-    let size = 101;
+    let size = 61;
     for method in ["table", "exact"] {
         let (map, picture) = (map.to_str().unwrap(), picture.to_str().unwrap());
         let arguments = ["brdf-map", "--preset", "blazed", "--coherence-length", "20", "-o", map, "--png", picture];
-        let rest = ["--size", "101", "--method", method, "--lambda-step", "10"];
+        let rest = ["--size", "61", "--method", method, "--lambda-step", "20"];
         let report: Value = serde_json::from_str(&succeeded(run(&[&arguments[..], &rest].concat(), ""))).unwrap();
-        assert_eq!(report["wavelengths"], json!(41));
+        assert_eq!(report["wavelengths"], json!(21));
         let image = read_exr(map);
         assert_eq!(image.len(), size * size);
         let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
@@ -297,9 +297,9 @@ fn a_blaze_lit_along_the_normal_is_bright_on_the_left() {
                 brightest = (x, y, green);
             }
         }
-        assert!((brightest.0 - expected).abs() < 0.04 && brightest.1.abs() < 0.02, "{method}: {brightest:?}");
+        assert!((brightest.0 - expected).abs() < 0.04 && brightest.1.abs() < 0.03, "{method}: {brightest:?}");
         assert!(moment / sum < -0.1, "{method}: centroid at {}", moment / sum);
-        let mirrored = image[(size / 2) * size + (size - 1 - (brightest.0 * 50.5 + 50.0).round() as usize)];
+        let mirrored = image[(size / 2) * size + (size - 1 - (brightest.0 * 30.5 + 30.0).round() as usize)];
         assert!((mirrored[1] as f64) < 0.1 * brightest.2, "{method}: {mirrored:?} {brightest:?}");
     }
 }
@@ -310,7 +310,7 @@ fn a_map_has_y_upwards() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.exr");
     let path = path.to_str().unwrap();
-    let arguments = ["brdf-map", "--preset", "flat", "--coherence-length", "5", "--theta-i", "30", "--phi-i", "90"];
+    let arguments = ["brdf-map", "--preset", "flat", "--coherence-length", "9", "--theta-i", "30", "--phi-i", "90"];
     succeeded(run(&[&arguments[..], &["--size", "40", "-o", path]].concat(), ""));
     let image = read_exr(path);
     let brightest = (0..image.len()).max_by(|&a, &b| image[a][1].total_cmp(&image[b][1])).unwrap();
@@ -363,8 +363,9 @@ mod table_against_exact {
     #[test]
     fn small_presets() {
         for preset in ["flat", "blazed", "sinusoidal", "lamellar"] {
-            agree(&["--preset", preset, "--coherence-length", "3"], 300);
-            agree(&["--preset", preset, "--shadowing", "--conserve-energy", "false"], 300);
+            agree(&["--preset", preset], 300);
+            // A short window lights most pairs; the scaling, which both methods share, is slow to find for it.
+            agree(&["--preset", preset, "--shadowing", "--conserve-energy", "false", "--coherence-length", "3"], 300);
         }
         agree(&["--preset", "blazed", "--model", "patch", "--coherence-length", "8", "--obliquity", "unit"], 300);
     }
