@@ -34,8 +34,9 @@ plugin: $(READY)
 
 test: test-rust test-python
 
+# In the release profile, which the plugin is built in too: one set of dependencies serves both.
 test-rust:
-	$(CARGO) test
+	$(CARGO) test --release
 
 test-python: plugin
 	$(PY) -m pytest

@@ -72,8 +72,8 @@ public:
         const Wide64 wavenumber = 1.0 / Wide64(wavelength_um);
         const Wide64 px         = (Float64(wi.x()) + Float64(wo.x())) * m_layout.period_x_um * wavenumber;
         const Wide64 py         = (Float64(wi.y()) + Float64(wo.y())) * m_layout.period_y_um * wavenumber;
-        const Wide64 first_x    = dr::ceil(px - 0.5 * m_layout.taps_x);
-        const Wide64 first_y    = dr::ceil(py - 0.5 * m_layout.taps_y);
+        const Wide64 first_x    = first_tap(px, m_layout.taps_x, m_layout.reach_x);
+        const Wide64 first_y    = first_tap(py, m_layout.taps_y, m_layout.reach_y);
         const WideF from_x(px - first_x), from_y(py - first_y);
         const WideI jx0(first_x), jy0(first_y);
 
@@ -92,11 +92,9 @@ public:
             const WideF dx = from_x - Float(ix), dy = from_y - Float(iy);
             const WideF e  = dr::exp2(dr::fmadd(dx * dx, ax, dy * dy * ay));
             const WideI jx = jx0 + Int32(ix), jy = jy0 + Int32(iy);
-            const dr::mask_t<WideI> kept = dr::abs(jx) <= reach_x && dr::abs(jy) <= reach_y;
             for (size_t k = 0; k < N; ++k) {
-                // Masked nodes read the record of zeros at 0.
                 const UInt32 node((jy[k] + reach_y) * columns + jx[k] + reach_x);
-                const UInt32 record = dr::gather<UInt32>(m_offsets, node, active && kept[k]);
+                const UInt32 record = dr::gather<UInt32>(m_offsets, node, active);
                 const Packet head   = dr::gather<Packet>(m_records, record, active),
                              tail   = dr::gather<Packet>(m_records, record + 1, active);
                 Float power         = bands[0][k] * head[0];
@@ -243,6 +241,11 @@ public:
     }
 
 private:
+    /// First node that a look-up reads along an axis: the nearest ones that there are.
+    template <typename Wide64> static Wide64 first_tap(const Wide64 &position, uint32_t taps, uint32_t reach) {
+        return dr::clip(dr::ceil(position - 0.5 * taps), -double(reach), double(reach) + 1.0 - double(taps));
+    }
+
     /// Where a look-up reads the splines in κ: two packets of four coefficients, of which four count.
     template <size_t N> struct Curve {
         const Tables &tables;

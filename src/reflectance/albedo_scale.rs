@@ -14,6 +14,8 @@ const ROUNDS: usize = 6;
 /// each other are not both made to pay in full; the last few by all of it.
 const HALF_ROUNDS: usize = 4;
 const FULL_ROUNDS: usize = 2;
+/// Width of an order in direction cosines above which the albedo has no sharp features left.
+const BLURRED: f64 = 0.02;
 /// Places looked at in each cell of the grid in each of those rounds.
 const SAMPLES: usize = 2;
 
@@ -59,7 +61,8 @@ impl AlbedoScale {
         const LOBES: usize = 300;
         let bins = PowerBins::new(table, LOBES)?;
         // Few lobes are sharp and cheap, many are smooth and dear.
-        let (cosines, azimuths, wavelengths) = if bins.len() < 100 { (24, 32, 12) } else { (16, 16, 6) };
+        let sharp = bins.len() < 100 && bins.narrowest() * 0.55 < BLURRED;
+        let (cosines, azimuths, wavelengths) = if sharp { (24, 32, 12) } else { (16, 16, 6) };
         let mut scale =
             Self { cosines, azimuths, wavelengths, values: vec![1.0; wavelengths * azimuths * (cosines + 1)] };
         let albedo = |scale: &Self, (wi, wavelength_nm): (Vec3, f64)| {

@@ -66,6 +66,11 @@ impl<'a> PowerBins<'a> {
         Some(Self { table, fine: side <= 1, lobes })
     }
 
+    /// Spread of the narrowest lobe in cycles/µm.
+    pub fn narrowest(&self) -> f64 {
+        self.lobes.iter().map(|lobe| lobe.sigma_f[0].min(lobe.sigma_f[1])).fold(f64::INFINITY, f64::min)
+    }
+
     /// Number of lobes.
     pub fn len(&self) -> usize {
         self.lobes.len()

@@ -28,6 +28,9 @@ pub struct Lattice {
     pub y: LatticeAxis,
 }
 
+/// How much further down the tails of orders are followed where the tile is a grating and look-ups are few.
+const GRATING_MARGIN: f64 = 400.0;
+
 /// What an axis has to serve.
 pub(super) struct AxisDemand {
     pub pixels: usize,
@@ -38,6 +41,8 @@ pub(super) struct AxisDemand {
     pub support_um: Option<f64>,
     /// Relative error aimed at.
     pub tolerance: f64,
+    /// Whether the tile is a grating: one row or one column of pixels.
+    pub is_grating: bool,
     /// Largest |f| asked for, in cycles/µm.
     pub frequency_max: f64,
 }
@@ -52,7 +57,9 @@ impl AxisDemand {
     /// `P = 2πc·√2.5 × window`, whichever is less (maximum of the image term over the lag).
     pub fn plan(&self) -> LatticeAxis {
         let log_error = (16.0 / self.tolerance).ln();
-        let cut = (2.0 * log_error).sqrt();
+        // Gratings put their power into few orders, whose tails then outshine what lies between them further out.
+        let margin = if self.is_grating { GRATING_MARGIN.ln() } else { 0.0 };
+        let cut = (2.0 * (log_error + margin)).sqrt();
         let tile_um = self.pixels as f64 * self.pixel_um;
         let gridded_sigma = (log_error / (1.2 * PI * PI)).sqrt();
         let window_period = 2.0 * PI * gridded_sigma * 2.5f64.sqrt() * self.window_um;
@@ -66,10 +73,11 @@ impl AxisDemand {
             (pixels, gridded_sigma, self.window_um.powi(-2) - joining_um.powi(-2))
         };
         let period_um = pixels as f64 * self.pixel_um;
-        // At most 27: sigma is below 2 × gridded_sigma on either lattice, and the tolerance at least 1e-6.
+        // At most 32: sigma is below 2 × gridded_sigma on either lattice, and the tolerance at least 1e-6.
         let taps = ((2.0 * cut * sigma).ceil() as usize).clamp(1, TAPS_MAX);
         let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
-        LatticeAxis { period_um, pixels, sigma, taps, reach: wanted.min(pixels / 2), inverse_variance }
+        let reach = wanted.min(pixels / 2);
+        LatticeAxis { period_um, pixels, sigma, taps: taps.min(2 * reach + 1), reach, inverse_variance }
     }
 }
 
@@ -79,10 +87,11 @@ impl LatticeAxis {
         2 * self.reach + 1
     }
 
-    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads; those left out are at least half the
-    /// taps away.
+    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads: the nearest ones that there are. Those
+    /// left out are at least half the taps away, or do not exist.
     pub fn first_tap(&self, position: f64) -> i64 {
-        (position - 0.5 * self.taps as f64).ceil() as i64
+        let last = self.reach as i64 + 1 - self.taps as i64;
+        ((position - 0.5 * self.taps as f64).ceil() as i64).clamp(-(self.reach as i64), last)
     }
 
     /// The part of the window applied beforehand, at `distance_um` from its centre.

@@ -9,7 +9,7 @@ pub const BANDS: usize = 6;
 pub const HEADER: usize = 8;
 
 /// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
-pub(super) const TAPS_MAX: usize = 32;
+pub(super) const TAPS_MAX: usize = 40;
 
 /// How the values of neighbouring nodes combine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,13 +158,10 @@ impl SpectralTable {
     }
 
     /// `S(f; κ)` and the proposal's density at the frequency `f` (cycles/µm) and `kappa` (rad/µm), for the band
-    /// weights of [`SpectralTable::band_weights`]. Zero beyond what the table holds.
+    /// weights of [`SpectralTable::band_weights`].
     pub fn lookup(&self, f: [f64; 2], kappa: f64, band_weights: &[f64; BANDS]) -> Density {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
-        if !(px.abs() < (x.reach + x.taps) as f64 && py.abs() < (y.reach + y.taps) as f64) {
-            return Density::default();
-        }
         let curve = NodeCurve::new(self, kappa);
         let (mut power, mut amplitude, mut proposal) = (0.0, Complex64::ZERO, 0.0);
         let columns = taps(x, px);
@@ -175,7 +172,7 @@ impl SpectralTable {
         for jy in taps(y, py) {
             let ey = gaussian(py - jy as f64, y.sigma);
             let first = (jy + y.reach as i64) as usize * x.nodes() + (columns.start + x.reach as i64) as usize;
-            let offsets = &self.offsets[first..first + (columns.end - columns.start).max(0) as usize];
+            let offsets = &self.offsets[first..first + x.taps];
             for (&offset, ex) in offsets.iter().zip(ex) {
                 let record = &self.records[4 * offset as usize..];
                 let e = ey * ex;
@@ -221,11 +218,10 @@ impl SpectralTable {
     }
 }
 
-/// The nodes a look-up at `position` reads, those kept.
+/// The nodes a look-up at `position` reads.
 fn taps(axis: &LatticeAxis, position: f64) -> std::ops::Range<i64> {
     let first = axis.first_tap(position);
-    let reach = axis.reach as i64;
-    first.max(-reach)..(first + axis.taps as i64).min(reach + 1)
+    first..first + axis.taps as i64
 }
 
 fn gaussian(distance: f64, sigma: f64) -> f64 {

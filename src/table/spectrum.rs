@@ -69,9 +69,10 @@ impl Spectrum {
             Model::Ensemble => (2f64.sqrt() * coherence_s_um, 0.6),
             Model::Patch => (coherence_s_um, 0.5),
         };
+        let is_grating = nx == 1 || ny == 1;
         let axis = |pixels, pixel_um, extent_um: f64| {
             let support_um = (tiling == Tiling::Aperiodic).then_some(support * extent_um);
-            AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max }.plan()
+            AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max, is_grating }.plan()
         };
         let lattice = Lattice { x: axis(nx, field.dx_um(), lx), y: axis(ny, field.dy_um(), ly) };
         let tapers = (tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny)));
