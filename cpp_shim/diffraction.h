@@ -240,7 +240,7 @@ private:
     DiffractionLobe<Float, Spectrum> m_lobe;
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
 
-    MI_TRAVERSE_CB(Base, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation)
+    MI_TRAVERSE_CB(Base, m_lobe, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation)
 };
 
 /// Tells Mitsuba how to make an instance of one variant; returns 1, for counting.

@@ -1,14 +1,14 @@
-// The diffraction lobe itself: the one place that knows the physics.
-//
-// PLACEHOLDER: a Lambertian of albedo 1, until the tables of the Rust core are behind it.
+// The diffraction lobe: evaluation and sampling of one surface, by the Rust core in scalar variants and by look-ups in
+// its tables where Dr.Jit traces. The twin of `src/reflectance/surface.rs` and `integrated.rs`.
 #pragma once
 
 #include <utility>
 
+#include <mitsuba/core/spectrum.h>
 #include <mitsuba/core/warp.h>
 #include <mitsuba/render/bsdf.h>
 
-#include "sunbeam/src/mitsuba_plugin.rs.h"
+#include "tables.h"
 
 namespace sunbeam {
 
@@ -19,33 +19,185 @@ template <typename Float, typename UnpolarizedSpectrum> struct LobeValue {
 };
 
 /// Diffraction by one surface. Directions are in the grating's frame and point away from the surface; both cosines
-/// are positive where `active` holds. Wavelengths are in nm in spectral variants and empty in the others.
+/// are positive where `active` holds. Wavelengths are in nm in spectral variants and empty in the others, which
+/// integrate over wavelength.
 template <typename Float, typename Spectrum> class DiffractionLobe {
 public:
-    using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
-    using Wavelength          = mitsuba::wavelength_t<Spectrum>;
-    using Vector3f            = mitsuba::Vector<Float, 3>;
-    using Point2f             = mitsuba::Point<Float, 2>;
-    using Mask                = drjit::mask_t<Float>;
-    using Value               = LobeValue<Float, UnpolarizedSpectrum>;
+    using UnpolarizedSpectrum        = mitsuba::unpolarized_spectrum_t<Spectrum>;
+    using Wavelength                 = mitsuba::wavelength_t<Spectrum>;
+    using Vector3f                   = mitsuba::Vector<Float, 3>;
+    using Point2f                    = mitsuba::Point<Float, 2>;
+    using Mask                       = drjit::mask_t<Float>;
+    using Value                      = LobeValue<Float, UnpolarizedSpectrum>;
+    static constexpr bool IsSpectral = mitsuba::is_spectral_v<Spectrum>;
 
-    explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)) {}
+    explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_tables(*m_surface) {}
 
-    Value eval_pdf(const Vector3f & /*wi*/, const Vector3f &wo, const Wavelength & /*wavelengths*/,
-                   Mask /*active*/) const {
-        const Float pdf = mitsuba::warp::square_to_cosine_hemisphere_pdf(wo);
-        return { UnpolarizedSpectrum(pdf), pdf };
+    Value eval_pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
+        if constexpr (IsSpectral) {
+            constexpr size_t N = UnpolarizedSpectrum::Size;
+            Wide<N> value;
+            const Float pdf = carried<N>(wi, wo, carried_um(wavelengths), active, value);
+            return { UnpolarizedSpectrum(value), pdf };
+        } else {
+            return integrated(wi, wo, active);
+        }
     }
 
-    /// A direction from three uniform variates; its density is that of `eval_pdf`.
-    Vector3f sample(const Vector3f & /*wi*/, const Wavelength & /*wavelengths*/, const Float & /*sample1*/,
-                    const Point2f &sample2, Mask /*active*/) const {
-        return mitsuba::warp::square_to_cosine_hemisphere(sample2);
+    /// A direction from three uniform variates; its density is that of `eval_pdf`. Zero where there is none.
+    Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
+                    const Mask &active) const {
+        const float share  = float(m_tables.layout().uniform_share);
+        const Mask uniform = sample1 < share;
+        Float rest         = dr::maximum((sample1 - share) / (1.f - share), 0.f), wavelength_nm;
+        if constexpr (IsSpectral) {
+            constexpr size_t N = UnpolarizedSpectrum::Size;
+            wavelength_nm      = wavelengths[0];
+            for (size_t k = 1; k < N; ++k)
+                wavelength_nm = dr::select(rest * float(N) >= float(k), wavelengths[k], wavelength_nm);
+        } else {
+            wavelength_nm = mitsuba::sample_rgb_spectrum(rest).first;
+        }
+        const Vector3f order = m_tables.sample_order(wi, in_range(wavelength_nm) * 1e-3f, sample2, active && !uniform);
+        const Float z = 1.f - sample2.x(), r = dr::safe_sqrt(1.f - z * z);
+        const auto [sin, cos] = dr::sincos(dr::TwoPi<Float> * sample2.y());
+        return dr::select(uniform, Vector3f(r * cos, r * sin, z), order);
     }
 
     std::string describe() const { return std::string(m_surface->describe()); }
 
 private:
+    template <size_t N> using Wide = dr::Array<Float, N>;
+
+    Float in_range(const Float &wavelength_nm) const {
+        return dr::clip(wavelength_nm, float(m_tables.layout().wavelength_min_nm),
+                        float(m_tables.layout().wavelength_max_nm));
+    }
+
+    Wide<4> carried_um(const Wavelength &wavelengths) const {
+        Wide<4> result;
+        for (size_t k = 0; k < 4; ++k)
+            result[k] = in_range(wavelengths[k]) * 1e-3f;
+        return result;
+    }
+
+    /// `f_r cosθo` at each wavelength into `value`; returns the density, the mean of each one's.
+    template <size_t N> Float carried(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_um,
+                                      const Mask &active, Wide<N> &value) const {
+        const auto density     = m_tables.template lookup<N>(wi, wo, wavelength_um, active);
+        const Wide<N> per_area = 1.f / (wavelength_um * wavelength_um);
+        Wide<N> scale          = m_tables.template scale<N>(wi, wavelength_um, active);
+        scale *= m_tables.template scale<N>(wo, wavelength_um, active);
+        const Float share(m_tables.layout().uniform_share);
+        value = angular_factor(wi, wo) * scale * density.value * per_area;
+        return (1.f - share) * wo.z() * dr::mean(density.proposal * per_area) + share * dr::InvTwoPi<Float>;
+    }
+
+    /// `O·M·cosθo`.
+    Float angular_factor(const Vector3f &wi, const Vector3f &wo) const {
+        const Vector3f sum = wi + wo;
+        const Float cos_i = dr::maximum(wi.z(), 1e-7f), cos_o = dr::maximum(wo.z(), 1e-7f), w = cos_i + cos_o;
+        const Float sum_squared = dr::fmadd(sum.x(), sum.x(), dr::fmadd(sum.y(), sum.y(), w * w));
+        Float factor            = wo.z();
+        if (m_tables.layout().stam) {
+            const Float ratio = sum_squared / (2.f * w);
+            factor *= ratio * ratio / (cos_i * cos_o);
+        }
+        if (m_tables.layout().shadowing)
+            factor *= dr::minimum(4.f * w * dr::minimum(cos_i, cos_o) / sum_squared, 1.f);
+        return factor;
+    }
+
+    /// Both integrated over wavelength, by the midpoint rule in the wavenumber.
+    Value integrated(const Vector3f &wi, const Vector3f &wo, const Mask &active) const {
+        using Packet            = typename Tables<Float>::Packet;
+        const Layout &layout    = m_tables.layout();
+        const Vector3f sum      = wi + wo;
+        const float first       = float(1e3 / layout.wavelength_max_nm);
+        const float span        = float(1e3 / layout.wavelength_min_nm) - first;
+        const float step_sigmas = 1.5f, steps_min = 32.f, steps_max = 1024.f;
+        const Float orders = dr::sqrt(dr::square(sum.x() * float(layout.period_x_um / layout.sigma_x)) +
+                                      dr::square(sum.y() * float(layout.period_y_um / layout.sigma_y))) /
+                             step_sigmas;
+        const Float knots = dr::TwoPi<Float> * sum.z() / float(layout.kappa_step);
+        const Float steps = dr::floor(dr::clip(span * dr::maximum(orders, knots), steps_min, steps_max));
+        const Float step  = span / steps;
+
+        Float k(0.f), pdf(0.f);
+        Packet rgb_y(0.f);
+        dr::tie(k, rgb_y, pdf) = dr::while_loop(
+            dr::make_tuple(k, rgb_y, pdf),
+            [&](const Float &k, const Packet &, const Float &) { return active && k < steps; },
+            [&](Float &k, Packet &rgb_y, Float &pdf) {
+                const Wide<1> wavelength_um(1.f / dr::fmadd(k + .5f, step, first));
+                Wide<1> value;
+                const Float density  = carried<1>(wi, wo, wavelength_um, active, value);
+                const Float width_nm = step * dr::square(wavelength_um[0]) * 1e3f;
+                const Float nm       = wavelength_um[0] * 1e3f;
+                rgb_y += value[0] * width_nm * m_tables.wavelength_weight(nm, active);
+                pdf += density * width_nm * mitsuba::pdf_rgb_spectrum(nm);
+                k += 1.f;
+            },
+            "wavelengths");
+        return { in_colour(dr::maximum(rgb_y, 0.f)), pdf };
+    }
+
+    static UnpolarizedSpectrum in_colour(const dr::Array<Float, 4> &rgb_y) {
+        if constexpr (UnpolarizedSpectrum::Size == 1)
+            return UnpolarizedSpectrum(rgb_y[3]);
+        else
+            return UnpolarizedSpectrum(rgb_y[0], rgb_y[1], rgb_y[2]);
+    }
+
+    rust::Box<Surface> m_surface;
+    Tables<Float> m_tables;
+
+public:
+    DRJIT_TRAVERSE(DiffractionLobe, m_tables)
+};
+
+/// Scalar variants ask the Rust core, ray by ray.
+template <typename Spectrum> class DiffractionLobe<float, Spectrum> {
+public:
+    using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
+    using Wavelength          = mitsuba::wavelength_t<Spectrum>;
+    using Vector3f            = mitsuba::Vector<float, 3>;
+    using Point2f             = mitsuba::Point<float, 2>;
+    using Value               = LobeValue<float, UnpolarizedSpectrum>;
+
+    explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)) {}
+
+    Value eval_pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, bool /*active*/) const {
+        if constexpr (mitsuba::is_spectral_v<Spectrum>) {
+            std::array<float, UnpolarizedSpectrum::Size> nm, values;
+            std::copy_n(wavelengths.data(), nm.size(), nm.begin());
+            const float pdf = m_surface->eval_pdf(array(wi), array(wo), rust::Slice<const float>(nm.data(), nm.size()),
+                                                  rust::Slice<float>(values.data(), values.size()));
+            UnpolarizedSpectrum value;
+            std::copy_n(values.begin(), values.size(), value.data());
+            return { value * wo.z(), pdf };
+        } else {
+            std::array<float, 4> rgb_y;
+            const float pdf = m_surface->eval_pdf_integrated(array(wi), array(wo), rgb_y);
+            return { UnpolarizedSpectrum(rgb_y[0], rgb_y[1], rgb_y[2]) * wo.z(), pdf };
+        }
+    }
+
+    Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, float sample1, const Point2f &sample2,
+                    bool /*active*/) const {
+        std::array<float, mitsuba::is_spectral_v<Spectrum> ? UnpolarizedSpectrum::Size : 0> nm;
+        if constexpr (mitsuba::is_spectral_v<Spectrum>)
+            std::copy_n(wavelengths.data(), nm.size(), nm.begin());
+        const auto wo = m_surface->sample(array(wi), rust::Slice<const float>(nm.data(), nm.size()),
+                                          { sample1, sample2.x(), sample2.y() });
+        return { wo[0], wo[1], wo[2] };
+    }
+
+    std::string describe() const { return std::string(m_surface->describe()); }
+
+private:
+    static std::array<float, 3> array(const Vector3f &v) { return { v.x(), v.y(), v.z() }; }
+
     rust::Box<Surface> m_surface;
 };
 

@@ -5,20 +5,79 @@
 
 use std::ffi::{c_char, c_void};
 
-use crate::config::{ConfigError, Source, SurfaceConfig};
+use crate::config::{BuildError, Source, SurfaceConfig};
 use crate::guard::{Panic, guard};
+use crate::reflectance::{self, Obliquity, SurfaceReport, UNIFORM_SHARE, WavelengthWeights};
+use crate::table::{KernelKind, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
+    /// Everything about a surface's tables that is not an array; see `table::SpectralTable`, `table::OrderSampler` and
+    /// `reflectance::AlbedoScale` for the meaning.
+    struct Layout {
+        period_x_um: f64,
+        period_y_um: f64,
+        sigma_x: f64,
+        sigma_y: f64,
+        taps_x: u32,
+        taps_y: u32,
+        reach_x: u32,
+        reach_y: u32,
+        /// Complex records whose sum is squared, rather than real ones.
+        amplitude: bool,
+        norm: f64,
+        proposal_norm: f64,
+        proposal_sigma_x: f64,
+        proposal_sigma_y: f64,
+        kappa_max: f64,
+        kappa_step: f64,
+        kappa_knee: f64,
+        sampler_rows: u32,
+        sampler_blocks: u32,
+        sampler_block_len: u32,
+        /// Zero where energy is not scaled.
+        scale_cosines: u32,
+        scale_azimuths: u32,
+        scale_wavelengths: u32,
+        stam: bool,
+        shadowing: bool,
+        uniform_share: f64,
+        wavelength_min_nm: f64,
+        wavelength_max_nm: f64,
+    }
+
     extern "Rust" {
-        /// A validated surface.
+        /// A surface with its tables.
         type Surface;
 
         /// Builds a surface from a JSON object whose keys are the plugin's parameters.
         fn new_surface(config_json: &str) -> Result<Box<Surface>>;
 
-        /// One line that tells the surface, for `str(bsdf)`.
+        /// One line that tells the surface, its tables and their error, for `str(bsdf)`.
         fn describe(self: &Surface) -> Result<String>;
+
+        fn layout(self: &Surface) -> Result<Layout>;
+        fn offsets(self: &Surface) -> &[u32];
+        fn records(self: &Surface) -> &[f32];
+        fn row_cdf(self: &Surface) -> &[f32];
+        fn block_cdf(self: &Surface) -> &[f32];
+        /// The four corners of each cell of the energy scaling, `[wavelength][azimuth][cosine][4]`.
+        fn scale_corners(self: &Surface) -> Result<Vec<f32>>;
+        /// Red, green, blue and luminance weights for each whole nm.
+        fn wavelength_weights() -> Result<Vec<f32>>;
+
+        /// Writes `f_r` of each wavelength (nm) to `values` and returns the density for all of them.
+        fn eval_pdf(
+            self: &Surface,
+            wi: &[f32; 3],
+            wo: &[f32; 3],
+            wavelengths: &[f32],
+            values: &mut [f32],
+        ) -> Result<f32>;
+        /// The same integrated over wavelength, as red, green, blue and luminance.
+        fn eval_pdf_integrated(self: &Surface, wi: &[f32; 3], wo: &[f32; 3], values: &mut [f32; 4]) -> Result<f32>;
+        /// A direction for the wavelengths carried; with none, for one drawn by its weight. Zero where there is none.
+        fn sample(self: &Surface, wi: &[f32; 3], wavelengths: &[f32], u: &[f32; 3]) -> Result<[f32; 3]>;
 
         /// Refuses to run in a Mitsuba (`running`, empty when unknown) that was not compiled against (`compiled`).
         fn check_version(compiled: &str, running: &str) -> Result<()>;
@@ -29,7 +88,7 @@ mod ffi {
 #[derive(Debug, thiserror::Error)]
 enum PluginError {
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Build(#[from] BuildError),
     #[error(
         "the diffraction plugin was compiled for Mitsuba {compiled}, but is being loaded into {running}; their memory \
          layouts differ, so it would render garbage. Install mitsuba=={compiled}, or rebuild with `make plugin`"
@@ -42,16 +101,130 @@ enum PluginError {
 /// What a BSDF instance owns on the Rust side.
 struct Surface {
     config: SurfaceConfig,
+    core: reflectance::Surface,
 }
 
 impl Surface {
     fn describe(&self) -> Result<String, PluginError> {
-        guard(|| Ok(describe(&self.config)))
+        guard(|| Ok(format!("{}; {}", describe_config(&self.config), describe_tables(self.core.report()))))
+    }
+
+    fn layout(&self) -> Result<ffi::Layout, PluginError> {
+        guard(|| {
+            let (table, sampler, options) = (self.core.table(), self.core.sampler(), self.core.options());
+            let (x, y) = (&table.lattice().x, &table.lattice().y);
+            let (proposal_sigma_x, proposal_sigma_y) = table.proposal_sigma();
+            let scale = self.core.scale().map_or((0, 0, 0), |s| s.shape());
+            Ok(ffi::Layout {
+                period_x_um: x.period_um,
+                period_y_um: y.period_um,
+                sigma_x: x.sigma,
+                sigma_y: y.sigma,
+                taps_x: x.taps as u32,
+                taps_y: y.taps as u32,
+                reach_x: x.reach as u32,
+                reach_y: y.reach as u32,
+                amplitude: table.kernel() == KernelKind::Amplitude,
+                norm: table.norm(),
+                proposal_norm: table.proposal_norm(),
+                proposal_sigma_x,
+                proposal_sigma_y,
+                kappa_max: table.kappa_max(),
+                kappa_step: table.kappa_step(),
+                kappa_knee: table.kappa_knee(),
+                sampler_rows: sampler.rows() as u32,
+                sampler_blocks: sampler.blocks() as u32,
+                sampler_block_len: sampler.block_len() as u32,
+                scale_cosines: scale.0 as u32,
+                scale_azimuths: scale.1 as u32,
+                scale_wavelengths: scale.2 as u32,
+                stam: options.obliquity == Obliquity::Stam,
+                shadowing: options.shadowing,
+                uniform_share: UNIFORM_SHARE,
+                wavelength_min_nm: WAVELENGTH_MIN_NM,
+                wavelength_max_nm: WAVELENGTH_MAX_NM,
+            })
+        })
+    }
+
+    fn offsets(&self) -> &[u32] {
+        self.core.table().offsets()
+    }
+
+    fn records(&self) -> &[f32] {
+        self.core.table().records()
+    }
+
+    fn row_cdf(&self) -> &[f32] {
+        self.core.sampler().row_cdf()
+    }
+
+    fn block_cdf(&self) -> &[f32] {
+        self.core.sampler().block_cdf()
+    }
+
+    fn scale_corners(&self) -> Result<Vec<f32>, PluginError> {
+        guard(|| Ok(self.core.scale().map_or_else(Vec::new, |scale| scale.corners())))
+    }
+
+    fn eval_pdf(
+        &self,
+        wi: &[f32; 3],
+        wo: &[f32; 3],
+        wavelengths: &[f32],
+        values: &mut [f32],
+    ) -> Result<f32, PluginError> {
+        guard(|| {
+            let (wi, wo) = (wi.map(f64::from), wo.map(f64::from));
+            let mut pdf = 0.0;
+            for (value, &wavelength_nm) in values.iter_mut().zip(wavelengths) {
+                let answer = self.core.eval_pdf(wi, wo, clamp_wavelength(wavelength_nm));
+                *value = answer.f as f32;
+                pdf += answer.pdf;
+            }
+            Ok((pdf / wavelengths.len().max(1) as f64) as f32)
+        })
+    }
+
+    fn eval_pdf_integrated(&self, wi: &[f32; 3], wo: &[f32; 3], values: &mut [f32; 4]) -> Result<f32, PluginError> {
+        guard(|| {
+            let answer = self.core.eval_pdf_integrated(wi.map(f64::from), wo.map(f64::from));
+            *values = answer.rgb_y.map(|value| value as f32);
+            Ok(answer.pdf as f32)
+        })
+    }
+
+    fn sample(&self, wi: &[f32; 3], wavelengths: &[f32], u: &[f32; 3]) -> Result<[f32; 3], PluginError> {
+        guard(|| {
+            let (wi, u) = (wi.map(f64::from), u.map(f64::from));
+            let wo = if wavelengths.is_empty() {
+                self.core.sample_integrated(wi, u)
+            } else {
+                let mut carried = [0.0; 4];
+                let count = wavelengths.len().min(carried.len());
+                carried.iter_mut().zip(wavelengths).for_each(|(to, &from)| *to = clamp_wavelength(from));
+                self.core.sample_direction(wi, &carried[..count], u)
+            };
+            Ok(wo.map_or([0.0; 3], |wo| wo.map(|c| c as f32)))
+        })
     }
 }
 
 fn new_surface(config_json: &str) -> Result<Box<Surface>, PluginError> {
-    guard(|| Ok(Box::new(Surface { config: SurfaceConfig::from_json(config_json)? })))
+    guard(|| {
+        let config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
+        let core = config.build()?;
+        Ok(Box::new(Surface { config, core }))
+    })
+}
+
+fn wavelength_weights() -> Result<Vec<f32>, PluginError> {
+    guard(|| Ok(WavelengthWeights::per_nm().iter().flatten().copied().collect()))
+}
+
+/// Renderers may round a wavelength to just outside the range.
+fn clamp_wavelength(wavelength_nm: f32) -> f64 {
+    (wavelength_nm as f64).clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM)
 }
 
 fn check_version(compiled: &str, running: &str) -> Result<(), PluginError> {
@@ -65,7 +238,7 @@ fn check_version(compiled: &str, running: &str) -> Result<(), PluginError> {
     })
 }
 
-fn describe(config: &SurfaceConfig) -> String {
+fn describe_config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
             let size = |name, given: Option<f64>| given.map(|v| format!(", {name} {v} µm")).unwrap_or_default();
@@ -83,6 +256,26 @@ fn describe(config: &SurfaceConfig) -> String {
         config.conserve_energy(),
         config.shadowing,
         config.tolerance
+    )
+}
+
+fn describe_tables(report: &SurfaceReport) -> String {
+    let table = &report.table;
+    let scaled = report.energy.map_or(String::new(), |energy| {
+        format!(
+            ", mean albedo {:.4} scaled from {:.4} to conserve energy",
+            energy.albedo_mean_scaled, energy.albedo_mean_unscaled
+        )
+    });
+    format!(
+        "tables of {:.2} MB built in {:.2} s, {} x {} look-ups of {} nodes with {} knots, relative error {:.1e}{scaled}",
+        report.bytes as f64 / 1e6,
+        report.build_seconds,
+        table.taps.0,
+        table.taps.1,
+        table.nodes,
+        table.kappa_knots,
+        table.relative_error
     )
 }
 

@@ -116,6 +116,23 @@ impl AlbedoScale {
         &self.values
     }
 
+    /// The nodes' values rearranged for look-ups: `[wavelength][azimuth][interval in cosθ]`, each with its four corners
+    /// (azimuth, cosine), (azimuth, cosine + 1), (azimuth + 1, cosine), (azimuth + 1, cosine + 1).
+    pub fn corners(&self) -> Vec<f32> {
+        let mut corners = Vec::with_capacity(4 * self.wavelengths * self.azimuths * self.cosines);
+        for l in 0..self.wavelengths {
+            for a in 0..self.azimuths {
+                for c in 0..self.cosines {
+                    for azimuth in [a, (a + 1) % self.azimuths] {
+                        let row = (l * self.azimuths + azimuth) * (self.cosines + 1) + c;
+                        corners.extend_from_slice(&self.values[row..row + 2]);
+                    }
+                }
+            }
+        }
+        corners
+    }
+
     /// Whether nothing is scaled.
     pub fn is_one(&self) -> bool {
         self.values.iter().all(|&s| s == 1.0)

@@ -7,6 +7,7 @@ mod albedo_scale;
 mod exact;
 mod fresnel;
 mod geometry;
+mod integrated;
 mod power_bins;
 mod surface;
 
@@ -15,4 +16,5 @@ pub use albedo_scale::AlbedoScaleReport;
 pub use exact::Exact;
 pub use fresnel::{ComplexIndex, fresnel_unpolarised};
 pub use geometry::{Obliquity, Pair, Vec3};
+pub use integrated::{IntegratedAnswer, WavelengthWeights, sample_wavelength, wavelength_pdf};
 pub use surface::{Answer, Options, Sample, Surface, SurfaceReport, UNIFORM_SHARE};

@@ -179,37 +179,50 @@ impl Surface {
         sum / wavelengths_nm.len().max(1) as f64
     }
 
-    /// Samples an outgoing direction for the wavelengths carried (at least one, nm), from three random numbers in
-    /// [0, 1): one of the wavelengths, a κ band of the outgoing hemisphere, an order by its mean power there, and a
-    /// place in its Gaussian. `None` where that lies beyond the horizon; such samples count as zero.
+    /// Samples an outgoing direction for the wavelengths carried (at least one, nm), with its density and weight.
+    /// `None` as in [`Surface::sample_direction`]; such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
-        let (&first, count) = (wavelengths_nm.first()?, wavelengths_nm.len());
-        if !(wi[2] > 0.0) {
+        let wo = self.sample_direction(wi, wavelengths_nm, u)?;
+        let answers = wavelengths_nm.iter().map(|&l| self.eval_pdf(wi, wo, l));
+        let (mut pdf, mut first) = (0.0, None);
+        for answer in answers {
+            pdf += answer.pdf / wavelengths_nm.len() as f64;
+            first.get_or_insert(answer.f);
+        }
+        (pdf > 0.0).then(|| Sample { wo, pdf, weight: first.unwrap_or(0.0) * wo[2] / pdf })
+    }
+
+    /// A direction from three random numbers in [0, 1): the first picks the uniform lobe or one of the wavelengths (nm),
+    /// the second a κ band of the outgoing hemisphere; then the two draw an order by its mean power there and a place
+    /// in its Gaussian. `None` where that lies beyond the horizon, or `wi` below it.
+    pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
+        if wi[2].is_nan() || wi[2] <= 0.0 {
             return None;
         }
-        let wo = if u[0] < UNIFORM_SHARE {
+        if u[0] < UNIFORM_SHARE {
             let z = 1.0 - u[1];
             let r = (1.0 - z * z).max(0.0).sqrt();
-            [r * (TAU * u[2]).cos(), r * (TAU * u[2]).sin(), z]
-        } else {
-            let stretched = (u[0] - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE) * count as f64;
-            let hero = (stretched as usize).min(count - 1);
-            let wavelength_um = wavelengths_nm[hero] * 1e-3;
-            let bands = self.table.band_weights(wi[2], wavelength_um);
-            let order = self.sampler.choose(&self.table, pick(&bands, stretched - hero as f64), [u[1], u[2]]);
-            let radius = (-2.0 * (1.0 - order.u[0]).ln()).sqrt();
-            let (sin, cos) = (TAU * order.u[1]).sin_cos();
-            let (sx, sy) = self.table.proposal_sigma();
-            let lattice = self.table.lattice();
-            let fx = (order.jx as f64 + sx * radius * cos) / lattice.x.period_um;
-            let fy = (order.jy as f64 + sy * radius * sin) / lattice.y.period_um;
-            direction_above(wavelength_um * fx - wi[0], wavelength_um * fy - wi[1])?
-        };
-        let pdf = self.pdf(wi, wo, wavelengths_nm);
-        if !(pdf > 0.0 && wo[2] > 0.0) {
-            return None;
+            return Some([r * (TAU * u[2]).cos(), r * (TAU * u[2]).sin(), z]);
         }
-        Some(Sample { wo, pdf, weight: self.eval_pdf(wi, wo, first).f * wo[2] / pdf })
+        let hero = (u[0] - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE) * wavelengths_nm.len() as f64;
+        let wavelength_nm = *wavelengths_nm.get((hero as usize).min(wavelengths_nm.len().checked_sub(1)?))?;
+        self.sample_order(wi, wavelength_nm, [u[1], u[2]])
+    }
+
+    /// A direction by the orders of one wavelength alone.
+    pub(super) fn sample_order(&self, wi: Vec3, wavelength_nm: f64, u: [f64; 2]) -> Option<Vec3> {
+        let wavelength_um = wavelength_nm * 1e-3;
+        let bands = self.table.band_weights(wi[2], wavelength_um);
+        let (band, left) = pick(&bands, u[0]);
+        let order = self.sampler.choose(&self.table, band, [left, u[1]]);
+        // Box–Muller.
+        let radius = (-2.0 * (1.0 - order.u[0]).ln()).sqrt();
+        let (sin, cos) = (TAU * order.u[1]).sin_cos();
+        let (sx, sy) = self.table.proposal_sigma();
+        let lattice = self.table.lattice();
+        let fx = (order.jx as f64 + sx * radius * cos) / lattice.x.period_um;
+        let fy = (order.jy as f64 + sy * radius * sin) / lattice.y.period_um;
+        direction_above(wavelength_um * fx - wi[0], wavelength_um * fy - wi[1])
     }
 
     /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out, every node of the table
@@ -237,14 +250,15 @@ fn in_range(
     if range.contains(&value) { Ok(()) } else { Err(TableError::OutOfRange { name, value, accepted }) }
 }
 
-/// The band in which the cumulative sum of `weights` passes `u`.
-fn pick(weights: &[f64; BANDS], u: f64) -> usize {
+/// The band in which the cumulative sum of `weights` passes `u`, and where in it `u` lies.
+fn pick(weights: &[f64; BANDS], u: f64) -> (usize, f64) {
     let mut left = u;
-    for (band, weight) in weights.iter().enumerate() {
-        if left < *weight {
-            return band;
+    for (band, &weight) in weights.iter().enumerate() {
+        if left < weight {
+            return (band, left / weight);
         }
         left -= weight;
     }
-    weights.iter().rposition(|&w| w > 0.0).unwrap_or(0)
+    // Rounding has left u at the very end.
+    (weights.iter().rposition(|&w| w > 0.0).unwrap_or(0), 1.0 - f64::EPSILON)
 }
