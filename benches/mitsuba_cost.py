@@ -21,7 +21,7 @@ sys.path.insert(0, str(REPOSITORY))
 from mitsuba_scenes.environment import SetupError, use_variant  # noqa: E402 (the line above makes it importable)
 from mitsuba_scenes.light import Light  # noqa: E402
 from mitsuba_scenes.scene import View, snake_scene  # noqa: E402
-from mitsuba_scenes.skin import preset_skin, skin_bsdf  # noqa: E402
+from mitsuba_scenes.skin import pigment_texture, preset_skin, skin_bsdf  # noqa: E402
 from mitsuba_scenes.snake import snake_files  # noqa: E402
 
 VARIANTS = ("llvm_ad_spectral", "scalar_spectral")
@@ -32,7 +32,7 @@ FIRST_RENDER_LIMIT_S = 10.0
 
 
 def bsdfs(pigment: Path) -> dict:
-    texture = {"type": "bitmap", "filename": str(pigment)}
+    texture = pigment_texture(pigment)
     return {
         **{f"diffraction {name}": skin_bsdf(preset_skin(name), pigment) for name in ("blazed", "xenopeltis")},
         "roughconductor": {"type": "roughconductor", "material": "Al", "alpha": 0.2},

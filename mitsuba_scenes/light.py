@@ -23,8 +23,8 @@ class Light:
     `sky` is the sky's radiance; a white plane facing the sun has radiance 1.
     """
 
-    azimuth_deg: float = 60.0
-    elevation_deg: float = 45.0
+    azimuth_deg: float = -150.0
+    elevation_deg: float = 40.0
     sun: str = "disc"
     sky: float = 0.05
 

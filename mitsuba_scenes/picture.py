@@ -10,7 +10,7 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
-from .scene import View, snake_scene
+from .scene import MAX_DEPTH, View, snake_scene
 
 # A pass keeps this many paths in memory at a time; 1 kB each is typical.
 PATHS_PER_PASS = 1 << 23
@@ -25,24 +25,27 @@ class Picture:
     """Linear sRGB, (height, width, 3), and what it took; times in seconds."""
 
     pixels: np.ndarray
-    bsdf: str
+    bsdf: mi.BSDF
     seconds: dict
 
 
-def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = 6, passes: int = 1) -> Picture:
+def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH, passes: int = 1) -> Picture:
     """Builds the scene and renders it in at least so many passes, which are averaged.
 
     The samples of a pass are rounded up to a square number, which the sampler needs.
 
-    Times: `tables` is making the BSDF, `scene` the rest of the scene, `first_pass` includes compiling the kernels,
-    `later_pass` is the median of the other passes (absent if there are none).
+    `bsdf` is a dictionary, or the object that an earlier picture made of one.
+    Times: `tables` is making the BSDF (absent for an object), `scene` the rest of the scene, `first_pass` includes
+    compiling the kernels, `later_pass` is the median of the other passes (absent if there are none).
     """
     passes = max(passes, math.ceil(view.width * view.height * spp / PATHS_PER_PASS))
     spp_per_pass = math.ceil(math.sqrt(spp / passes)) ** 2
     seconds = {}
-    start = time.perf_counter()
-    skin = mi.load_dict(bsdf)
-    seconds["tables"] = time.perf_counter() - start
+    skin = bsdf
+    if isinstance(bsdf, dict):
+        start = time.perf_counter()
+        skin = mi.load_dict(bsdf)
+        seconds["tables"] = time.perf_counter() - start
     start = time.perf_counter()
     scene = mi.load_dict(snake_scene(skin, files, light, view, spp_per_pass, max_depth))
     seconds["scene"] = time.perf_counter() - start
@@ -55,7 +58,7 @@ def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = 6, pa
     seconds["first_pass"] = times[0]
     if passes > 1:
         seconds["later_pass"] = float(np.median(times[1:]))
-    return Picture(pixels.astype(np.float32), str(skin), seconds)
+    return Picture(pixels.astype(np.float32), skin, seconds)
 
 
 def check(pixels: np.ndarray, name: str) -> None:

@@ -9,12 +9,12 @@ from pathlib import Path
 from . import picture
 from .environment import DEFAULT_VARIANT, SetupError, use_variant
 from .light import SUN_KINDS, Light
-from .scene import View
+from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
 
 # Stops that bring the sunlit snake to a pleasant brightness.
-EXPOSURE_STOPS = 1.0
+EXPOSURE_STOPS = 2.0
 
 
 def positive(kind):
@@ -57,7 +57,7 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
     add("--sky", type=float, default=light.sky, help="radiance of the sky; a white plane facing the sun has 1")
     add("--resolution", type=positive(int), nargs=2, metavar=("W", "H"), default=(view.width, view.height))
     add("--spp", type=positive(int), default=64, help="samples a pixel")
-    add("--max-depth", type=positive(int), default=6, help="longest path, in segments")
+    add("--max-depth", type=positive(int), default=MAX_DEPTH, help="longest path, in segments")
     add("--exposure", type=float, default=EXPOSURE_STOPS, help="brightens the PNG, in stops")
     add("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba")
     add("--mesh", type=Path, help="another mesh than the snake, with UVs, as PLY in cm (None: the snake)")

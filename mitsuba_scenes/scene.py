@@ -9,6 +9,9 @@ import mitsuba as mi
 from .light import Light
 from .snake import SnakeFiles
 
+# Longest path in segments: light, skin, camera. One more adds the caustics that the skin throws on the ground, which
+# are faint and take thousands of samples a pixel to come out smooth.
+MAX_DEPTH = 2
 # Linear reflectance of the ground.
 SAND = (0.042, 0.036, 0.031)
 
@@ -19,9 +22,9 @@ class View:
 
     width: int = 384
     height: int = 256
-    origin_cm: tuple = (-1.0, -9.0, 7.0)
-    target_cm: tuple = (-1.0, 0.3, 0.9)
-    fov_deg: float = 36.0
+    origin_cm: tuple = (-1.2, -7.0, 8.5)
+    target_cm: tuple = (-1.0, 0.55, 0.9)
+    fov_deg: float = 30.0
 
     def sensor(self, spp: int) -> dict:
         """The camera, with samplers that spread the wavelengths of a pixel evenly.
@@ -46,7 +49,7 @@ class View:
 
 
 def snake_scene(
-    bsdf: dict | mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int = 64, max_depth: int = 6
+    bsdf: dict | mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH
 ) -> dict:
     """Snake, ground, light, camera. `bsdf` is one-sided, as a dictionary or an object that is made already."""
     return {

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import mitsuba as mi
+import numpy as np
+
 # Refractive index of keratin.
 KERATIN = 1.56
+# The pigment's reflectance is taken times this: a nearly black snake, over which the colours of the relief show.
+PIGMENT_SHARE = 0.35
 
 # The relief's x axis follows the body, from head to tail. On both snakes the fingers of the cells point to the tail:
 # the Xenopeltis preset has them along +x already, the Elaphe preset along +y.
@@ -38,11 +43,12 @@ def scanned_skin(
     return parameters
 
 
+def pigment_texture(pigment: Path, share: float = PIGMENT_SHARE) -> dict:
+    """The texture of an sRGB picture, its linear reflectance times `share`."""
+    linear = mi.Bitmap(str(pigment)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
+    return {"type": "bitmap", "bitmap": mi.Bitmap(share * np.array(linear))}
+
+
 def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
     """A dictionary of the whole material: keratin with the relief, over the pigment of `pigment` (an sRGB picture)."""
-    return {
-        "type": "diffraction",
-        "eta": eta,
-        "diffuse_reflectance": {"type": "bitmap", "filename": str(pigment)},
-        **parameters,
-    }
+    return {"type": "diffraction", "eta": eta, "diffuse_reflectance": pigment_texture(pigment), **parameters}

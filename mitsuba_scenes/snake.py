@@ -20,7 +20,7 @@ class SnakeFiles:
     pigment: Path
 
 
-def snake_files(resolution: float = 2.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
+def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
     """The snake with `resolution` times the default mesh's cells in each direction; made where it is not there yet.
 
     Files that are older than the tool are made again.
