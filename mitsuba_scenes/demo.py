@@ -6,7 +6,7 @@ import argparse
 import json
 import os
 import platform
-import subprocess
+import re
 import sys
 import time
 from pathlib import Path
@@ -21,7 +21,7 @@ from .light import Light
 from .render import EXPOSURE_STOPS
 from .scene import View
 from .skin import preset_skin, scanned_skin, skin_bsdf
-from .snake import TOOL, snake_files
+from .snake import snake_files
 
 SCAN = REPOSITORY.parent / "shared" / "data" / "afm" / "xenopeltis.gsf"
 SKINS = ("blazed", "elaphe", "xenopeltis")
@@ -48,18 +48,13 @@ def shots() -> list[list[tuple[str, str, dict, Light]]]:
     return [skins, sweep]
 
 
-def tables(parameters: dict) -> dict | None:
-    """Size and error of a skin's tables, as the command line tool gives them; None where it cannot."""
-    command = [str(TOOL), "height-field", "--tables"]
-    if "preset" in parameters:
-        command += ["--preset", parameters["preset"]]
-    else:
-        command += ["--height-field", parameters["filename"]]
-    done = subprocess.run(command, capture_output=True, text=True)
-    try:
-        return json.loads(done.stdout)
-    except json.JSONDecodeError:
-        return None
+def tables(description: str) -> dict:
+    """Size in MB and relative error of a skin's tables, out of what `str(bsdf)` says of them."""
+    size = re.search(r"tables of ([0-9.e+-]+) MB", description)
+    error = re.search(r"relative error ([0-9.e+-]+[0-9])", description)
+    if not (size and error):
+        raise ValueError(f"no size and error of the tables in {description!r}")
+    return {"size_mb": float(size[1]), "relative_error": float(error[1])}
 
 
 def versions() -> dict:
@@ -117,7 +112,7 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
                 "light": vars(light),
                 "skin": skin,
                 "seconds": result.seconds,
-                "tables": tables(skin),
+                "tables": tables(str(result.bsdf)),
                 "bsdf": str(result.bsdf),
                 "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
             }

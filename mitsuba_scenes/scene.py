@@ -1,4 +1,4 @@
-"""The snake on dark sand, as a Mitsuba dictionary. Lengths are in cm, z is up, the body runs along x."""
+"""The snake on dark soil, as a Mitsuba dictionary. Lengths are in cm, z is up, the body runs along x."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .snake import SnakeFiles
 # are faint and take thousands of samples a pixel to come out smooth.
 MAX_DEPTH = 2
 # Linear reflectance of the ground.
-SAND = (0.042, 0.036, 0.031)
+SOIL = (0.020, 0.0155, 0.012)
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ def snake_scene(
         "ground": {
             "type": "rectangle",
             "to_world": mi.ScalarTransform4f().scale(200),
-            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(SAND)}},
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(SOIL)}},
         },
         **light.emitters(),
     }

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from functools import cache
 
+import mitsuba as mi
 import numpy as np
 import pytest
 from conftest import REPOSITORY, use_variant
@@ -33,9 +34,22 @@ def scene_variant(request):
 
 
 @cache
+def made_skin(variant, files, parameters):
+    """A skin in the current variant; the tables are made once per variant."""
+    return mi.load_dict(skin_bsdf(dict(parameters), files.pigment))
+
+
+@cache
 def small_picture(variant, files, light=Light(), parameters=(("preset", "xenopeltis"),)):  # noqa: B008 (it is frozen)
-    bsdf = skin_bsdf(dict(parameters), files.pigment)
-    return picture.render(bsdf, files, light, SMALL, spp=4, max_depth=3).pixels
+    skin = made_skin(variant, files, parameters)
+    return picture.render(skin, files, light, SMALL, spp=4, max_depth=3).pixels
+
+
+@pytest.mark.parametrize("skin", ["blazed", "xenopeltis"])
+def test_the_report_knows_the_tables(scene_variant, files, skin):
+    found = demo.tables(str(made_skin(scene_variant, files, tuple(preset_skin(skin).items()))))
+    assert found["size_mb"] > 0
+    assert 0 < found["relative_error"] < 1e-2
 
 
 @pytest.mark.parametrize("skin", list(PRESETS))
@@ -48,8 +62,6 @@ def test_every_skin_renders(scene_variant, files, skin):
 @pytest.mark.parametrize("sun", ["directional", "disc"])
 def test_the_sun_gives_what_its_documentation_says(scene_variant, files, sun):
     """A white ground alone, facing the sun, has radiance 1."""
-    import mitsuba as mi
-
     light = Light(azimuth_deg=30, elevation_deg=90, sun=sun, sky=0.25)
     ground = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}
     view = View(16, 16, origin_cm=(0, -0.1, 5), target_cm=(0, 0, 0), fov_deg=10)
