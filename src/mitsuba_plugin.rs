@@ -176,9 +176,13 @@ impl Surface {
     ) -> Result<f32, PluginError> {
         guard(|| {
             let (wi, wo) = (wi.map(f64::from), wo.map(f64::from));
+            let Some(pair) = self.core.pair(wi, wo) else {
+                values.fill(0.0);
+                return Ok(0.0);
+            };
             let mut pdf = 0.0;
             for (value, &wavelength_nm) in values.iter_mut().zip(wavelengths) {
-                let answer = self.core.eval_pdf(wi, wo, clamp_wavelength(wavelength_nm));
+                let answer = pair.at(clamp_wavelength(wavelength_nm));
                 *value = answer.f as f32;
                 pdf += answer.pdf;
             }

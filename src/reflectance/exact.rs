@@ -98,10 +98,11 @@ impl Exact {
     /// What the sums run over at one κ, row-major: order powers, order amplitudes, autocorrelation, or phase screen.
     fn data(&self, kappa: f64) -> Arc<Vec<Complex64>> {
         // A poisoned lock only means that another query panicked; what it holds is still whole.
-        let mut last = self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if let Some((_, data)) = last.as_ref().filter(|(at, _)| *at == kappa) {
+        let lock = || self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some((_, data)) = lock().as_ref().filter(|(at, _)| *at == kappa) {
             return data.clone();
         }
+        // Not locked meanwhile: the transforms run on the rayon pool, whose waiting threads take up other queries.
         let data = Arc::new(match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {
                 self.transform.amplitudes(kappa).into_iter().map(|c| c.norm_sqr().into()).collect()
@@ -110,7 +111,7 @@ impl Exact {
             (Model::Ensemble, Some((tx, ty))) => autocorrelation(&self.transform.screen(kappa), tx, ty),
             (Model::Patch, Some(_)) => self.transform.screen(kappa),
         });
-        *last = Some((kappa, data.clone()));
+        *lock() = Some((kappa, data.clone()));
         data
     }
 }

@@ -83,9 +83,7 @@ impl Surface {
     /// The integrals over wavelength of the weighted reflectance and of the sampler's density, by the midpoint rule in
     /// the wavenumber: there, frequency and κ are linear, so steps follow the widths of orders and splines.
     pub fn eval_pdf_integrated(&self, wi: Vec3, wo: Vec3) -> IntegratedAnswer {
-        if !(wi[2] > 0.0 && wo[2] > 0.0) {
-            return IntegratedAnswer::default();
-        }
+        let Some(pair) = self.pair(wi, wo) else { return IntegratedAnswer::default() };
         let (first, last) = (1.0 / WAVELENGTH_MAX_NM, 1.0 / WAVELENGTH_MIN_NM);
         let steps = self.integration_steps([wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]]);
         let step = (last - first) / steps as f64;
@@ -93,7 +91,7 @@ impl Surface {
         for k in 0..steps {
             let wavelength_nm = 1.0 / (first + (k as f64 + 0.5) * step);
             let width_nm = step * wavelength_nm * wavelength_nm;
-            let answer = self.eval_pdf(wi, wo, wavelength_nm);
+            let answer = pair.at(wavelength_nm);
             for (total, weight) in sum.rgb_y.iter_mut().zip(WavelengthWeights::at(wavelength_nm)) {
                 *total += answer.f * weight * width_nm;
             }

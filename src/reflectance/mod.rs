@@ -17,4 +17,4 @@ pub use exact::Exact;
 pub use fresnel::{ComplexIndex, fresnel_unpolarised};
 pub use geometry::{Obliquity, Pair, Vec3};
 pub use integrated::{IntegratedAnswer, WavelengthWeights, sample_wavelength, wavelength_pdf};
-pub use surface::{Answer, Options, Sample, Surface, SurfaceReport, UNIFORM_SHARE};
+pub use surface::{Answer, Options, Sample, Surface, SurfacePair, SurfaceReport, UNIFORM_SHARE};

@@ -1,4 +1,4 @@
-use super::albedo_scale::AlbedoScaleReport;
+use super::albedo_scale::{AlbedoScaleReport, Cell};
 use super::geometry::direction_above;
 use super::power_bins::PowerBins;
 use super::{AlbedoScale, Obliquity, Pair, Vec3};
@@ -159,31 +159,28 @@ impl Surface {
     /// `f_r` and the density of [`Surface::sample`]; both zero unless the directions lie above the surface and the
     /// wavelength (nm) within the table's range. Never negative, never NaN.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
-        let in_range = (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm);
-        let Some(pair) = Pair::new(wi, wo).filter(|_| in_range) else { return Answer::default() };
-        let wavelength_um = wavelength_nm * 1e-3;
-        let bands = self.table.band_weights(pair.cos_i, wavelength_um);
-        let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-        let density = self.table.lookup(f, pair.kappa(wavelength_um), &bands);
-        let per_area = 1.0 / (wavelength_um * wavelength_um);
-        let scale = self.scale.as_ref().map_or(1.0, |s| s.factor(wi, wavelength_nm) * s.factor(wo, wavelength_nm));
-        Answer {
-            f: self.options.angular_factor(&pair) * scale * density.value * per_area,
-            pdf: (1.0 - UNIFORM_SHARE) * density.proposal * pair.cos_o * per_area + UNIFORM_SHARE / TAU,
-        }
+        self.pair(wi, wo).map_or(Answer::default(), |pair| pair.at(wavelength_nm))
+    }
+
+    /// What a pair of directions needs at every wavelength; `None` unless both lie above the surface.
+    pub fn pair(&self, wi: Vec3, wo: Vec3) -> Option<SurfacePair<'_>> {
+        let pair = Pair::new(wi, wo)?;
+        let scale = self.scale.as_deref().map(|scale| (scale, scale.cell(wi), scale.cell(wo)));
+        Some(SurfacePair { surface: self, pair, angular_factor: self.options.angular_factor(&pair), scale })
     }
 
     /// The density of a direction sampled for several wavelengths at once: the mean of each one's (model.md §5.4).
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
-        let sum: f64 = wavelengths_nm.iter().map(|&l| self.eval_pdf(wi, wo, l).pdf).sum();
-        sum / wavelengths_nm.len().max(1) as f64
+        let Some(pair) = self.pair(wi, wo) else { return 0.0 };
+        wavelengths_nm.iter().map(|&l| pair.at(l).pdf).sum::<f64>() / wavelengths_nm.len().max(1) as f64
     }
 
     /// Samples an outgoing direction for the wavelengths carried (at least one, nm), with its density and weight.
     /// `None` as in [`Surface::sample_direction`]; such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         let wo = self.sample_direction(wi, wavelengths_nm, u)?;
-        let answers = wavelengths_nm.iter().map(|&l| self.eval_pdf(wi, wo, l));
+        let pair = self.pair(wi, wo)?;
+        let answers = wavelengths_nm.iter().map(|&l| pair.at(l));
         let (mut pdf, mut first) = (0.0, None);
         for answer in answers {
             pdf += answer.pdf / wavelengths_nm.len() as f64;
@@ -231,6 +228,37 @@ impl Surface {
         let bins = PowerBins::new(&self.table, usize::MAX)?;
         let scale = |w: Vec3| self.scale.as_ref().map_or(1.0, |s| s.factor(w, wavelength_nm));
         Some(bins.albedo(wi, wavelength_nm, &self.options, scale) * scale(wi))
+    }
+}
+
+/// A surface and a pair of directions, ready to answer for any wavelength.
+pub struct SurfacePair<'a> {
+    surface: &'a Surface,
+    pair: Pair,
+    angular_factor: f64,
+    scale: Option<(&'a AlbedoScale, Cell, Cell)>,
+}
+
+impl SurfacePair<'_> {
+    /// As [`Surface::eval_pdf`].
+    pub fn at(&self, wavelength_nm: f64) -> Answer {
+        if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {
+            return Answer::default();
+        }
+        let (table, pair) = (&self.surface.table, &self.pair);
+        let wavelength_um = wavelength_nm * 1e-3;
+        let bands = table.band_weights(pair.cos_i, wavelength_um);
+        let f = [pair.u / wavelength_um, pair.v / wavelength_um];
+        let density = table.lookup(f, pair.kappa(wavelength_um), &bands);
+        let per_area = 1.0 / (wavelength_um * wavelength_um);
+        let scale = self
+            .scale
+            .as_ref()
+            .map_or(1.0, |(scale, i, o)| scale.at_cell(i, wavelength_nm) * scale.at_cell(o, wavelength_nm));
+        Answer {
+            f: self.angular_factor * scale * density.value * per_area,
+            pdf: (1.0 - UNIFORM_SHARE) * density.proposal * pair.cos_o * per_area + UNIFORM_SHARE / TAU,
+        }
     }
 }
 

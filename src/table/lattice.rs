@@ -1,5 +1,6 @@
 //! Choice of the frequency lattice, axis by axis (the Gaussian window separates).
 
+use super::lookup::TAPS_MAX;
 use std::f64::consts::PI;
 
 /// One axis of the lattice of spatial frequencies, with nodes at `m / period_um`, `|m| ≤ reach`.
@@ -65,7 +66,8 @@ impl AxisDemand {
             (pixels, gridded_sigma, self.window_um.powi(-2) - joining_um.powi(-2))
         };
         let period_um = pixels as f64 * self.pixel_um;
-        let taps = ((2.0 * cut * sigma).ceil() as usize).max(1);
+        // At most 27: sigma is below 2 × gridded_sigma on either lattice, and the tolerance at least 1e-6.
+        let taps = ((2.0 * cut * sigma).ceil() as usize).clamp(1, TAPS_MAX);
         let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
         LatticeAxis { period_um, pixels, sigma, taps, reach: wanted.min(pixels / 2), inverse_variance }
     }

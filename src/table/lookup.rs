@@ -8,6 +8,9 @@ pub const BANDS: usize = 6;
 /// Floats at the head of a node's record: the band means, then the value at κ = 0 (real and imaginary part).
 pub const HEADER: usize = 8;
 
+/// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
+pub(super) const TAPS_MAX: usize = 32;
+
 /// How the values of neighbouring nodes combine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum KernelKind {
@@ -163,15 +166,19 @@ impl SpectralTable {
             return Density::default();
         }
         let curve = NodeCurve::new(self, kappa);
-        let mut power = 0.0;
-        let mut amplitude = Complex64::new(0.0, 0.0);
-        let mut proposal = 0.0;
+        let (mut power, mut amplitude, mut proposal) = (0.0, Complex64::ZERO, 0.0);
+        let columns = taps(x, px);
+        let mut ex = [0.0; TAPS_MAX];
+        for (e, jx) in ex.iter_mut().zip(columns.clone()) {
+            *e = gaussian(px - jx as f64, x.sigma);
+        }
         for jy in taps(y, py) {
             let ey = gaussian(py - jy as f64, y.sigma);
-            let row = (jy + y.reach as i64) as usize * x.nodes();
-            for jx in taps(x, px) {
-                let e = ey * gaussian(px - jx as f64, x.sigma);
-                let record = &self.records[4 * self.offsets[row + (jx + x.reach as i64) as usize] as usize..];
+            let first = (jy + y.reach as i64) as usize * x.nodes() + (columns.start + x.reach as i64) as usize;
+            let offsets = &self.offsets[first..first + (columns.end - columns.start).max(0) as usize];
+            for (&offset, ex) in offsets.iter().zip(ex) {
+                let record = &self.records[4 * offset as usize..];
+                let e = ey * ex;
                 let bands: f64 = band_weights.iter().zip(record).map(|(w, &p)| w * p as f64).sum();
                 match self.kernel {
                     KernelKind::Power => {

@@ -1,0 +1,55 @@
+use super::Outcome;
+use super::query::{Numbers, direction, parse};
+use super::reflector::{Method, Reflector};
+use super::service::serve;
+use super::surface_args::SurfaceArgs;
+use serde::{Deserialize, Serialize};
+
+/// Evaluate the BSDF for JSON lines on stdin
+///
+/// Each line {"wi":[x,y,z],"wo":[x,y,z],"wavelength":nm} is answered by {"f":…,"pdf":…} in order. f is the reflectance
+/// f_r in 1/sr, without the cosine and with the Fresnel reflectance where --eta is given; it is 0 unless both
+/// directions lie above the surface. pdf is the density of `sunbeam sample` per solid angle, which belongs to the
+/// tables and is given with every method; null for wavelengths that the tables do not hold (360 to 830 nm).
+///
+/// With an array of wavelengths f is an array too, and pdf the mean over the wavelengths carried: one number, as one
+/// direction is sampled for all of them (hero wavelength, balance heuristic).
+///
+/// Directions must have unit length to 1e-3, and are normalised. A bad line, an empty one included, gives {"error":…}
+/// in its place and the rest go on.
+#[derive(clap::Args)]
+pub struct EvalArgs {
+    /// exact (direct double-precision sum) or table; flss, nmm, pq and stam are not available yet
+    #[arg(long, default_value = "table")]
+    method: Method,
+    #[command(flatten)]
+    surface: SurfaceArgs,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Query {
+    wi: Vec<f64>,
+    wo: Vec<f64>,
+    wavelength: Numbers,
+}
+
+#[derive(Serialize)]
+struct Answer {
+    f: Numbers,
+    pdf: Option<f64>,
+}
+
+/// Runs `sunbeam eval`.
+pub fn run(args: &EvalArgs) -> Outcome {
+    let reflector = Reflector::new(&args.surface, args.method)?;
+    serve(&reflector, |line| answer(&reflector, line))
+}
+
+fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
+    let query: Query = parse(line)?;
+    let (wi, wo) = (direction("wi", &query.wi)?, direction("wo", &query.wo)?);
+    let wavelengths = query.wavelength.as_slice();
+    reflector.check_wavelengths(wavelengths)?;
+    Ok(Answer { f: query.wavelength.map(|nm| reflector.f(wi, wo, nm)), pdf: reflector.pdf(wi, wo, wavelengths) })
+}

@@ -1,0 +1,109 @@
+use super::periods::{Periods, periods};
+use super::surface_args::SurfaceArgs;
+use super::{Outcome, print_json};
+use serde::Serialize;
+use std::error::Error;
+use std::f64::consts::TAU;
+use std::path::{Path, PathBuf};
+use sunbeam::height_field::HeightField;
+use sunbeam::reflectance::{Surface, SurfaceReport};
+use sunbeam::table::Tiling;
+use sunbeam::transform::chebyshev_terms;
+
+/// Longer side of the preview, in pixels.
+const PREVIEW_PIXELS: f64 = 512.0;
+/// Shortest visible wavelength in µm, which needs the most terms.
+const WAVELENGTH_UM: f64 = 0.38;
+
+/// Describe a surface as JSON, and write it where asked to
+///
+/// Heights are levelled first (--level). Periods are the strongest along each axis in the power spectrum of the
+/// heights, with the direction of their waves in degrees from +x and their share of the variance. chebyshev_terms is
+/// the number of transforms that the phase screen needs for --tolerance at 380 nm and any angle.
+#[derive(clap::Args)]
+pub struct HeightFieldArgs {
+    #[command(flatten)]
+    surface: SurfaceArgs,
+    /// Write the heights: .exr (32-bit floats, µm), .gsf or .png (16 bit)
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write a grey picture, black the lowest height, +x right and +y up (.png)
+    #[arg(long, value_name = "FILE")]
+    preview: Option<PathBuf>,
+    /// Build the tables and report their size, build time, measured error and energy scaling
+    #[arg(long)]
+    tables: bool,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    /// Pixels along x and y.
+    pixels: [usize; 2],
+    pixel_um: [f64; 2],
+    extent_um: [f64; 2],
+    /// Lowest and highest height.
+    range_um: [f64; 2],
+    peak_to_valley_um: f64,
+    mean_um: f64,
+    rms_um: f64,
+    /// Along x and y, dimensionless.
+    rms_slope: [f64; 2],
+    periods: Periods,
+    chebyshev_terms: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    tables: Option<SurfaceReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    output: &'a Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    preview: &'a Option<PathBuf>,
+}
+
+/// Runs `sunbeam height-field`.
+pub fn run(args: &HeightFieldArgs) -> Outcome {
+    args.surface.index()?;
+    let config = args.surface.config()?;
+    let field = config.height_field()?;
+    if let Some(path) = &args.output {
+        field.write(path)?;
+    }
+    if let Some(path) = &args.preview {
+        write_preview(&field, path)?;
+    }
+    let options = config.options();
+    let tables = if args.tables { Some(Surface::new(&field, &options)?.report().clone()) } else { None };
+    let kappa_h = TAU * 2.0 / WAVELENGTH_UM * 0.5 * field.peak_to_valley_um();
+    print_json(&Report {
+        pixels: field.size().into(),
+        pixel_um: [field.dx_um(), field.dy_um()],
+        extent_um: field.extent_um().into(),
+        range_um: field.range_um().into(),
+        peak_to_valley_um: field.peak_to_valley_um(),
+        mean_um: field.mean_um(),
+        rms_um: field.rms_um(),
+        rms_slope: field.rms_slope().into(),
+        periods: periods(&field, options.tiling == Tiling::Periodic),
+        chebyshev_terms: chebyshev_terms(kappa_h, options.tolerance),
+        tables,
+        output: &args.output,
+        preview: &args.preview,
+    })
+}
+
+/// The tile in its true proportions, sampled at the nearest pixels.
+fn write_preview(field: &HeightField, path: &Path) -> Result<(), Box<dyn Error>> {
+    let (lx, ly) = field.extent_um();
+    let edge = lx.max(ly) / PREVIEW_PIXELS;
+    let (width, height) = ((lx / edge).round().max(1.0) as usize, (ly / edge).round().max(1.0) as usize);
+    let (nx, ny) = field.size();
+    let (lowest, highest) = field.range_um();
+    let scale = if highest > lowest { 255.0 / (highest - lowest) } else { 0.0 };
+    let mut pixels = Vec::with_capacity(width * height);
+    for row in 0..height {
+        let iy = ny - 1 - row * ny / height;
+        for column in 0..width {
+            let h = field.heights_um()[[iy, column * nx / width]];
+            pixels.push(((h - lowest) * scale).round() as u8);
+        }
+    }
+    super::png::write(path, (width, height), png::ColorType::Grayscale, &pixels)
+}

@@ -1,0 +1,131 @@
+//! What JSON lines hold, and what is wrong with them.
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use sunbeam::reflectance::Vec3;
+
+/// How far from 1 the length of a direction may be: what is printed with four digits passes, and is normalised.
+const LENGTH_TOLERANCE: f64 = 1e-3;
+
+/// A number or several, for wavelengths and what is answered for them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected a number or an array of numbers")]
+pub enum Numbers {
+    One(f64),
+    Many(Vec<f64>),
+}
+
+impl Numbers {
+    /// The numbers.
+    pub fn as_slice(&self) -> &[f64] {
+        match self {
+            Self::One(number) => std::slice::from_ref(number),
+            Self::Many(numbers) => numbers,
+        }
+    }
+
+    /// `function` of each.
+    pub fn map(&self, function: impl Fn(f64) -> f64) -> Self {
+        match self {
+            Self::One(number) => Self::One(function(*number)),
+            Self::Many(numbers) => Self::Many(numbers.iter().map(|number| function(*number)).collect()),
+        }
+    }
+}
+
+/// Reads one line; the error names the field where there is one.
+pub fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
+    if line.trim_ascii().is_empty() {
+        return Err("the line is empty".to_owned());
+    }
+    // Paths cost time, so they are only followed once something is known to be wrong.
+    if let Ok(query) = serde_json::from_slice(line) {
+        return Ok(query);
+    }
+    let mut reader = serde_json::Deserializer::from_slice(line);
+    let error = match serde_path_to_error::deserialize::<_, T>(&mut reader) {
+        Err(error) => error,
+        Ok(_) => {
+            return Err(reader.end().map_or_else(|error| format!("not JSON: {}", place(&error)), |()| String::new()));
+        }
+    };
+    let field = error.path().to_string();
+    let cause = error.into_inner();
+    let said = place(&cause);
+    match (cause.is_data(), field.as_str()) {
+        (false, _) => Err(format!("not JSON: {said}")),
+        (true, "." | "?") => Err(said),
+        (true, field) => Err(format!("{field:?}: {said}")),
+    }
+}
+
+/// The message without the number of the line, which is always 1.
+fn place(error: &serde_json::Error) -> String {
+    error.to_string().replace(" at line 1 column ", " at column ")
+}
+
+/// A direction from its components: three, finite, of unit length to 1e-3.
+pub fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
+    let vector = triple(name, components)?;
+    let length = vector.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if length == 0.0 {
+        return Err(format!("{name:?} is the zero vector; it must be a direction"));
+    }
+    // Written so that infinity and NaN are refused as well.
+    if !((length - 1.0).abs() <= LENGTH_TOLERANCE) {
+        return Err(format!("{name:?} has length {length}; it must be 1 to {LENGTH_TOLERANCE}"));
+    }
+    Ok(vector.map(|c| c / length))
+}
+
+/// Three random numbers in [0, 1).
+pub fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
+    let point = triple(name, components)?;
+    match point.iter().find(|c| !(0.0..1.0).contains(*c)) {
+        Some(outside) => Err(format!("{name:?} holds {outside}; all must be in [0, 1)")),
+        None => Ok(point),
+    }
+}
+
+fn triple(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
+    components.try_into().map_err(|_| format!("{name:?} has {} components; it must have 3", components.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_are_normalised_or_refused() {
+        let d = direction("wi", &[0.6004, 0.0, 0.8]).unwrap();
+        assert!((d.iter().map(|c| c * c).sum::<f64>() - 1.0).abs() < 1e-15);
+        for bad in [vec![0.0; 3], vec![0.0; 2], vec![0.0, 0.0, 1.002], vec![f64::NAN, 0.0, 1.0], vec![1e200; 3]] {
+            assert!(direction("wi", &bad).unwrap_err().contains("\"wi\""), "{bad:?}");
+        }
+    }
+
+    #[test]
+    fn random_numbers_are_below_one() {
+        assert!(unit_cube("u", &[0.0, 0.5, 0.999]).is_ok());
+        assert!(unit_cube("u", &[0.0, 1.0, 0.5]).unwrap_err().contains("[0, 1)"));
+        assert!(unit_cube("u", &[0.0, -1e-9, 0.5]).is_err());
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_line_is_named() {
+        #[derive(Debug, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Query {
+            #[serde(rename = "wavelength")]
+            _wavelength: Numbers,
+        }
+        let wrong = |line: &str| parse::<Query>(line.as_bytes()).unwrap_err();
+        assert!(wrong("  ").contains("empty"));
+        assert!(wrong("{").starts_with("not JSON"));
+        assert!(wrong(r#"{"wavelength":"red"}"#).starts_with("\"wavelength\": expected a number"));
+        assert!(wrong(r#"{"wave":1}"#).contains("unknown field `wave`"));
+        assert!(wrong(r#"{"wavelength":1e999}"#).contains("out of range"));
+        assert!(wrong(r#"{"wavelength":1} 2"#).contains("trailing"));
+        assert!(wrong("3").contains("expected struct"));
+    }
+}

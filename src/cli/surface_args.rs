@@ -1,0 +1,125 @@
+//! The arguments that describe a surface, the same for every subcommand.
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use serde::Deserialize;
+use serde::de::IntoDeserializer;
+use serde::de::value::{Error as NameError, StrDeserializer};
+use std::path::PathBuf;
+use sunbeam::config::{ConfigError, SurfaceConfig};
+use sunbeam::height_field::{Level, Preset};
+use sunbeam::reflectance::{ComplexIndex, Obliquity};
+use sunbeam::table::{Model, Tiling};
+
+/// Accepted parts of a refractive index: beyond these nothing is known, and squares stay well within range.
+const INDEX_PARTS: (f64, f64) = (1e-3, 1e3);
+
+/// A surface: its relief and how it answers to light.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Surface")]
+pub struct SurfaceArgs {
+    /// Built-in surface [default: elaphe when there is no --height-field]
+    #[arg(long, value_name = "NAME", value_parser = preset_names())]
+    preset: Option<Preset>,
+    /// Period along x in µm, of the presets blazed, sinusoidal and lamellar [default: 2.5]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    period: Option<f64>,
+    /// Height from valley to peak in µm, of the same presets [default: 0.25, lamellar 0.125]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    height: Option<f64>,
+    /// Height field: .exr, .png (8 or 16 bit), .gsf, .npy or .txt
+    #[arg(long, value_name = "FILE")]
+    height_field: Option<PathBuf>,
+    /// Edge of a pixel of the file in µm [default: the file's own]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    pixel_size: Option<f64>,
+    /// Height in µm of the file's largest value [default: the file's own]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    max_height: Option<f64>,
+    /// Four standard deviations of the coherence window in µm [default: 65]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    coherence_length: Option<f64>,
+    /// Mean over all places of the window, or one window in a fixed place [default: ensemble]
+    #[arg(long, value_parser = names::<Model, 2>(["ensemble", "patch"]))]
+    model: Option<Model>,
+    /// Obliquity factor [default: stam]
+    #[arg(long, value_parser = names::<Obliquity, 2>(["stam", "unit"]))]
+    obliquity: Option<Obliquity>,
+    /// Whether the tile repeats [default: periodic for presets, aperiodic for files]
+    #[arg(long, value_parser = names::<Tiling, 2>(["periodic", "aperiodic"]))]
+    tiling: Option<Tiling>,
+    /// What is taken off the heights [default: none for presets, plane for files]
+    #[arg(long, value_parser = names::<Level, 3>(["none", "mean", "plane"]))]
+    level: Option<Level>,
+    /// Reciprocal scaling that keeps the albedo at or below 1 [default: true for ensemble, false for patch]
+    #[arg(long, value_name = "BOOL")]
+    conserve_energy: Option<bool>,
+    /// V-cavity shadowing and masking [default: false]
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
+    shadowing: Option<bool>,
+    /// Real part of the refractive index; with --eta alone the surface is a dielectric, with neither it reflects
+    /// everything
+    #[arg(long, allow_negative_numbers = true)]
+    eta: Option<f64>,
+    /// Imaginary part of the refractive index; needs --eta
+    #[arg(long, allow_negative_numbers = true)]
+    k: Option<f64>,
+    /// Relative error that the tables are built to [default: 1e-3]
+    #[arg(long, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+}
+
+impl SurfaceArgs {
+    /// The configuration that the arguments amount to, validated.
+    pub fn config(&self) -> Result<SurfaceConfig, ConfigError> {
+        let default = SurfaceConfig::default();
+        let config = SurfaceConfig {
+            preset: self.preset,
+            period: self.period,
+            height: self.height,
+            filename: self.height_field.clone(),
+            pixel_size: self.pixel_size,
+            max_height: self.max_height,
+            level: self.level,
+            tiling: self.tiling,
+            coherence_length: self.coherence_length.unwrap_or(default.coherence_length),
+            model: self.model.unwrap_or(default.model),
+            obliquity: self.obliquity.unwrap_or(default.obliquity),
+            conserve_energy: self.conserve_energy,
+            shadowing: self.shadowing.unwrap_or(default.shadowing),
+            tolerance: self.tolerance.unwrap_or(default.tolerance),
+        };
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// The refractive index, `None` for a surface that reflects everything.
+    pub fn index(&self) -> Result<Option<ComplexIndex>, String> {
+        let (least, most) = INDEX_PARTS;
+        match (self.eta, self.k) {
+            (None, None) => Ok(None),
+            (None, Some(_)) => Err("parameter \"k\" needs \"eta\"".to_owned()),
+            (Some(eta), _) if !(least..=most).contains(&eta) => {
+                Err(format!("parameter \"eta\" is {eta}, but must be in [{least:e}, {most:e}]"))
+            }
+            (Some(_), Some(k)) if !(0.0..=most).contains(&k) => {
+                Err(format!("parameter \"k\" is {k}, but must be in [0, {most:e}]"))
+            }
+            (Some(eta), k) => Ok(Some(ComplexIndex { eta, k: k.unwrap_or(0.0) })),
+        }
+    }
+}
+
+fn preset_names() -> impl TypedValueParser<Value = Preset> {
+    names(Preset::ALL.map(Preset::name))
+}
+
+/// A parser for a choice among names that the library reads too.
+fn names<T, const N: usize>(accepted: [&'static str; N]) -> impl TypedValueParser<Value = T>
+where
+    T: for<'de> Deserialize<'de> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(accepted).try_map(|name: String| -> Result<T, NameError> {
+        let reader: StrDeserializer<'_, NameError> = name.as_str().into_deserializer();
+        T::deserialize(reader)
+    })
+}
