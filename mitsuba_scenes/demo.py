@@ -38,12 +38,12 @@ def shots() -> list[list[tuple[str, str, dict, Light]]]:
         print(f"no scan at {SCAN}: skipping the picture of a measured height field", flush=True)
     sweep = [
         (
-            f"light-{azimuth:g}",
+            f"light-{number}",
             f"Xenopeltis, sun at azimuth {azimuth:g}°",
             preset_skin("xenopeltis"),
             Light(azimuth_deg=azimuth),
         )
-        for azimuth in SWEEP_AZIMUTHS_DEG
+        for number, azimuth in enumerate(SWEEP_AZIMUTHS_DEG, 1)
     ]
     return [skins, sweep]
 
