@@ -8,12 +8,13 @@ CARGO  := cargo
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
 
-.PHONY: all setup plugin test test-rust test-python lint format demo bench docs clean help
+.PHONY: all setup plugin tool test test-rust test-python lint format demo bench docs clean help
 
 all: plugin
 
 help:
 	@echo "make plugin   build $(PLUGIN)"
+	@echo "make tool     build target/release/sunbeam"
 	@echo "make test     build and run every test"
 	@echo "make lint     check formatting and lints; make format mends the former"
 	@echo "make demo     render the snake, results in out/"
@@ -32,13 +33,17 @@ plugin: $(READY)
 		{ cp target/release/libsunbeam.so $(PLUGIN).new && mv $(PLUGIN).new $(PLUGIN); }
 	@echo "plugin: $(CURDIR)/$(PLUGIN)"
 
+# The command line tool, target/release/sunbeam.
+tool:
+	$(CARGO) build --release --bin sunbeam
+
 test: test-rust test-python
 
 # In the release profile, which the plugin is built in too: one set of dependencies serves both.
 test-rust:
 	$(CARGO) test --release
 
-test-python: plugin
+test-python: plugin tool
 	$(PY) -m pytest
 
 lint: $(READY)
@@ -55,11 +60,12 @@ format: $(READY)
 	.venv/bin/ruff format
 	.venv/bin/clang-format -i cpp_shim/*.cpp cpp_shim/*.h
 
-demo: plugin
-	$(PY) mitsuba_scenes/demo.py
+demo: plugin tool
+	$(PY) -m mitsuba_scenes.demo
 
-bench:
+bench: plugin tool
 	$(CARGO) bench
+	$(PY) benches/mitsuba_cost.py
 
 docs:
 	$(CARGO) doc --no-deps

@@ -1,0 +1,1 @@
+"""The snake rendered in Mitsuba 3 with the `diffraction` plugin: scene, command line, demonstration."""

@@ -1,0 +1,126 @@
+"""Renders the skins, a sweep of the light and a scan into out/: what `make demo` shows of Mitsuba."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import re
+import sys
+import time
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+
+from . import picture
+from .contact_sheet import contact_sheet
+from .environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
+from .light import Light
+from .render import EXPOSURE_STOPS
+from .scene import View
+from .skin import preset_skin, scanned_skin, skin_bsdf
+from .snake import snake_files
+
+SCAN = REPOSITORY.parent / "shared" / "data" / "afm" / "xenopeltis.gsf"
+SKINS = ("blazed", "elaphe", "xenopeltis")
+SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
+
+
+def shots() -> list[list[tuple[str, str, dict, Light]]]:
+    """Rows of (file name, caption, parameters of the skin, light)."""
+    light = Light()
+    skins = [(name, name.capitalize(), preset_skin(name), light) for name in SKINS]
+    if SCAN.exists():
+        skins.append(("scan-xenopeltis", "Xenopeltis, AFM scan", scanned_skin(SCAN), light))
+    else:
+        print(f"no scan at {SCAN}: skipping the picture of a measured height field", flush=True)
+    sweep = [
+        (
+            f"light-{number}",
+            f"Xenopeltis, sun at azimuth {azimuth:g}°",
+            preset_skin("xenopeltis"),
+            Light(azimuth_deg=azimuth),
+        )
+        for number, azimuth in enumerate(SWEEP_AZIMUTHS_DEG, 1)
+    ]
+    return [skins, sweep]
+
+
+def tables(description: str) -> dict:
+    """Size in MB and relative error of a skin's tables, out of what `str(bsdf)` says of them."""
+    size = re.search(r"tables of ([0-9.e+-]+) MB", description)
+    error = re.search(r"relative error ([0-9.e+-]+[0-9])", description)
+    if not (size and error):
+        raise ValueError(f"no size and error of the tables in {description!r}")
+    return {"size_mb": float(size[1]), "relative_error": float(error[1])}
+
+
+def versions() -> dict:
+    return {
+        "mitsuba": mi.__version__,
+        "drjit": dr.__version__,
+        "python": platform.python_version(),
+        "machine": platform.machine(),
+        "cores": len(os.sched_getaffinity(0)),
+    }
+
+
+def main(words: list[str] | None = None) -> int:
+    view = View()
+    parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.demo", description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, default=REPOSITORY / "out")
+    parser.add_argument("--variant", default=DEFAULT_VARIANT)
+    parser.add_argument("--resolution", type=int, nargs=2, metavar=("W", "H"), default=(view.width, view.height))
+    parser.add_argument("--spp", type=int, default=32, help="samples a pixel (32)")
+    options = parser.parse_args(words)
+    try:
+        make(options.output, options.variant, View(*options.resolution), options.spp)
+    except (SetupError, picture.PictureError) as error:
+        print(f"{parser.prog}: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+def make(output: Path, variant: str, view: View, spp: int) -> None:
+    start = time.perf_counter()
+    variant = use_variant(variant)
+    files = snake_files()
+    rows = shots()
+    count, done = sum(len(row) for row in rows), 0
+    report = {"variant": variant, "resolution": [view.width, view.height], "spp": spp, "versions": versions()}
+    report["pictures"] = {}
+    sheet, made = [], {}
+    for row in rows:
+        sheet.append([])
+        for name, caption, skin, light in row:
+            done += 1
+            print(f"[{done}/{count}] {caption} ...", end=" ", flush=True)
+            # The tables of a skin are made once.
+            key = json.dumps(skin, sort_keys=True)
+            bsdf = made.get(key) or skin_bsdf(skin, files.pigment)
+            # Two passes tell the cost of compiling from that of rendering.
+            result = picture.render(bsdf, files, light, view, spp, passes=2)
+            made[key] = result.bsdf
+            picture.check(result.pixels, name)
+            png = picture.write(result.pixels, output / f"{name}.exr", EXPOSURE_STOPS)
+            print(", ".join(f"{stage} {value:.2f} s" for stage, value in result.seconds.items()), flush=True)
+            sheet[-1].append((png, caption))
+            report["pictures"][name] = {
+                "files": [f"{name}.exr", f"{name}.png"],
+                "light": vars(light),
+                "skin": skin,
+                "seconds": result.seconds,
+                "tables": tables(str(result.bsdf)),
+                "bsdf": str(result.bsdf),
+                "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
+            }
+    contact_sheet(sheet, output / "contact-sheet.png", view.width)
+    report["seconds"] = time.perf_counter() - start
+    (output / "report.json").write_text(json.dumps(report, indent=1, default=str) + "\n")
+    print(f"{count} pictures, contact-sheet.png and report.json are in {output} ({report['seconds']:.0f} s)")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,68 @@
+"""Sun and sky. Radiances are relative: a white diffuse plane that faces the sun reflects 1 (times D65)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import mitsuba as mi
+import numpy as np
+
+SUN_KINDS = ("directional", "disc")
+# Angular diameter of the sun.
+SUN_DIAMETER_DEG = 0.53
+# Far enough that its direction is the same, to 0.06 deg, over the 10 cm of the snake.
+DISC_DISTANCE_CM = 1e4
+
+
+@dataclass(frozen=True)
+class Light:
+    """A sun and a uniform sky, both D65.
+
+    `azimuth_deg` is counter-clockwise seen from above, from +x (tail); `elevation_deg` is above the ground.
+    `sky` is the sky's radiance; a white plane facing the sun has radiance 1.
+    """
+
+    azimuth_deg: float = -150.0
+    elevation_deg: float = 40.0
+    sun: str = "disc"
+    sky: float = 0.05
+
+    def __post_init__(self):
+        if self.sun not in SUN_KINDS:
+            raise ValueError(f"sun is {self.sun!r}, not one of {', '.join(SUN_KINDS)}")
+        if not (math.isfinite(self.azimuth_deg) and 0 < self.elevation_deg <= 90):
+            raise ValueError("the azimuth must be finite and the elevation in (0, 90] degrees")
+        if not (math.isfinite(self.sky) and self.sky >= 0):
+            raise ValueError("the sky's radiance must be a number that is not negative")
+
+    def to_sun(self) -> np.ndarray:
+        """Unit vector from the snake to the sun."""
+        azimuth, elevation = np.radians([self.azimuth_deg, self.elevation_deg])
+        return np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
+
+    def emitters(self) -> dict:
+        """The entries of a scene dictionary."""
+        emitters = {"sun": self._directional() if self.sun == "directional" else self._disc()}
+        if self.sky > 0:
+            emitters["sky"] = {"type": "constant", "radiance": {"type": "d65", "scale": self.sky}}
+        return emitters
+
+    def _directional(self) -> dict:
+        return {
+            "type": "directional",
+            "direction": (-self.to_sun()).tolist(),
+            "irradiance": {"type": "d65", "scale": math.pi},
+        }
+
+    def _disc(self) -> dict:
+        """A disc of the sun's angular size and the same irradiance."""
+        sin_radius = math.sin(math.radians(SUN_DIAMETER_DEG / 2))
+        transform = mi.ScalarTransform4f
+        place = (self.to_sun() * DISC_DISTANCE_CM).tolist()
+        up = [0, 0, 1] if self.elevation_deg < 80 else [1, 0, 0]
+        return {
+            "type": "disk",
+            "to_world": transform().look_at(place, [0, 0, 0], up) @ transform().scale(DISC_DISTANCE_CM * sin_radius),
+            "emitter": {"type": "area", "radiance": {"type": "d65", "scale": 1 / sin_radius**2}},
+        }

@@ -1,0 +1,90 @@
+"""Rendering with its times, checks of the result, files."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+from .scene import MAX_DEPTH, View, snake_scene
+
+# A pass keeps this many paths in memory at a time; 1 kB each is typical.
+PATHS_PER_PASS = 1 << 23
+
+
+class PictureError(Exception):
+    """A picture that cannot be right."""
+
+
+@dataclass
+class Picture:
+    """Linear sRGB, (height, width, 3), and what it took; times in seconds."""
+
+    pixels: np.ndarray
+    bsdf: mi.BSDF
+    seconds: dict
+
+
+def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH, passes: int = 1) -> Picture:
+    """Builds the scene and renders it in at least so many passes, which are averaged.
+
+    The samples of a pass are rounded up to a square number, which the sampler needs.
+
+    `bsdf` is a dictionary, or the object that an earlier picture made of one.
+    Times: `tables` is making the BSDF (absent for an object), `scene` the rest of the scene, `first_pass` includes
+    compiling the kernels, `later_pass` is the median of the other passes (absent if there are none).
+    """
+    passes = max(passes, math.ceil(view.width * view.height * spp / PATHS_PER_PASS))
+    spp_per_pass = math.ceil(math.sqrt(spp / passes)) ** 2
+    seconds = {}
+    skin = bsdf
+    if isinstance(bsdf, dict):
+        start = time.perf_counter()
+        skin = mi.load_dict(bsdf)
+        seconds["tables"] = time.perf_counter() - start
+    start = time.perf_counter()
+    scene = mi.load_dict(snake_scene(skin, files, light, view, spp_per_pass, max_depth))
+    seconds["scene"] = time.perf_counter() - start
+
+    pixels, times = 0, []
+    for seed in range(passes):
+        start = time.perf_counter()
+        pixels = pixels + np.array(mi.render(scene, spp=spp_per_pass, seed=seed)) / passes
+        times.append(time.perf_counter() - start)
+    seconds["first_pass"] = times[0]
+    if passes > 1:
+        seconds["later_pass"] = float(np.median(times[1:]))
+    return Picture(pixels.astype(np.float32), skin, seconds)
+
+
+def check(pixels: np.ndarray, name: str) -> None:
+    """Fails where a picture has values that are not finite, or nothing in it."""
+    bad = int(np.count_nonzero(~np.isfinite(pixels)))
+    if bad:
+        raise PictureError(f"{name}: {bad} of {pixels.size} values are not finite")
+    if not pixels.max() > 0 or not pixels.mean() > 1e-4:
+        raise PictureError(f"{name}: the picture is black (mean {pixels.mean():.2g})")
+
+
+def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
+    """8-bit sRGB of linear pixels, brightened by 2^stops; only the highlights above 0.8 are compressed."""
+    linear = np.maximum(pixels * 2.0**exposure_stops, 0)
+    # One factor for the three channels keeps the hue; what is still above 1 clips.
+    peak = linear.max(axis=-1, keepdims=True)
+    excess = np.maximum(peak - 0.8, 0)
+    linear = linear * np.where(excess > 0, (0.8 + 0.2 * excess / (excess + 0.6)) / np.maximum(peak, 1e-9), 1)
+    bitmap = mi.Bitmap(linear.astype(np.float32))
+    return np.array(bitmap.convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.UInt8, srgb_gamma=True))
+
+
+def write(pixels: np.ndarray, exr: Path, exposure_stops: float) -> Path:
+    """Writes the linear picture to `exr` and the tone-mapped one beside it; returns the path of the latter."""
+    exr.parent.mkdir(parents=True, exist_ok=True)
+    mi.Bitmap(pixels).write(str(exr))
+    png = exr.with_suffix(".png")
+    mi.Bitmap(tone_mapped(pixels, exposure_stops)).write(str(png))
+    return png

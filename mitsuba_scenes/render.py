@@ -1,0 +1,112 @@
+"""Renders the snake with one skin: `python -m mitsuba_scenes.render --skin xenopeltis -o out/snake.exr`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from . import picture
+from .environment import DEFAULT_VARIANT, SetupError, use_variant
+from .light import SUN_KINDS, Light
+from .scene import MAX_DEPTH, View
+from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
+from .snake import SnakeFiles, snake_files
+
+# Stops that bring the sunlit snake to a pleasant brightness.
+EXPOSURE_STOPS = 2.0
+
+
+def positive(kind):
+    """An argparse type: a number of this kind above zero."""
+
+    def convert(text):
+        value = kind(text)
+        if not 0 < value < float("inf"):
+            raise argparse.ArgumentTypeError(f"{text} is not above zero")
+        return value
+
+    convert.__name__ = kind.__name__
+    return convert
+
+
+def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
+    view, light = View(), Light()
+    parser = argparse.ArgumentParser(
+        prog="python -m mitsuba_scenes.render",
+        description="Renders the snake; writes a linear EXR and a tone-mapped PNG beside it.",
+        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
+    )
+    add = parser.add_argument
+    skin = parser.add_mutually_exclusive_group()
+    skin.add_argument("--skin", choices=list(PRESETS), default="xenopeltis", help="a named surface")
+    skin.add_argument("--height-field", type=Path, metavar="FILE", help="a scan: .exr, .png, .gsf, .npy or .txt")
+    add("--pixel-size", type=positive(float), metavar="UM", help="edge of a pixel, where the scan does not say")
+    add("--max-height", type=positive(float), metavar="UM", help="largest height, where the scan does not say")
+    add("--rotation", type=float, metavar="DEG", help="turns the relief against the body (None: the skin's own)")
+    add("--eta", type=positive(float), default=KERATIN, help="refractive index of the skin")
+    add(
+        "--light-direction",
+        type=float,
+        nargs=2,
+        metavar=("AZIMUTH", "ELEVATION"),
+        default=(light.azimuth_deg, light.elevation_deg),
+        help="where the sun is, in degrees: from +x counter-clockwise, above the ground",
+    )
+    add("--sun", choices=SUN_KINDS, default=light.sun, help="parallel light, or a disc of 0.53 degrees")
+    add("--sky", type=float, default=light.sky, help="radiance of the sky; a white plane facing the sun has 1")
+    add("--resolution", type=positive(int), nargs=2, metavar=("W", "H"), default=(view.width, view.height))
+    add("--spp", type=positive(int), default=64, help="samples a pixel")
+    add("--max-depth", type=positive(int), default=MAX_DEPTH, help="longest path, in segments")
+    add("--exposure", type=float, default=EXPOSURE_STOPS, help="brightens the PNG, in stops")
+    add("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba")
+    add("--mesh", type=Path, help="another mesh than the snake, with UVs, as PLY in cm (None: the snake)")
+    add("--pigment", type=Path, help="another picture of the diffuse reflectance (None: the snake's)")
+    add("-o", "--output", type=Path, default=Path("out/snake.exr"))
+    return parser, parser.parse_args(words)
+
+
+def run(options: argparse.Namespace) -> None:
+    """What the options say. Raises ValueError where they contradict one another."""
+    if options.output.suffix.lower() != ".exr":
+        raise ValueError(f"the output {options.output} must end in .exr; the PNG goes beside it")
+    if options.height_field:
+        skin = scanned_skin(options.height_field, options.pixel_size, options.max_height)
+    elif options.pixel_size or options.max_height:
+        raise ValueError("--pixel-size and --max-height go with --height-field")
+    else:
+        skin = preset_skin(options.skin)
+    if options.rotation is not None:
+        skin["rotation"] = options.rotation
+    for given in (options.mesh, options.pigment):
+        if given and not given.is_file():
+            raise ValueError(f"there is no file {given}")
+    light = Light(*options.light_direction, sun=options.sun, sky=options.sky)
+    view = View(*options.resolution)
+
+    variant = use_variant(options.variant)
+    own = None if options.mesh and options.pigment else snake_files()
+    files = SnakeFiles(options.mesh or own.mesh, options.pigment or own.pigment)
+    print(f"rendering {view.width} x {view.height}, {options.spp} samples a pixel, {variant}", flush=True)
+    bsdf = skin_bsdf(skin, files.pigment, options.eta)
+    result = picture.render(bsdf, files, light, view, options.spp, options.max_depth)
+    picture.check(result.pixels, str(options.output))
+    png = picture.write(result.pixels, options.output, options.exposure)
+    print(", ".join(f"{name} {value:.2f} s" for name, value in result.seconds.items()))
+    print(f"wrote {options.output} and {png}")
+
+
+def main(words: list[str] | None = None) -> int:
+    """The command line; 0, or 2 with one line that says what is wrong."""
+    parser, options = arguments(words)
+    try:
+        run(options)
+    except (SetupError, ValueError, picture.PictureError, RuntimeError) as error:
+        # Mitsuba's messages have the reason last, after the chain of what was being loaded.
+        print(f"{parser.prog}: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,66 @@
+"""The snake on dark soil, as a Mitsuba dictionary. Lengths are in cm, z is up, the body runs along x."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mitsuba as mi
+
+from .light import Light
+from .snake import SnakeFiles
+
+# Longest path in segments: light, skin, camera. One more adds the caustics that the skin throws on the ground, which
+# are faint and take thousands of samples a pixel to come out smooth.
+MAX_DEPTH = 2
+# Linear reflectance of the ground.
+SOIL = (0.020, 0.0155, 0.012)
+
+
+@dataclass(frozen=True)
+class View:
+    """Picture and camera. `fov_deg` is the horizontal field of view."""
+
+    width: int = 384
+    height: int = 256
+    origin_cm: tuple = (-1.2, -7.0, 8.5)
+    target_cm: tuple = (-1.0, 0.55, 0.9)
+    fov_deg: float = 30.0
+
+    def sensor(self, spp: int) -> dict:
+        """The camera, with samplers that spread the wavelengths of a pixel evenly.
+
+        The film integrates colour directly. A film of spectral bins would get the same wavelengths and hence the same
+        colour noise; stratifying them is what removes it (by a factor of 4 at 64 samples a pixel).
+        """
+        return {
+            "type": "perspective",
+            "fov": self.fov_deg,
+            "to_world": mi.ScalarTransform4f().look_at(list(self.origin_cm), list(self.target_cm), [0, 0, 1]),
+            "sampler": {"type": "multijitter", "sample_count": spp},
+            "film": {
+                "type": "hdrfilm",
+                "width": self.width,
+                "height": self.height,
+                "pixel_format": "rgb",
+                "component_format": "float32",
+                "rfilter": {"type": "gaussian"},
+            },
+        }
+
+
+def snake_scene(
+    bsdf: dict | mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH
+) -> dict:
+    """Snake, ground, light, camera. `bsdf` is one-sided, as a dictionary or an object that is made already."""
+    return {
+        "type": "scene",
+        "integrator": {"type": "path", "max_depth": max_depth},
+        "sensor": view.sensor(spp),
+        "snake": {"type": "ply", "filename": str(files.mesh), "bsdf": {"type": "twosided", "skin": bsdf}},
+        "ground": {
+            "type": "rectangle",
+            "to_world": mi.ScalarTransform4f().scale(200),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "rgb", "value": list(SOIL)}},
+        },
+        **light.emitters(),
+    }

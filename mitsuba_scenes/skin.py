@@ -1,0 +1,54 @@
+"""The materials that the snake can wear."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+# Refractive index of keratin.
+KERATIN = 1.56
+# The pigment's reflectance is taken times this: a nearly black snake, over which the colours of the relief show.
+PIGMENT_SHARE = 0.35
+
+# The relief's x axis follows the body, from head to tail. On both snakes the fingers of the cells point to the tail:
+# the Xenopeltis preset has them along +x already, the Elaphe preset along +y.
+PRESETS = {
+    "blazed": {},
+    "elaphe": {"rotation": -90.0},
+    "xenopeltis": {},
+    "cd": {},
+}
+
+
+def preset_skin(name: str) -> dict:
+    """Parameters of `diffraction` for a named surface."""
+    if name not in PRESETS:
+        raise ValueError(f"unknown skin {name!r}; there are {', '.join(PRESETS)}")
+    return {"preset": name, **PRESETS[name]}
+
+
+def scanned_skin(
+    filename: Path, pixel_size_um: float | None = None, max_height_um: float | None = None, rotation_deg: float = 0.0
+) -> dict:
+    """Parameters of `diffraction` for a measured height field; sizes in um, needed where the file does not say."""
+    if not Path(filename).is_file():
+        raise ValueError(f"there is no height field {filename}")
+    parameters = {"filename": str(Path(filename).resolve()), "rotation": rotation_deg}
+    if pixel_size_um is not None:
+        parameters["pixel_size"] = pixel_size_um
+    if max_height_um is not None:
+        parameters["max_height"] = max_height_um
+    return parameters
+
+
+def pigment_texture(pigment: Path, share: float = PIGMENT_SHARE) -> dict:
+    """The texture of an sRGB picture, its linear reflectance times `share`."""
+    linear = mi.Bitmap(str(pigment)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
+    return {"type": "bitmap", "bitmap": mi.Bitmap(share * np.array(linear))}
+
+
+def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
+    """A dictionary of the whole material: keratin with the relief, over the pigment of `pigment` (an sRGB picture)."""
+    return {"type": "diffraction", "eta": eta, "diffuse_reflectance": pigment_texture(pigment), **parameters}

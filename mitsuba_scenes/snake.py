@@ -1,0 +1,39 @@
+"""Mesh and pigment of the snake, written by the command line tool `sunbeam` and kept under target/."""
+
+from __future__ import annotations
+
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from .environment import REPOSITORY, SetupError
+
+TOOL = REPOSITORY / "target" / "release" / "sunbeam"
+FOLDER = REPOSITORY / "target" / "scenes"
+
+
+@dataclass(frozen=True)
+class SnakeFiles:
+    """`mesh` is a PLY in cm, z up; `pigment` an sRGB picture of the diffuse reflectance, over the mesh's UVs."""
+
+    mesh: Path
+    pigment: Path
+
+
+def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
+    """The snake with `resolution` times the default mesh's cells in each direction; made where it is not there yet.
+
+    Files that are older than the tool are made again.
+    """
+    files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
+    if not tool.exists():
+        raise SetupError(f"the command line tool {tool} is missing: run `make tool`")
+    made = tool.stat().st_mtime
+    if all(path.exists() and path.stat().st_mtime > made for path in (files.mesh, files.pigment)):
+        return files
+    folder.mkdir(parents=True, exist_ok=True)
+    command = [tool, "snake", "-o", files.mesh, "--resolution", f"{resolution:g}", "--pigment", files.pigment]
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if done.returncode != 0:
+        raise SetupError(f"`sunbeam snake` failed: {done.stderr.strip() or done.returncode}")
+    return files
