@@ -12,10 +12,13 @@ const ALBEDO_MAX: f64 = 1.0005;
 const ROUNDS: usize = 6;
 /// Rounds that look between the grid's nodes and only lower, by half of what is needed so that directions that light
 /// each other are not both made to pay in full; the last few by all of it.
-const HALF_ROUNDS: usize = 4;
-const FULL_ROUNDS: usize = 2;
-/// Places looked at in each cell of the grid in each of those rounds.
+const HALF_ROUNDS: usize = 3;
+const FULL_ROUNDS: usize = 4;
+/// Places looked at in each cell of the grid in each of those rounds; for the direction of each also every wavelength
+/// of the cell at which an order grazes the surface, since that is where narrow orders peak.
 const SAMPLES: usize = 2;
+/// How far below one the last rounds bring a cell that they find above it: what is left between the places looked at.
+const MARGIN: f64 = 1.01;
 
 /// The reciprocal scaling `s(wi)·s(wo)`, `s ≤ 1`, that keeps the albedo at or below one (model.md §5.2), on a grid of
 /// direction and wavelength, read by trilinear interpolation.
@@ -64,8 +67,9 @@ impl AlbedoScale {
                 }
             }
             for round in 0..HALF_ROUNDS + FULL_ROUNDS {
-                let exponent = if round < HALF_ROUNDS { 0.5 } else { 1.0 };
-                scale.lower(round, exponent, |scale, sample| albedo(scale, sample));
+                let (exponent, margin) = if round < HALF_ROUNDS { (0.5, 1.0) } else { (1.0, MARGIN) };
+                let grazing = |wi, low_nm, high_nm| bins.grazing_wavelengths(wi, low_nm, high_nm);
+                scale.lower(round, |excess| (excess * margin).powf(-exponent), albedo, grazing);
             }
         }
         let scaled: Vec<f64> =
@@ -162,8 +166,15 @@ impl AlbedoScale {
         at(i) * (at(i + 1.0) - at(i - 1.0))
     }
 
-    /// Where a place between nodes still reflects more than one, lowers all nodes about it by `exponent` of the excess.
-    fn lower(&mut self, round: usize, exponent: f64, albedo: impl Fn(&Self, (Vec3, f64)) -> f64 + Sync) {
+    /// Where a place between nodes still reflects more than one, lowers all nodes about it by `remedy` of the excess.
+    /// `grazing` lists the wavelengths between two at which a direction's albedo peaks.
+    fn lower(
+        &mut self,
+        round: usize,
+        remedy: impl Fn(f64) -> f64,
+        albedo: impl Fn(&Self, (Vec3, f64)) -> f64 + Sync,
+        grazing: impl Fn(Vec3, f64, f64) -> Vec<f64> + Sync,
+    ) {
         let (azimuths, cosines) = (self.azimuths, self.cosines);
         let cell = |i: usize| (i / (cosines * azimuths), i / cosines % azimuths, i % cosines);
         let cells: Vec<_> = (0..(self.wavelengths - 1) * azimuths * cosines).map(cell).collect();
@@ -173,8 +184,11 @@ impl AlbedoScale {
             .map(|(i, &(l, a, c))| {
                 (0..SAMPLES).fold(1.0, |excess: f64, k| {
                     let [dl, da, dc] = scattered(i + cells.len() * (k + SAMPLES * round));
-                    let sample = self.at(c as f64 + dc, a as f64 + da, l as f64 + dl);
-                    excess.max(albedo(self, sample) * self.factor(sample.0, sample.1))
+                    let at = |l: f64| self.at(c as f64 + dc, a as f64 + da, l);
+                    let (wi, nm) = at(l as f64 + dl);
+                    let peaks = grazing(wi, at(l as f64).1, at(l as f64 + 1.0).1);
+                    let received = |nm| albedo(self, (wi, nm)) * self.factor(wi, nm);
+                    peaks.into_iter().map(received).fold(excess.max(received(nm)), f64::max)
                 })
             })
             .collect();
@@ -184,7 +198,7 @@ impl AlbedoScale {
                 for da in 0..2 {
                     let row = ((l + dl) * azimuths + (a + da) % azimuths) * (cosines + 1) + c;
                     for factor in &mut lowered[row..row + 2] {
-                        *factor = factor.min(excess.powf(-exponent));
+                        *factor = factor.min(remedy(excess));
                     }
                 }
             }

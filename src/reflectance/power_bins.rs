@@ -71,6 +71,29 @@ impl<'a> PowerBins<'a> {
         self.lobes.len()
     }
 
+    /// Wavelengths in nm, from `low_nm` to `high_nm`, at which light from `wi` leaves just above the horizon in one of
+    /// the stronger lobes: there the lobe's mean of 1/cosθo peaks, and with it the albedo.
+    pub fn grazing_wavelengths(&self, wi: Vec3, low_nm: f64, high_nm: f64) -> Vec<f64> {
+        /// Where the mean of `max(0, 1 − ρ)^(−½)` over a Gaussian is largest, in standard deviations inside the horizon.
+        const INSIDE: f64 = 0.77;
+        let middle_um = 0.5e-3 * (low_nm + high_nm);
+        let mut found = Vec::new();
+        for lobe in self.lobes.iter().take(SINGLES) {
+            let [fx, fy] = lobe.f;
+            let radius = 1.0 - INSIDE * middle_um * lobe.sigma_f[0].max(lobe.sigma_f[1]);
+            // |λf − wi| = radius along the surface.
+            let (a, b) = (fx * fx + fy * fy, fx * wi[0] + fy * wi[1]);
+            let discriminant = b * b - a * (wi[0] * wi[0] + wi[1] * wi[1] - radius * radius);
+            if a > 0.0 && discriminant >= 0.0 {
+                let root = discriminant.sqrt();
+                found.extend(
+                    [1e3 * (b - root) / a, 1e3 * (b + root) / a].iter().filter(|nm| (low_nm..=high_nm).contains(nm)),
+                );
+            }
+        }
+        found
+    }
+
     /// `∫ f_r cosθo · scale(wo) dωo` over the upper hemisphere, Fresnel reflectance left out.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64, options: &Options, scale: impl Fn(Vec3) -> f64) -> f64 {
         let wavelength_um = wavelength_nm * 1e-3;
