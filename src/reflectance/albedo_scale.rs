@@ -50,8 +50,9 @@ impl AlbedoScale {
     pub fn build(table: &SpectralTable, options: &Options) -> Option<(Self, AlbedoScaleReport)> {
         const LOBES: usize = 300;
         let bins = PowerBins::new(table, LOBES)?;
-        // Few lobes are sharp and cheap, many are smooth and dear.
-        let (cosines, azimuths, wavelengths) = if bins.len() < 100 { (24, 32, 12) } else { (16, 16, 6) };
+        // Few sharp lobes are cheap and need a fine grid; many or wide ones are smooth and dear.
+        let (cosines, azimuths, wavelengths) =
+            if bins.len() < 100 && bins.sharp() { (24, 32, 12) } else { (16, 16, 6) };
         let mut scale =
             Self { cosines, azimuths, wavelengths, values: vec![1.0; wavelengths * azimuths * (cosines + 1)] };
         let albedo = |scale: &Self, (wi, wavelength_nm): (Vec3, f64)| {
