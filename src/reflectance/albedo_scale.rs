@@ -12,12 +12,13 @@ const ALBEDO_MAX: f64 = 1.0005;
 const ROUNDS: usize = 6;
 /// Rounds that look between the grid's nodes and only lower, by half of what is needed so that directions that light
 /// each other are not both made to pay in full; the last few by all of it.
-const HALF_ROUNDS: usize = 4;
-const FULL_ROUNDS: usize = 2;
-/// Width of an order in direction cosines above which the albedo has no sharp features left.
-const BLURRED: f64 = 0.02;
-/// Places looked at in each cell of the grid in each of those rounds.
+const HALF_ROUNDS: usize = 3;
+const FULL_ROUNDS: usize = 4;
+/// Places looked at in each cell of the grid in each of those rounds; for the direction of each also every wavelength
+/// of the cell at which an order grazes the surface, since that is where narrow orders peak.
 const SAMPLES: usize = 2;
+/// How far below one the last rounds bring a cell that they find above it: what is left between the places looked at.
+const MARGIN: f64 = 1.01;
 
 /// The reciprocal scaling `s(wi)·s(wo)`, `s ≤ 1`, that keeps the albedo at or below one (model.md §5.2), on a grid of
 /// direction and wavelength, read by trilinear interpolation.
@@ -32,17 +33,6 @@ pub struct AlbedoScale {
     wavelengths: usize,
     /// `[wavelength][azimuth][cosine]`, `cosines + 1` nodes in cosθ.
     values: Vec<f32>,
-}
-
-/// A direction's place in the grid: nodes at either azimuth, and the fractions between nodes.
-pub(super) struct Cell {
-    corners: [usize; 2],
-    across: f64,
-    around: f64,
-}
-
-fn lerp(a: f64, b: f64, t: f64) -> f64 {
-    a + t * (b - a)
 }
 
 /// How much a scaling changes.
@@ -60,9 +50,9 @@ impl AlbedoScale {
     pub fn build(table: &SpectralTable, options: &Options) -> Option<(Self, AlbedoScaleReport)> {
         const LOBES: usize = 300;
         let bins = PowerBins::new(table, LOBES)?;
-        // Few lobes are sharp and cheap, many are smooth and dear.
-        let sharp = bins.len() < 100 && bins.narrowest() * 0.55 < BLURRED;
-        let (cosines, azimuths, wavelengths) = if sharp { (24, 32, 12) } else { (16, 16, 6) };
+        // Few sharp lobes are cheap and need a fine grid; many or wide ones are smooth and dear.
+        let (cosines, azimuths, wavelengths) =
+            if bins.len() < 100 && bins.sharp() { (24, 32, 12) } else { (16, 16, 6) };
         let mut scale =
             Self { cosines, azimuths, wavelengths, values: vec![1.0; wavelengths * azimuths * (cosines + 1)] };
         let albedo = |scale: &Self, (wi, wavelength_nm): (Vec3, f64)| {
@@ -78,8 +68,9 @@ impl AlbedoScale {
                 }
             }
             for round in 0..HALF_ROUNDS + FULL_ROUNDS {
-                let exponent = if round < HALF_ROUNDS { 0.5 } else { 1.0 };
-                scale.lower(round, exponent, |scale, sample| albedo(scale, sample));
+                let (exponent, margin) = if round < HALF_ROUNDS { (0.5, 1.0) } else { (1.0, MARGIN) };
+                let grazing = |wi, low_nm, high_nm| bins.grazing_wavelengths(wi, low_nm, high_nm);
+                scale.lower(round, |excess| (excess * margin).powf(-exponent), albedo, grazing);
             }
         }
         let scaled: Vec<f64> =
@@ -98,39 +89,26 @@ impl AlbedoScale {
 
     /// The factor `s` of one direction at a wavelength in nm; both are clamped to the grid.
     pub fn factor(&self, direction: Vec3, wavelength_nm: f64) -> f64 {
-        self.at_cell(&self.cell(direction), wavelength_nm)
-    }
-
-    /// Where in the grid a direction lies.
-    pub(super) fn cell(&self, direction: Vec3) -> Cell {
         let cos = direction[2].clamp(0.0, 1.0);
         let i = ((cos.sqrt() * self.cosines as f64) as usize).min(self.cosines - 1);
-        let node = |i: usize| (i as f64 / self.cosines as f64).powi(2);
+        let at = |i: usize| (i as f64 / self.cosines as f64).powi(2);
+        let fc = (cos - at(i)) / (at(i + 1) - at(i));
         let turn = (direction[1].atan2(direction[0]) / TAU + 0.5).clamp(0.0, 1.0) * self.azimuths as f64;
-        let azimuth = turn as usize;
-        let row = |a: usize| a % self.azimuths * (self.cosines + 1) + i;
-        Cell {
-            corners: [row(azimuth), row(azimuth + 1)],
-            across: (cos - node(i)) / (node(i + 1) - node(i)),
-            around: turn - azimuth as f64,
-        }
-    }
-
-    /// [`AlbedoScale::factor`] of a direction whose cell is known.
-    pub(super) fn at_cell(&self, cell: &Cell, wavelength_nm: f64) -> f64 {
-        let last = (self.wavelengths - 1) as f64;
+        let a = turn as usize;
+        let fa = turn - a as f64;
         let span = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
-        let l = ((wavelength_nm - WAVELENGTH_MIN_NM) / span * last).clamp(0.0, last);
-        let plane = (l as usize).min(self.wavelengths - 2);
-        let stride = self.azimuths * (self.cosines + 1);
-        let value = |plane: usize| {
-            let [a, b] = cell.corners.map(|row| {
-                let pair = &self.values[plane * stride + row..][..2];
-                lerp(pair[0] as f64, pair[1] as f64, cell.across)
-            });
-            lerp(a, b, cell.around)
-        };
-        lerp(value(plane), value(plane + 1), l - plane as f64)
+        let l = ((wavelength_nm - WAVELENGTH_MIN_NM) / span * (self.wavelengths - 1) as f64)
+            .clamp(0.0, (self.wavelengths - 1) as f64);
+        let il = (l as usize).min(self.wavelengths - 2);
+        let fl = l - il as f64;
+        let mut sum = 0.0;
+        for (dl, wl) in [(0, 1.0 - fl), (1, fl)] {
+            for (da, wa) in [(0, 1.0 - fa), (1, fa)] {
+                let row = ((il + dl) * self.azimuths + (a + da) % self.azimuths) * (self.cosines + 1) + i;
+                sum += wl * wa * ((1.0 - fc) * self.values[row] as f64 + fc * self.values[row + 1] as f64);
+            }
+        }
+        sum
     }
 
     /// Intervals in cosθ, nodes in azimuth and in wavelength.
@@ -189,8 +167,15 @@ impl AlbedoScale {
         at(i) * (at(i + 1.0) - at(i - 1.0))
     }
 
-    /// Where a place between nodes still reflects more than one, lowers all nodes about it by `exponent` of the excess.
-    fn lower(&mut self, round: usize, exponent: f64, albedo: impl Fn(&Self, (Vec3, f64)) -> f64 + Sync) {
+    /// Where a place between nodes still reflects more than one, lowers all nodes about it by `remedy` of the excess.
+    /// `grazing` lists the wavelengths between two at which a direction's albedo peaks.
+    fn lower(
+        &mut self,
+        round: usize,
+        remedy: impl Fn(f64) -> f64,
+        albedo: impl Fn(&Self, (Vec3, f64)) -> f64 + Sync,
+        grazing: impl Fn(Vec3, f64, f64) -> Vec<f64> + Sync,
+    ) {
         let (azimuths, cosines) = (self.azimuths, self.cosines);
         let cell = |i: usize| (i / (cosines * azimuths), i / cosines % azimuths, i % cosines);
         let cells: Vec<_> = (0..(self.wavelengths - 1) * azimuths * cosines).map(cell).collect();
@@ -200,8 +185,11 @@ impl AlbedoScale {
             .map(|(i, &(l, a, c))| {
                 (0..SAMPLES).fold(1.0, |excess: f64, k| {
                     let [dl, da, dc] = scattered(i + cells.len() * (k + SAMPLES * round));
-                    let sample = self.at(c as f64 + dc, a as f64 + da, l as f64 + dl);
-                    excess.max(albedo(self, sample) * self.factor(sample.0, sample.1))
+                    let at = |l: f64| self.at(c as f64 + dc, a as f64 + da, l);
+                    let (wi, nm) = at(l as f64 + dl);
+                    let peaks = grazing(wi, at(l as f64).1, at(l as f64 + 1.0).1);
+                    let received = |nm| albedo(self, (wi, nm)) * self.factor(wi, nm);
+                    peaks.into_iter().map(received).fold(excess.max(received(nm)), f64::max)
                 })
             })
             .collect();
@@ -211,7 +199,7 @@ impl AlbedoScale {
                 for da in 0..2 {
                     let row = ((l + dl) * azimuths + (a + da) % azimuths) * (cosines + 1) + c;
                     for factor in &mut lowered[row..row + 2] {
-                        *factor = factor.min(excess.powf(-exponent));
+                        *factor = factor.min(remedy(excess));
                     }
                 }
             }

@@ -54,6 +54,11 @@ impl Exact {
     pub fn power_density(&self, f: [f64; 2], kappa: f64) -> f64 {
         let s = self.options.coherence_length_um / 4.0;
         let (nx, ny) = self.transform.size();
+        // Pixels say nothing of frequencies above half their rate; the sums over them would repeat there.
+        let beyond = 2.0 * f[0].abs() * self.pixel_um.0 > 1.0 || 2.0 * f[1].abs() * self.pixel_um.1 > 1.0;
+        if self.tapers.is_some() && beyond {
+            return 0.0;
+        }
         let data = self.data(kappa);
         let density = match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {

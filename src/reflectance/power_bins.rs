@@ -3,8 +3,10 @@
 use super::geometry::direction_above;
 use super::surface::Options;
 use super::{Pair, Vec3};
-use crate::table::{BANDS, HEADER, KernelKind, NodeCurve, SpectralTable};
+use crate::table::{BANDS, HEADER, KernelKind, NodeCurve, SpectralTable, WAVELENGTH_MAX_NM};
 
+/// Standard deviation in direction cosines below which a lobe is not integrated across.
+const SHARP: f64 = 0.01;
 /// Nodes that stay alone whatever their number, the strongest first.
 const SINGLES: usize = 48;
 
@@ -66,14 +68,40 @@ impl<'a> PowerBins<'a> {
         Some(Self { table, fine: side <= 1, lobes })
     }
 
-    /// Spread of the narrowest lobe in cycles/µm.
-    pub fn narrowest(&self) -> f64 {
-        self.lobes.iter().map(|lobe| lobe.sigma_f[0].min(lobe.sigma_f[1])).fold(f64::INFINITY, f64::min)
+    /// Whether one evaluation stands for a lobe away from the horizon at every wavelength.
+    pub fn sharp(&self) -> bool {
+        let widest = self.lobes.iter().flat_map(|lobe| lobe.sigma_f).fold(0.0, f64::max);
+        1e-3 * WAVELENGTH_MAX_NM * widest < SHARP
     }
 
     /// Number of lobes.
     pub fn len(&self) -> usize {
         self.lobes.len()
+    }
+
+    /// Wavelengths in nm, from `low_nm` to `high_nm`, at which light from `wi` leaves just above the horizon in one of
+    /// the stronger lobes: there the lobe's mean of 1/cosθo peaks, and with it the albedo.
+    pub fn grazing_wavelengths(&self, wi: Vec3, low_nm: f64, high_nm: f64) -> Vec<f64> {
+        /// Standard deviations inside the horizon: where the mean of `max(0, 1 − ρ)^(−½)` over a Gaussian is
+        /// largest, and further in, where a scaling that rises with cosθo moves the peak.
+        const INSIDE: [f64; 2] = [0.77, 1.8];
+        let middle_um = 0.5e-3 * (low_nm + high_nm);
+        let mut found = Vec::new();
+        for lobe in self.lobes.iter().take(SINGLES) {
+            let [fx, fy] = lobe.f;
+            let sigma = middle_um * lobe.sigma_f[0].max(lobe.sigma_f[1]);
+            let (a, b) = (fx * fx + fy * fy, fx * wi[0] + fy * wi[1]);
+            for radius in INSIDE.map(|inside| 1.0 - inside * sigma) {
+                // |λf − wi| = radius along the surface.
+                let discriminant = b * b - a * (wi[0] * wi[0] + wi[1] * wi[1] - radius * radius);
+                if a > 0.0 && discriminant >= 0.0 {
+                    let root = discriminant.sqrt();
+                    let both = [1e3 * (b - root) / a, 1e3 * (b + root) / a];
+                    found.extend(both.iter().filter(|nm| (low_nm..=high_nm).contains(*nm)));
+                }
+            }
+        }
+        found
     }
 
     /// `∫ f_r cosθo · scale(wo) dωo` over the upper hemisphere, Fresnel reflectance left out.
@@ -123,7 +151,7 @@ impl Lobe {
         let widest = sx.max(sy);
         // Half a per mille of 1/cosθo averaged over the Gaussian is 40 standard deviations inside in cos²θo.
         if 1.0 - rho * rho > 40.0 * widest {
-            if widest < 0.01 || !fine {
+            if widest < SHARP || !fine {
                 return direction_above(qx, qy).map_or(0.0, value);
             }
             let mut sum = 0.0;
@@ -141,7 +169,7 @@ impl Lobe {
         if rho - CUT * radial >= 1.0 {
             return 0.0;
         }
-        let across_rule: &[(f64, f64)] = if across < 0.01 || !fine { &[(0.0, 1.0)] } else { &HERMITE_3 };
+        let across_rule: &[(f64, f64)] = if across < SHARP || !fine { &[(0.0, 1.0)] } else { &HERMITE_3 };
         let mut sum = 0.0;
         for &(t, p) in across_rule {
             // cosθo along the radius at this offset across: cos² = reach² − ρ².

@@ -1,0 +1,195 @@
+//! No energy is created (model.md §5.2), and how much the scaling that sees to it changes.
+
+mod common;
+
+use common::{Random, direction, oracle, preset, sinusoid, waves};
+use std::f64::consts::{PI, TAU};
+use sunbeam::height_field::{HeightField, Preset};
+use sunbeam::reflectance::{Obliquity, Options, Surface, Vec3};
+
+/// What the albedo may exceed one by: the tables' default tolerance.
+const ALBEDO_MAX: f64 = 1.001;
+/// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
+const STANDARD_ERRORS: f64 = 4.0;
+/// Tables (1e-3) and the three-point rules of the order-by-order integral, against a fine quadrature.
+const QUADRATURE: f64 = 2e-3;
+
+fn build(field: &HeightField, options: &Options) -> Surface {
+    Surface::new(field, options).unwrap()
+}
+
+/// Incident directions up to 89.9°, half of them uniform in the angle so that grazing ones come up.
+fn incident(random: &mut Random) -> Vec3 {
+    if random.unit() < 0.5 {
+        direction(random.between(0.0, 89.9), random.between(-180.0, 180.0))
+    } else {
+        let d = random.direction();
+        if d[2] < 0.001_745 { direction(89.9, 0.0) } else { d }
+    }
+}
+
+/// The largest albedo of `queries` random directions and wavelengths, printed with what the scaling changed.
+fn largest(name: &str, surface: &Surface, queries: usize) -> f64 {
+    let mut random = Random::new(5);
+    let (mut most, mut least_factor, mut sum_factor, mut at) = (0.0, 1.0f64, 0.0, ([0.0; 3], 0.0));
+    let mut above = 0;
+    for _ in 0..queries {
+        let (wi, nm) = (incident(&mut random), random.wavelength_nm());
+        let albedo = surface.albedo(wi, nm).unwrap();
+        let factor = surface.scale().map_or(1.0, |s| s.factor(wi, nm));
+        least_factor = least_factor.min(factor);
+        sum_factor += factor / queries as f64;
+        above += usize::from(albedo > ALBEDO_MAX);
+        if albedo > most {
+            (most, at) = (albedo, (wi, nm));
+        }
+    }
+    let energy = surface.report().energy.unwrap();
+    let theta = at.0[2].acos().to_degrees();
+    let phi = at.0[1].atan2(at.0[0]).to_degrees();
+    println!(
+        "{name:22} albedo ≤ {most:.5} (at θ {theta:.2}° φ {phi:.0}° {:.0} nm; {above} of {queries} above), factor of a \
+         direction ≥ {least_factor:.3}, mean {sum_factor:.4}; over the hemisphere {:.4} → {:.4}, before ≤ {:.3}; {:.2} s",
+        at.1,
+        energy.albedo_mean_unscaled,
+        energy.albedo_mean_scaled,
+        energy.albedo_max_unscaled,
+        surface.report().build_seconds
+    );
+    most
+}
+
+#[test]
+fn gratings_reflect_at_most_what_falls_on_them() {
+    let mut worst = 0.0f64;
+    for name in [Preset::Flat, Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+        for obliquity in [Obliquity::Stam, Obliquity::Unit] {
+            let surface = build(&preset(name), &Options { obliquity, ..Options::default() });
+            worst = worst.max(largest(&format!("{name} {obliquity:?}"), &surface, 2000));
+        }
+    }
+    let surface = build(&waves(64, 48, 0.1, 0.1, 0.5), &Options::default());
+    worst = worst.max(largest("waves", &surface, 200));
+    let surface = build(&preset(Preset::Blazed), &Options { coherence_length_um: 5.0, ..Options::default() });
+    worst = worst.max(largest("blazed 5 µm", &surface, 1000));
+    assert!(worst <= ALBEDO_MAX, "{worst}");
+}
+
+#[test]
+#[ignore = "known defect: 3 of 2000 albedos exceed the limit, by up to 1.1 %"]
+fn a_steep_sinusoid_reflects_at_most_what_falls_on_it() {
+    let surface = build(&sinusoid(256, 1.25, 0.15), &Options::default());
+    let most = largest("steep sinusoid", &surface, 2000);
+    assert!(most <= ALBEDO_MAX, "{most}");
+}
+
+#[test]
+fn large_tiles_reflect_at_most_what_falls_on_them() {
+    let mut worst = 0.0f64;
+    for name in [Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
+        let surface = build(&preset(name), &Options::default());
+        worst = worst.max(largest(name.name(), &surface, 6));
+    }
+    assert!(worst <= ALBEDO_MAX, "{worst}");
+}
+
+#[test]
+fn without_scaling_a_sinusoid_at_grazing_makes_energy() {
+    // The sinusoid of model.md §5.2: 0.15 µm is its amplitude or its height from valley to peak.
+    let mut most = [0.0f64; 2];
+    for (most, amplitude) in most.iter_mut().zip([0.15, 0.075]) {
+        let options = Options { obliquity: Obliquity::Unit, conserve_energy: false, ..Options::default() };
+        let surface = build(&sinusoid(256, 1.25, amplitude), &options);
+        let mut at = 0.0;
+        for nm in (360..=830).step_by(2) {
+            let albedo = surface.albedo(direction(85.0, 0.0), nm as f64).unwrap();
+            if albedo > *most {
+                (*most, at) = (albedo, nm as f64);
+            }
+        }
+        println!("amplitude {amplitude} µm: {most:.3} at 85° and {at} nm");
+    }
+    assert!(most[0].max(most[1]) > 1.3);
+}
+
+#[test]
+fn what_makes_no_energy_is_left_alone() {
+    let flat = build(&preset(Preset::Flat), &Options::default());
+    let mut random = Random::new(3);
+    for _ in 0..200 {
+        let wi = direction(random.between(0.0, 75.0), random.between(-180.0, 180.0));
+        let albedo = flat.albedo(wi, random.wavelength_nm()).unwrap();
+        assert!((albedo - 1.0).abs() < 1e-3, "{wi:?}: {albedo}");
+    }
+    for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+        let surface = build(&preset(name), &Options::default());
+        let plain = build(&preset(name), &Options { conserve_energy: false, ..Options::default() });
+        let (mut below, mut lowered, mut lost) = (0.0, 0.0, 0.0);
+        for _ in 0..2000 {
+            let (wi, nm) = (random.direction(), random.wavelength_nm());
+            if plain.albedo(wi, nm).unwrap() < 0.98 {
+                let factor = surface.scale().map_or(1.0, |s| s.factor(wi, nm));
+                below += 1.0;
+                lowered += f64::from(u8::from(factor < 0.99));
+                lost += 1.0 - factor;
+            }
+        }
+        let mean = lost / f64::max(below, 1.0);
+        println!("{name}: of {below} directions below 0.98, {lowered} have a factor below 0.99; mean loss {mean:.4}");
+        // Only those in a cell of the grid with an excess are touched.
+        assert!(mean < 0.02, "{name}: {mean}");
+    }
+}
+
+#[test]
+fn the_albedo_is_what_sampling_finds() {
+    let field = sinusoid(64, 2.5, 0.125);
+    for (coherence_length_um, theta, phi, nm) in
+        [(65.0, 0.0, 0.0, 550.0), (65.0, 70.0, 30.0, 450.0), (5.0, 40.0, 0.0, 650.0), (5.0, 80.0, 90.0, 500.0)]
+    {
+        let surface = build(&field, &Options { coherence_length_um, ..Options::default() });
+        let wi = direction(theta, phi);
+        let mut random = Random::new(17);
+        const SAMPLES: usize = 200_000;
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for _ in 0..SAMPLES {
+            let weight = surface.sample(wi, &[nm], random.three()).map_or(0.0, |s| s.weight);
+            sum += weight;
+            squares += weight * weight;
+        }
+        let mean = sum / SAMPLES as f64;
+        let error = ((squares / SAMPLES as f64 - mean * mean).max(0.0) / SAMPLES as f64).sqrt();
+        let albedo = surface.albedo(wi, nm).unwrap();
+        println!("{coherence_length_um} µm {theta}°: sampled {mean:.5} ± {error:.5}, integrated {albedo:.5}");
+        assert!((mean - albedo).abs() < STANDARD_ERRORS * error + 0.5 * QUADRATURE, "{mean} ± {error} {albedo}");
+    }
+}
+
+#[test]
+fn the_albedo_is_the_integral_of_the_oracle() {
+    // A short coherence makes orders wide enough for a plain quadrature over the hemisphere.
+    let field = sinusoid(64, 2.5, 0.125);
+    for conserve_energy in [false, true] {
+        let options = Options { coherence_length_um: 5.0, conserve_energy, ..Options::default() };
+        let surface = build(&field, &options);
+        let exact = oracle(&field, &surface);
+        for (theta, phi, nm) in [(0.0, 0.0, 550.0), (60.0, 0.0, 450.0), (75.0, 40.0, 650.0)] {
+            let wi = direction(theta, phi);
+            const RINGS: usize = 160;
+            const SPOKES: usize = 320;
+            let mut sum = 0.0;
+            for ring in 0..RINGS {
+                let psi = (ring as f64 + 0.5) / RINGS as f64 * 90.0;
+                for spoke in 0..SPOKES {
+                    let wo = direction(psi, (spoke as f64 + 0.5) / SPOKES as f64 * 360.0);
+                    let sin = psi.to_radians().sin();
+                    sum += exact.eval(wi, wo, nm) * wo[2] * sin;
+                }
+            }
+            let integral = sum * (0.5 * PI / RINGS as f64) * (TAU / SPOKES as f64);
+            let albedo = surface.albedo(wi, nm).unwrap();
+            println!("{theta}° {nm} nm: oracle {integral:.5}, order by order {albedo:.5}");
+            assert!((integral - albedo).abs() < QUADRATURE * integral, "{integral} {albedo}");
+        }
+    }
+}
