@@ -179,23 +179,28 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Values at κ = 0 of each kept node, and for every knot from `−EXTRA_KNOTS` the scaled quantity that the splines
-    /// go through, knot-major.
+    /// What each kept node's record says of κ = 0 (power and slope, or amplitude), and for every knot from `−EXTRA_KNOTS`
+    /// the quantity that the splines go through, knot-major.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
-        let at_zero = self.kept_values(&self.spectrum.nodes(0.0));
+        let mut at_zero = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
         let small = 1e-4 / self.spectrum.half_range_um().max(1e-12);
+        if self.kernel == KernelKind::Power {
+            let nearby = self.kept_values(&self.spectrum.nodes(small));
+            for (i, zero) in at_zero.iter_mut().enumerate() {
+                zero.im = (nearby[i] - self.mirrored(&nearby, i)).re / (2.0 * small);
+            }
+        }
         // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel.
         let mut knots: Vec<Vec<Complex64>> = (0..=last)
             .into_par_iter()
             .map(|k| {
                 let kappa = if k == 0 { small } else { k as f64 * self.kappa_step };
                 let scaled = self.scaled(kappa, &at_zero);
-                if k == 0 {
-                    (0..scaled.len()).map(|i| 0.5 * (scaled[i] + self.mirrored(&scaled, i))).collect()
-                } else {
-                    scaled
+                if k > 0 {
+                    return scaled;
                 }
+                (0..scaled.len()).map(|i| 0.5 * (scaled[i] + self.mirrored(&scaled, i))).collect()
             })
             .collect();
         let mut rows = Vec::with_capacity(knots.len() + EXTRA_KNOTS as usize);
@@ -224,13 +229,22 @@ impl<'a> Build<'a> {
         self.kept.iter().map(|kept| nodes[kept.index]).collect()
     }
 
+    /// `Q(κ)` of the kept nodes (see [`SpectralTable`]), κ > 0.
     fn scaled(&self, kappa: f64, at_zero: &[Complex64]) -> Vec<Complex64> {
-        let scale = match self.kernel {
-            KernelKind::Power => Complex64::from(1.0 + (self.kappa_knee / kappa).powi(2)),
-            KernelKind::Amplitude => Complex64::new(1.0, self.kappa_knee / kappa),
-        };
         let values = self.kept_values(&self.spectrum.nodes(kappa));
-        values.iter().zip(at_zero).map(|(value, zero)| (value - zero) * scale).collect()
+        let ratio = self.kappa_knee / kappa;
+        let pairs = values.iter().zip(at_zero);
+        match self.kernel {
+            KernelKind::Power => pairs
+                .map(|(value, zero)| {
+                    ((value.re - zero.re) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * zero.im).into()
+                })
+                .collect(),
+            KernelKind::Amplitude => {
+                let scale = Complex64::new(1.0, ratio);
+                pairs.map(|(value, zero)| (value - zero) * scale).collect()
+            }
+        }
     }
 
     /// Mean power of a node in each κ band from its spline coefficients (the first belongs to the knot −1).
@@ -247,8 +261,9 @@ impl<'a> Build<'a> {
                         |c: &[f64]| -> f64 { (first..first + 4).map(|i| c[i] * cubic(t - i as f64 + 1.0)).sum() };
                     match self.kernel {
                         KernelKind::Power => {
-                            let factor = kappa * kappa / (kappa * kappa + self.kappa_knee * self.kappa_knee);
-                            (at_zero.re + factor * part(coefficients[0])).max(0.0)
+                            let squares = kappa * kappa + self.kappa_knee * self.kappa_knee;
+                            let linear = self.kappa_knee * self.kappa_knee * at_zero.im;
+                            (at_zero.re + kappa * (linear + kappa * part(coefficients[0])) / squares).max(0.0)
                         }
                         KernelKind::Amplitude => {
                             let factor = kappa / Complex64::new(kappa, self.kappa_knee);

@@ -5,7 +5,8 @@ use rustfft::num_complex::Complex64;
 /// Number of κ bands for which every node keeps its mean power; they make the proposal of the sampler.
 pub const BANDS: usize = 6;
 
-/// Floats at the head of a node's record: the band means, then the value at κ = 0 (real and imaginary part).
+/// Floats at the head of a node's record: the band means, then two about κ = 0: of a power its value and slope there, of an
+/// amplitude the real and imaginary part of its value.
 pub const HEADER: usize = 8;
 
 /// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
@@ -41,9 +42,9 @@ pub struct Density {
 
 /// `S(f; κ)` of one surface as a table; see the [module](super) for the formulae.
 ///
-/// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of
-/// `Q(κ) = (P(κ) − P(0))·(κ² + κ₀²)/κ²`, or for amplitudes `(D(κ) − D(0))·(κ + iκ₀)/κ` (real and imaginary part in
-/// turn). Coefficient `i` belongs to the knot `(i − 1)·kappa_step`. Records begin on multiples of four floats and are
+/// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of `Q(κ)`, with
+/// `P(κ) = P(0) + (κκ₀²·P'(0) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
+/// and imaginary part in turn). `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ. Coefficient `i` belongs to the knot `(i − 1)·kappa_step`. Records begin on multiples of four floats and are
 /// padded so that eight coefficients from any multiple of four up to the last knot in use can be read.
 #[derive(Clone, Debug)]
 pub struct SpectralTable {
@@ -234,6 +235,8 @@ pub struct NodeCurve {
     weights: [f64; 4],
     /// `κ²/(κ²+κ₀²)` or `κ/(κ + iκ₀)`, which undoes the scaling of the records.
     factor: Complex64,
+    /// `κκ₀²/(κ²+κ₀²)`.
+    linear: f64,
 }
 
 impl NodeCurve {
@@ -247,8 +250,9 @@ impl NodeCurve {
             KernelKind::Power => Complex64::new(kappa * kappa / squares, 0.0),
             KernelKind::Amplitude => Complex64::new(kappa, -table.kappa_knee) * (kappa / squares),
         };
+        let linear = kappa * table.kappa_knee * table.kappa_knee / squares;
         // Coefficient first + i belongs to the knot first + i − 1.
-        Self { first, weights: std::array::from_fn(|i| cubic(t - (first + i) as f64 + 1.0)), factor }
+        Self { first, weights: std::array::from_fn(|i| cubic(t - (first + i) as f64 + 1.0)), factor, linear }
     }
 
     /// A node's power at this κ from its record (see [`SpectralTable`]); zero beyond the record's end. A spline may
@@ -256,7 +260,7 @@ impl NodeCurve {
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let scaled: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();
-        record[BANDS] as f64 + self.factor.re * scaled
+        record[BANDS] as f64 + self.linear * record[BANDS + 1] as f64 + self.factor.re * scaled
     }
 
     /// A node's amplitude at this κ from its record; zero beyond the record's end.
