@@ -60,20 +60,20 @@ public:
         return weights;
     }
 
-    /// `S(f; κ)` and the proposal's density. Positions on the lattice are taken in double precision: a narrow order is
-    /// a small part of the distance from the origin.
+    /// `S(f; κ)` and the proposal's density. Positions on the lattice are taken in double precision, from wavelengths
+    /// as they were given: a narrow order is a small part of the distance from the origin.
     template <size_t N>
-    Density<N> lookup(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_um, const Mask &active) const {
+    Density<N> lookup(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_nm, const Mask &active) const {
         using Wide64 = dr::Array<Float64, N>;
         using WideI  = dr::Array<Int32, N>;
-        using WideU  = dr::Array<UInt32, N>;
         using WideF  = Wide<N>;
 
-        const Wide64 wavenumber = 1.0 / Wide64(wavelength_um);
-        const Wide64 px         = (Float64(wi.x()) + Float64(wo.x())) * m_layout.period_x_um * wavenumber;
-        const Wide64 py         = (Float64(wi.y()) + Float64(wo.y())) * m_layout.period_y_um * wavenumber;
-        const Wide64 first_x    = dr::ceil(px - 0.5 * m_layout.taps_x);
-        const Wide64 first_y    = dr::ceil(py - 0.5 * m_layout.taps_y);
+        const WideF wavelength_um = wavelength_nm * 1e-3f;
+        const Wide64 wavenumber   = 1e3 / Wide64(wavelength_nm);
+        const Wide64 px           = (Float64(wi.x()) + Float64(wo.x())) * m_layout.period_x_um * wavenumber;
+        const Wide64 py           = (Float64(wi.y()) + Float64(wo.y())) * m_layout.period_y_um * wavenumber;
+        const Wide64 first_x      = dr::ceil(px - 0.5 * m_layout.taps_x);
+        const Wide64 first_y      = dr::ceil(py - 0.5 * m_layout.taps_y);
         const WideF from_x(px - first_x), from_y(py - first_y);
         const WideI jx0(first_x), jy0(first_y);
 
