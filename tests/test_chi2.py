@@ -158,8 +158,7 @@ def test_a_density_of_one_wavelength_is_rejected():
     """The density must know all the wavelengths that a sample may have come from."""
     bsdf = built("llvm_ad_spectral", **SURFACES["blazed"])
     both = [
-        vectorised(bsdf, direction(30, 70), nm=nm, sample_count=100_000)
-        for nm in (WAVELENGTHS, WAVELENGTHS[:1] * 4)
+        vectorised(bsdf, direction(30, 70), nm=nm, sample_count=100_000) for nm in (WAVELENGTHS, WAVELENGTHS[:1] * 4)
     ]
     both[0].pdf_func = both[1].pdf_func
     assert not both[0].run(SIGNIFICANCE, TEST_COUNT, quiet=True), both[0].messages

@@ -15,7 +15,8 @@ SIGMAS = 5.0
 # Quadrature over the hemisphere against a narrow order: cells are half a standard deviation wide, and the density has
 # steps at the horizon.
 QUADRATURE_RTOL = 3e-3
-# Single precision, with a floor as in test_twins.py: values below this share of the density are known to no more digits.
+# Single precision, with a floor as in test_twins.py: values below this share of the
+# density are known to no more digits.
 RECIPROCITY_RTOL, RECIPROCITY_FLOOR = 2e-4, 2e-2
 # A mirror's lobe ends where its Gaussian has fallen by 1e-8, and is summed on a grid; tables are good to 1e-3.
 MIRROR_RTOL = 3e-3
@@ -59,7 +60,7 @@ def test_no_direction_reflects_more_than_it_receives(preset):
 
 
 def test_unscaled_surfaces_would_be_caught():
-    """Left alone, the obliquity factor makes energy on a deep sinusoid (model.md of the sources' model: 1.77)."""
+    """Left alone, the obliquity factor makes energy on a deep sinusoid."""
     deep = {"preset": "sinusoidal", "period": 1.25, "height": 0.6}
     free = built("llvm_ad_spectral", **deep, conserve_energy=False)
     mean, noise = mean_weight(free, direction(0, 0), 100_000)
