@@ -39,7 +39,7 @@ def interactions(wi, nm):
     si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
     si.wi = mi.Vector3f(np.ascontiguousarray(np.transpose(wi)))
     if mi.is_spectral:
-        si.wavelengths = mi.Color0f() if nm is None else mi.Spectrum(np.ascontiguousarray(np.transpose(nm)))
+        si.wavelengths = [mi.Float(np.ascontiguousarray(column)) for column in np.transpose(nm)]
     return si
 
 

@@ -114,7 +114,7 @@ def test_the_pigment_keeps_what_the_surface_leaves(variant):
     ctx.component = 1
     assert np.all(first_entry(built(variant, **QUICK, diffuse_reflectance=0.4).eval(ctx, si, wo)) == 0)
     below = first_entry(built(variant, **QUICK, eta=1.56, diffuse_reflectance=0.4).eval(ctx, si, wo))
-    through = [1 - mi.fresnel_conductor(np.cos(np.radians(angle)), mi.Complex2f(1.56, 0)) for angle in (40, 20)]
+    through = [1 - mi.fresnel(float(np.cos(np.radians(angle))), 1.56)[0] for angle in (40, 20)]
     expected = 0.4 * np.array(through[0]) * np.array(through[1]) * np.cos(np.radians(20)) / np.pi
     np.testing.assert_allclose(below, np.broadcast_to(expected, below.shape), rtol=1e-4)
 
