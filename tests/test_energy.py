@@ -21,6 +21,9 @@ RECIPROCITY_RTOL, RECIPROCITY_FLOOR = 2e-4, 2e-2
 # Where orders are wide, colours are integrated over 32 wavelengths, which misses the spikes of D65 by 0.65 % in red.
 MIRROR_RTOL = 1e-2
 
+# Five standard errors of a channel of one pixel: 0.012 with 256 samples, since a path's colour varies much.
+FURNACE_NOISE = 0.06
+
 WAVELENGTHS = [410.0, 487.5, 561.0, 655.0]
 ANGLES = [(0, 0), (35, 20), (60, 110), (80, 250)]
 
@@ -79,8 +82,8 @@ def test_mean_weight_is_the_integral(preset, angles):
     assert np.all(np.abs(mean - truth) <= allowed), (mean, truth)
     core, core_noise = mean_weight(built("scalar_spectral", preset=preset), direction(*angles), 10_000)
     assert np.all(np.abs(core - truth) <= SIGMAS * core_noise + QUADRATURE_RTOL), (core, truth)
-    # A loss of five per cent would show.
-    assert np.all(np.abs(0.95 * mean - truth) > allowed), allowed
+    # A loss of five per cent would show, at one wavelength at least.
+    assert np.any(np.abs(0.95 * mean - truth) > allowed), allowed
 
 
 def test_values_are_reciprocal(variant):
@@ -148,5 +151,5 @@ def test_a_furnace_is_not_brighter_than_its_walls(preset):
 def test_a_perfect_reflector_vanishes_in_a_furnace():
     """Seen at most 80° from the normal; towards the horizon, half of the lobe lies beyond it."""
     image = furnace(built("llvm_ad_rgb", preset="flat"), 256)
-    assert np.all(image <= 1 + 0.02)
-    np.testing.assert_allclose(image[2:6, 2:6], 1, atol=0.01)
+    assert np.all(image <= 1 + FURNACE_NOISE)
+    np.testing.assert_allclose(image[2:6, 2:6].mean(axis=(0, 1)), 1, atol=MIRROR_RTOL)
