@@ -8,6 +8,8 @@ CARGO  := cargo
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
 
+# Two builds of one package at a time would only wait for each other.
+.NOTPARALLEL:
 .PHONY: all setup plugin tool test test-rust test-python lint format demo bench docs clean help
 
 all: plugin

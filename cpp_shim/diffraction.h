@@ -25,21 +25,7 @@ public:
     MI_IMPORT_BASE(BSDF, m_flags, m_components)
     MI_IMPORT_TYPES(Texture)
 
-    explicit Diffraction(const Properties &props) : Base(props), m_lobe(make_surface(props)) {
-        check_optics(props);
-        if (const std::string material = material_name(props); material != "none") {
-            std::tie(m_eta, m_k) = complex_ior_from_file<Spectrum, Texture>(material);
-        } else {
-            // eta = 0, k = 1 reflects everything; a given eta without k is a dielectric.
-            const bool dielectric = props.has_property("eta");
-            m_eta                 = props.get_unbounded_texture<Texture>("eta", 0.f);
-            m_k                   = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
-        }
-        m_specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
-        m_rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
-        if (props.has_property("diffuse_reflectance"))
-            m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
-        refuse_unknown(props);
+    explicit Diffraction(const Properties &props) : Base(props), m_lobe(make_surface(read_parameters(props))) {
         parameters_changed();
     }
 
@@ -228,8 +214,28 @@ private:
         return { value, pdf };
     }
 
-    static rust::Box<Surface> make_surface(const Properties &props) {
-        const std::string json = surface_json(props);
+    /// Sets the textures and returns the configuration of the surface. Everything is checked here, before the tables
+    /// are built, since that takes seconds.
+    std::string read_parameters(const Properties &props) {
+        const std::string surface = surface_json(props);
+        check_optics(props);
+        if (const std::string material = material_name(props); material != "none") {
+            std::tie(m_eta, m_k) = complex_ior_from_file<Spectrum, Texture>(material);
+        } else {
+            // eta = 0, k = 1 reflects everything; a given eta without k is a dielectric.
+            const bool dielectric = props.has_property("eta");
+            m_eta                 = props.get_unbounded_texture<Texture>("eta", 0.f);
+            m_k                   = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
+        }
+        m_specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
+        m_rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
+        if (props.has_property("diffuse_reflectance"))
+            m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
+        refuse_unknown(props);
+        return surface;
+    }
+
+    static rust::Box<Surface> make_surface(const std::string &json) {
         try {
             return new_surface(json);
         } catch (const std::exception &error) {
@@ -237,10 +243,11 @@ private:
         }
     }
 
-    DiffractionLobe<Float, Spectrum> m_lobe;
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
+    // The last member, because `read_parameters` sets the others before it is made.
+    DiffractionLobe<Float, Spectrum> m_lobe;
 
-    MI_TRAVERSE_CB(Base, m_lobe, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation)
+    MI_TRAVERSE_CB(Base, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation, m_lobe)
 };
 
 /// Tells Mitsuba how to make an instance of one variant; returns 1, for counting.

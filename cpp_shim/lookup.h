@@ -37,7 +37,7 @@ public:
         if constexpr (IsSpectral) {
             constexpr size_t N = UnpolarizedSpectrum::Size;
             Wide<N> value;
-            const Float pdf = carried<N>(wi, wo, carried_um(wavelengths), active, value);
+            const Float pdf = carried<N>(wi, wo, carried_nm(wavelengths), active, value);
             return { UnpolarizedSpectrum(value), pdf };
         } else {
             return integrated(wi, wo, active);
@@ -74,19 +74,20 @@ private:
                         float(m_tables.layout().wavelength_max_nm));
     }
 
-    Wide<4> carried_um(const Wavelength &wavelengths) const {
+    Wide<4> carried_nm(const Wavelength &wavelengths) const {
         Wide<4> result;
         for (size_t k = 0; k < 4; ++k)
-            result[k] = in_range(wavelengths[k]) * 1e-3f;
+            result[k] = in_range(wavelengths[k]);
         return result;
     }
 
     /// `f_r cosθo` at each wavelength into `value`; returns the density, the mean of each one's.
-    template <size_t N> Float carried(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_um,
+    template <size_t N> Float carried(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_nm,
                                       const Mask &active, Wide<N> &value) const {
-        const auto density     = m_tables.template lookup<N>(wi, wo, wavelength_um, active);
-        const Wide<N> per_area = 1.f / (wavelength_um * wavelength_um);
-        Wide<N> scale          = m_tables.template scale<N>(wi, wavelength_um, active);
+        const auto density          = m_tables.template lookup<N>(wi, wo, wavelength_nm, active);
+        const Wide<N> wavelength_um = wavelength_nm * 1e-3f;
+        const Wide<N> per_area      = 1.f / (wavelength_um * wavelength_um);
+        Wide<N> scale               = m_tables.template scale<N>(wi, wavelength_um, active);
         scale *= m_tables.template scale<N>(wo, wavelength_um, active);
         const Float share(m_tables.layout().uniform_share);
         value = angular_factor(wi, wo) * scale * density.value * per_area;
@@ -129,11 +130,10 @@ private:
             dr::make_tuple(k, rgb_y, pdf),
             [&](const Float &k, const Packet &, const Float &) { return active && k < steps; },
             [&](Float &k, Packet &rgb_y, Float &pdf) {
-                const Wide<1> wavelength_um(1.f / dr::fmadd(k + .5f, step, first));
+                const Float nm = 1e3f / dr::fmadd(k + .5f, step, first);
                 Wide<1> value;
-                const Float density  = carried<1>(wi, wo, wavelength_um, active, value);
-                const Float width_nm = step * dr::square(wavelength_um[0]) * 1e3f;
-                const Float nm       = wavelength_um[0] * 1e3f;
+                const Float density  = carried<1>(wi, wo, Wide<1>(nm), active, value);
+                const Float width_nm = step * dr::square(nm) * 1e-3f;
                 rgb_y += value[0] * width_nm * m_tables.wavelength_weight(nm, active);
                 pdf += density * width_nm * mitsuba::pdf_rgb_spectrum(nm);
                 k += 1.f;
@@ -169,7 +169,7 @@ public:
 
     Value eval_pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, bool /*active*/) const {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
-            std::array<float, UnpolarizedSpectrum::Size> nm, values;
+            std::array<float, UnpolarizedSpectrum::Size> nm, values{};
             std::copy_n(wavelengths.data(), nm.size(), nm.begin());
             const float pdf = m_surface->eval_pdf(array(wi), array(wo), rust::Slice<const float>(nm.data(), nm.size()),
                                                   rust::Slice<float>(values.data(), values.size()));

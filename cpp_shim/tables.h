@@ -60,20 +60,20 @@ public:
         return weights;
     }
 
-    /// `S(f; κ)` and the proposal's density. Positions on the lattice are taken in double precision: a narrow order is
-    /// a small part of the distance from the origin.
+    /// `S(f; κ)` and the proposal's density. Positions on the lattice are taken in double precision, from wavelengths
+    /// as they were given: a narrow order is a small part of the distance from the origin.
     template <size_t N>
-    Density<N> lookup(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_um, const Mask &active) const {
+    Density<N> lookup(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_nm, const Mask &active) const {
         using Wide64 = dr::Array<Float64, N>;
         using WideI  = dr::Array<Int32, N>;
-        using WideU  = dr::Array<UInt32, N>;
         using WideF  = Wide<N>;
 
-        const Wide64 wavenumber = 1.0 / Wide64(wavelength_um);
-        const Wide64 px         = (Float64(wi.x()) + Float64(wo.x())) * m_layout.period_x_um * wavenumber;
-        const Wide64 py         = (Float64(wi.y()) + Float64(wo.y())) * m_layout.period_y_um * wavenumber;
-        const Wide64 first_x    = first_tap(px, m_layout.taps_x, m_layout.reach_x);
-        const Wide64 first_y    = first_tap(py, m_layout.taps_y, m_layout.reach_y);
+        const WideF wavelength_um = wavelength_nm * 1e-3f;
+        const Wide64 wavenumber   = 1e3 / Wide64(wavelength_nm);
+        const Wide64 px           = (Float64(wi.x()) + Float64(wo.x())) * m_layout.period_x_um * wavenumber;
+        const Wide64 py           = (Float64(wi.y()) + Float64(wo.y())) * m_layout.period_y_um * wavenumber;
+        const Wide64 first_x      = first_tap(px, m_layout.taps_x, m_layout.reach_x);
+        const Wide64 first_y      = first_tap(py, m_layout.taps_y, m_layout.reach_y);
         const WideF from_x(px - first_x), from_y(py - first_y);
         const WideI jx0(first_x), jy0(first_y);
 
@@ -106,8 +106,9 @@ public:
                     im[k]             = dr::fmadd(e[k], tail[3] + b, im[k]);
                     proposal[k]       = dr::fmadd(e[k] * e[k], power, proposal[k]);
                 } else {
-                    re[k]       = dr::fmadd(e[k], tail[2] + curve.power(k, record, active), re[k]);
-                    proposal[k] = dr::fmadd(e[k], power, proposal[k]);
+                    const Float at_zero = dr::fmadd(curve.linear[k], tail[3], tail[2]);
+                    re[k]               = dr::fmadd(e[k], at_zero + curve.power(k, record, active), re[k]);
+                    proposal[k]         = dr::fmadd(e[k], power, proposal[k]);
                 }
             }
         };
@@ -251,7 +252,7 @@ private:
         const Tables &tables;
         dr::Array<UInt32, N> first; // in packets, real records
         dr::Array<Wide<N>, 8> weights;
-        Wide<N> factor_re, factor_im;
+        Wide<N> factor_re, factor_im, linear;
 
         Curve(const Tables &tables, const Wide<N> &kappa) : tables(tables) {
             const Wide<N> t      = kappa / float(tables.m_layout.kappa_step);
@@ -263,6 +264,7 @@ private:
             const Wide<N> squares = dr::fmadd(kappa, kappa, knee * knee);
             factor_re             = kappa * kappa / squares;
             factor_im             = -knee * kappa / squares;
+            linear                = knee * knee * kappa / squares;
         }
 
         static Wide<N> cubic(const Wide<N> &distance) {

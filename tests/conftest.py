@@ -1,5 +1,6 @@
 """Loads the plugin that `make plugin` built into the stock wheel of Mitsuba."""
 
+import json
 from pathlib import Path
 
 import mitsuba as mi
@@ -29,6 +30,21 @@ def use_variant(name):
     resolver = mi.file_resolver()
     if str(PLUGIN_FOLDER) not in [str(folder) for folder in resolver]:
         resolver.append(str(PLUGIN_FOLDER))
+
+
+_built = {}
+
+
+def built(variant, **parameters):
+    """Selects a variant and gives its `diffraction` BSDF of these parameters.
+
+    Built once a session, since the tables of a skin take seconds: not for tests that change it.
+    """
+    use_variant(variant)
+    key = variant, json.dumps(parameters, sort_keys=True)
+    if key not in _built:
+        _built[key] = mi.load_dict({"type": "diffraction", **parameters})
+    return _built[key]
 
 
 @pytest.fixture(params=VARIANTS)

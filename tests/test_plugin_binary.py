@@ -57,7 +57,7 @@ import mitsuba as mi
 print(mi.__file__)
 mi.set_variant(sys.argv[2])
 mi.file_resolver().append(sys.argv[1])
-print(mi.load_dict({"type": "diffraction"}))
+print(mi.load_dict({"type": "diffraction", "preset": "flat"}))
 """
 
 

@@ -4,6 +4,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+from batches import direction
+from conftest import built
+from surfaces import QUICK
 
 # Both sides come from one routine in single precision, fused differently by the JIT.
 RTOL = 1e-5
@@ -28,21 +31,13 @@ def first_entry(spectrum):
     return np.array(spectrum).ravel()
 
 
-def direction(theta, phi):
-    theta, phi = np.radians(theta), np.radians(phi)
-    return [float(np.sin(theta) * np.cos(phi)), float(np.sin(theta) * np.sin(phi)), float(np.cos(theta))]
-
-
 PAIRS = [((0, 0), (0, 0)), ((30, 10), (40, 200)), ((75, 90), (20, 300)), ((89.9, 0), (89.9, 0)), ((60, 0), (60, 180))]
 
 
 @pytest.mark.parametrize(("wi", "wo"), PAIRS)
-def test_eval_and_pdf_agree_with_eval_pdf(variant, make_bsdf, wi, wo):
-    bsdf, ctx, si = (
-        make_bsdf(eta=1.56, diffuse_reflectance=0.3, rotation=20.0),
-        mi.BSDFContext(),
-        interaction(direction(*wi)),
-    )
+def test_eval_and_pdf_agree_with_eval_pdf(variant, wi, wo):
+    bsdf = built(variant, preset="blazed", eta=1.56, diffuse_reflectance=0.3, rotation=20.0)
+    ctx, si = mi.BSDFContext(), interaction(direction(*wi))
     wo = mi.Vector3f(direction(*wo))
     value, pdf = bsdf.eval_pdf(ctx, si, wo)
     np.testing.assert_allclose(first_entry(bsdf.eval(ctx, si, wo)), first_entry(value), rtol=RTOL)
@@ -53,16 +48,21 @@ def test_eval_and_pdf_agree_with_eval_pdf(variant, make_bsdf, wi, wo):
 
 @pytest.mark.parametrize("sample1", [0.0, 0.5, 0.999])
 @pytest.mark.parametrize("parameters", [{}, {"material": "Au"}, {"eta": 1.56, "diffuse_reflectance": 0.3}], ids=str)
-def test_weight_is_value_over_density(variant, make_bsdf, parameters, sample1):
-    bsdf, ctx, si = make_bsdf(rotation=35.0, **parameters), mi.BSDFContext(), interaction(direction(50, 20))
+def test_weight_is_value_over_density(variant, parameters, sample1):
+    bsdf, ctx = built(variant, **QUICK, rotation=35.0, **parameters), mi.BSDFContext()
+    si = interaction(direction(50, 20))
     bs, weight = bsdf.sample(ctx, si, sample1, [0.3, 0.7])
     value, pdf = bsdf.eval_pdf(ctx, si, bs.wo)
     np.testing.assert_allclose(bs.pdf, pdf, rtol=RTOL)
-    np.testing.assert_allclose(first_entry(weight), first_entry(value) / np.array(pdf), rtol=RTOL)
+    if np.all(np.array(bs.pdf) > 0):
+        np.testing.assert_allclose(first_entry(weight), first_entry(value) / np.array(pdf), rtol=RTOL)
+    else:  # an order beyond the horizon
+        assert np.all(first_entry(weight) == 0)
 
 
 def test_eval_pdf_sample_is_both(typical_variant, make_bsdf):
-    bsdf, ctx, si = make_bsdf(diffuse_reflectance=0.3, eta=1.56), mi.BSDFContext(), interaction(direction(50, 20))
+    bsdf = make_bsdf(**QUICK, diffuse_reflectance=0.3, eta=1.56)
+    ctx, si = mi.BSDFContext(), interaction(direction(50, 20))
     wo = mi.Vector3f(direction(30, 100))
     value, pdf, bs, weight = bsdf.eval_pdf_sample(ctx, si, wo, 0.2, [0.3, 0.7])
     np.testing.assert_allclose(first_entry(value), first_entry(bsdf.eval(ctx, si, wo)), rtol=RTOL)
@@ -72,8 +72,9 @@ def test_eval_pdf_sample_is_both(typical_variant, make_bsdf):
     np.testing.assert_allclose(first_entry(weight), first_entry(other_weight), rtol=RTOL)
 
 
-def test_back_side_is_black(variant, make_bsdf):
-    bsdf, ctx, up, down = make_bsdf(diffuse_reflectance=0.3), mi.BSDFContext(), direction(30, 0), direction(150, 0)
+def test_back_side_is_black(variant):
+    bsdf, ctx = built(variant, **QUICK, eta=1.56, diffuse_reflectance=0.3), mi.BSDFContext()
+    up, down = direction(30, 0), direction(150, 0)
     for wi, wo in [(up, down), (down, up), (down, down)]:
         value, pdf = bsdf.eval_pdf(ctx, interaction(wi), mi.Vector3f(wo))
         assert np.all(first_entry(value) == 0)
@@ -81,7 +82,8 @@ def test_back_side_is_black(variant, make_bsdf):
 
 
 def test_components_and_flags(typical_variant, make_bsdf):
-    plain, pigmented = make_bsdf(), make_bsdf(diffuse_reflectance=0.2, rotation={"type": "checkerboard"})
+    plain = make_bsdf(**QUICK)
+    pigmented = make_bsdf(**QUICK, diffuse_reflectance=0.2, rotation={"type": "checkerboard"})
     assert plain.component_count() == 1
     assert pigmented.component_count() == 2
     assert mi.has_flag(plain.flags(), mi.BSDFFlags.GlossyReflection)
@@ -92,9 +94,9 @@ def test_components_and_flags(typical_variant, make_bsdf):
     assert mi.has_flag(pigmented.flags(), mi.BSDFFlags.SpatiallyVarying)
 
 
-def test_components_add_up(variant, make_bsdf):
-    bsdf, si, wo = make_bsdf(eta=1.56, diffuse_reflectance=0.4), interaction(direction(40, 0)), direction(20, 90)
-    wo = mi.Vector3f(wo)
+def test_components_add_up(variant):
+    bsdf = built(variant, **QUICK, eta=1.56, diffuse_reflectance=0.4)
+    si, wo = interaction(direction(40, 0)), mi.Vector3f(direction(20, 90))
     whole = first_entry(bsdf.eval(mi.BSDFContext(), si, wo))
     parts = []
     for component in range(2):
@@ -105,17 +107,21 @@ def test_components_add_up(variant, make_bsdf):
     assert np.all(parts[1] > 0)
 
 
-def test_sampling_passes_chi_square(llvm_ad_rgb):
-    from mitsuba.chi2 import BSDFAdapter, ChiSquareTest, SphericalDomain
-
-    xml = '<float name="eta" value="1.56"/><float name="diffuse_reflectance" value="0.4"/>'
-    sample, pdf = BSDFAdapter("diffraction", xml, wi=mi.ScalarVector3f(direction(60, 30)))
-    test = ChiSquareTest(domain=SphericalDomain(), sample_func=sample, pdf_func=pdf, sample_dim=3)
-    assert test.run(), test.messages
+def test_the_pigment_keeps_what_the_surface_leaves(variant):
+    """Nothing below a perfect reflector; below a dielectric, what both crossings let through."""
+    si, wo = interaction(direction(40, 0)), mi.Vector3f(direction(20, 90))
+    ctx = mi.BSDFContext()
+    ctx.component = 1
+    assert np.all(first_entry(built(variant, **QUICK, diffuse_reflectance=0.4).eval(ctx, si, wo)) == 0)
+    below = first_entry(built(variant, **QUICK, eta=1.56, diffuse_reflectance=0.4).eval(ctx, si, wo))
+    through = [1 - mi.fresnel(float(np.cos(np.radians(angle))), 1.56)[0] for angle in (40, 20)]
+    expected = 0.4 * np.array(through[0]) * np.array(through[1]) * np.cos(np.radians(20)) / np.pi
+    np.testing.assert_allclose(below, np.broadcast_to(expected, below.shape), rtol=1e-4)
 
 
 def test_gradients_reach_the_parameters(llvm_ad_rgb, make_bsdf):
-    bsdf, ctx, si = make_bsdf(eta=1.56, diffuse_reflectance=0.4), mi.BSDFContext(), interaction(direction(40, 0))
+    bsdf = make_bsdf(**QUICK, eta=1.56, diffuse_reflectance=0.4)
+    ctx, si = mi.BSDFContext(), interaction(direction(40, 0))
     params = mi.traverse(bsdf)
     for key in ["eta.value", "k.value", "specular_reflectance.value", "diffuse_reflectance.value"]:
         dr.enable_grad(params[key])
@@ -126,53 +132,3 @@ def test_gradients_reach_the_parameters(llvm_ad_rgb, make_bsdf):
         # k enters squared, so its gradient vanishes at k = 0.
         assert key == "k.value" or np.all(gradient != 0), key
         dr.disable_grad(params[key])
-
-
-SKIN = {"type": "diffraction", "eta": 1.56, "diffuse_reflectance": 0.3}
-
-
-def pixels(values):
-    """A small texture of these values, as they are."""
-    return {"type": "bitmap", "bitmap": mi.Bitmap(np.array(values, dtype=np.float32)), "raw": True}
-
-
-WRAPPERS = {
-    "bare": SKIN,
-    "twosided": {"type": "twosided", "nested": SKIN},
-    "blendbsdf": {"type": "blendbsdf", "weight": 0.5, "a": SKIN, "b": {"type": "diffuse"}},
-    "mask": {"type": "mask", "opacity": 0.5, "nested": SKIN},
-    "normalmap": {"type": "normalmap", "normalmap": lambda: pixels([[[0.6, 0.5, 1.0]] * 2] * 2), "nested": SKIN},
-    "bumpmap": {"type": "bumpmap", "map": lambda: pixels([[[0.0], [0.1]], [[0.1], [0.0]]]), "nested": SKIN},
-}
-
-
-def sphere_scene(bsdf):
-    return mi.load_dict(
-        {
-            "type": "scene",
-            "integrator": {"type": "path", "max_depth": 4},
-            "sensor": {
-                "type": "perspective",
-                "to_world": mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0]),
-                "film": {"type": "hdrfilm", "width": 8, "height": 8, "pixel_format": "luminance"},
-            },
-            "light": {"type": "constant"},
-            "shape": {"type": "sphere", "bsdf": bsdf},
-        }
-    )
-
-
-@pytest.mark.parametrize("wrapper", WRAPPERS)
-def test_works_inside(typical_variant, wrapper):
-    # Bitmaps are made late, since they need a variant.
-    bsdf = {name: value() if callable(value) else value for name, value in WRAPPERS[wrapper].items()}
-    image = np.array(mi.render(sphere_scene(bsdf), spp=16))
-    centre = image[2:6, 2:6]
-    assert np.all(np.isfinite(image))
-    assert np.all(image >= 0)
-    assert 0 < centre.mean() < np.array(mi.render(sphere_scene({"type": "null"}), spp=16))[2:6, 2:6].mean()
-
-
-def test_a_perfect_reflector_vanishes_in_a_furnace(llvm_ad_rgb):
-    scene = sphere_scene({"type": "diffraction", "preset": "flat"})
-    np.testing.assert_allclose(np.array(mi.render(scene, spp=256)), 1, atol=0.02)

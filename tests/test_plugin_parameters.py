@@ -1,22 +1,31 @@
 """Every parameter is accepted, refused and shown as documented."""
 
-import mitsuba as mi
-import pytest
+import time
 
+import mitsuba as mi
+import numpy as np
+import pytest
+from conftest import use_variant
+from surfaces import QUICK
+
+# Tables of skins take seconds, so most of these take a surface that is quick to build.
 ACCEPTED = [
-    {},
     {"preset": "blazed", "period": 2.0, "height": 0.2},
-    {"preset": "xenopeltis", "level": "mean", "tiling": "aperiodic"},
-    {"coherence_length": 1e-3, "tolerance": 1e-6},
-    {"coherence_length": 100000, "tolerance": 0.1},
-    {"model": "patch", "obliquity": "unit", "conserve_energy": True, "shadowing": True},
-    {"material": "Al"},
-    {"material": "none"},
-    {"eta": 1.56},
-    {"eta": 0.2, "k": 3.9},
-    {"specular_reflectance": 0.5, "diffuse_reflectance": {"type": "checkerboard"}},
-    {"rotation": 30},
-    {"rotation": {"type": "checkerboard"}},
+    {"preset": "blazed", "level": "mean", "coherence_length": 1e-3, "tolerance": 1e-6, "conserve_energy": False},
+    {"preset": "blazed", "coherence_length": 100000, "tolerance": 0.1, "conserve_energy": False},
+    {"preset": "flat", "model": "patch", "obliquity": "unit", "conserve_energy": True, "shadowing": True},
+    {**QUICK, "material": "Al"},
+    {**QUICK, "material": "none"},
+    {**QUICK, "eta": 1.56},
+    {**QUICK, "eta": 0.2, "k": 3.9},
+    {**QUICK, "specular_reflectance": 0.5, "diffuse_reflectance": {"type": "checkerboard"}},
+    {**QUICK, "rotation": 30},
+    {**QUICK, "rotation": {"type": "checkerboard"}},
+]
+# Once, in a scalar variant: what a surface accepts does not depend on the variant.
+ACCEPTED_ONCE = [
+    {},
+    {"preset": "xenopeltis", "level": "mean", "tiling": "aperiodic", "conserve_energy": False, "tolerance": 1e-2},
 ]
 
 # Parameters, the one that the message must name, and what it must say is accepted.
@@ -65,6 +74,11 @@ def test_accepted(typical_variant, make_bsdf, parameters):
     make_bsdf(**parameters)
 
 
+@pytest.mark.parametrize("parameters", ACCEPTED_ONCE, ids=str)
+def test_accepted_once(scalar_rgb, make_bsdf, parameters):
+    make_bsdf(**parameters)
+
+
 @pytest.mark.parametrize(("parameters", "named", "accepted"), REFUSED, ids=str)
 def test_refused(typical_variant, make_bsdf, parameters, named, accepted):
     with pytest.raises(RuntimeError) as refusal:
@@ -74,10 +88,19 @@ def test_refused(typical_variant, make_bsdf, parameters, named, accepted):
     assert accepted in message
 
 
+def gsf(metres, header="", cut=None):
+    """A Gwyddion simple field with pixels of 0.1 µm."""
+    rows, columns = metres.shape
+    text = f"Gwyddion Simple Field 1.0\nXRes = {columns}\nYRes = {rows}\nXReal = {columns * 1e-7}\n"
+    text += f"YReal = {rows * 1e-7}\nXYUnits = m\nZUnits = m\n{header}"
+    text = text.encode()
+    return (text + b"\0" * (4 - len(text) % 4) + metres.astype("<f4").tobytes())[:cut]
+
+
 @pytest.fixture
 def height_file(tmp_path):
     path = tmp_path / "heights of a skin.gsf"
-    path.write_bytes(b"Gwyddion Simple Field 1.0\nXRes = 1\nYRes = 1\n\0\0\0\0\0\0\0\0")
+    path.write_bytes(gsf(np.zeros((1, 1))))
     return path
 
 
@@ -90,7 +113,7 @@ def test_file_beside_preset_is_refused(scalar_rgb, make_bsdf, height_file):
 
 def test_file_is_found_by_the_resolver(scalar_rgb, make_bsdf, height_file):
     mi.file_resolver().append(str(height_file.parent))
-    assert str(height_file) in str(make_bsdf(filename=height_file.name))
+    assert str(height_file) in str(make_bsdf(filename=height_file.name, conserve_energy=False))
 
 
 def test_a_folder_is_not_a_file(scalar_rgb, make_bsdf, tmp_path):
@@ -99,8 +122,9 @@ def test_a_folder_is_not_a_file(scalar_rgb, make_bsdf, tmp_path):
 
 
 def test_description_tells_the_surface(variant, make_bsdf):
-    text = str(make_bsdf(preset="blazed", period=2.0, coherence_length=30.0, tolerance=1e-4))
-    for part in ("blazed", "period 2 µm", "30 µm", "1e-4", "eta", "rotation"):
+    surface = {"preset": "blazed", "period": 2.0, "coherence_length": 30.0, "tolerance": 1e-4}
+    text = str(make_bsdf(**surface, conserve_energy=False))
+    for part in ("blazed", "period 2 µm", "30 µm", "1e-4", "MB", "relative error", "eta", "rotation"):
         assert part in text
 
 
@@ -108,15 +132,89 @@ def test_xml_is_read(scalar_rgb):
     bsdf = mi.load_string(
         '<bsdf type="diffraction" version="3.0.0">'
         '<string name="preset" value="sinusoidal"/><float name="period" value="1.5"/>'
-        '<boolean name="shadowing" value="true"/><rgb name="diffuse_reflectance" value="0.1, 0.2, 0.3"/>'
+        '<boolean name="shadowing" value="true"/><boolean name="conserve_energy" value="false"/>'
+        '<rgb name="diffuse_reflectance" value="0.1, 0.2, 0.3"/>'
         "</bsdf>"
     )
     assert "sinusoidal, period 1.5 µm" in str(bsdf)
 
 
 def test_traverse_shows_what_is_continuous(variant, make_bsdf):
-    params = mi.traverse(make_bsdf(diffuse_reflectance=0.2))
+    params = mi.traverse(make_bsdf(**QUICK, diffuse_reflectance=0.2))
     names = {key.split(".")[0] for key in params.keys()}  # noqa: SIM118
     assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation"}
     params["specular_reflectance.value"] = 0.5
     params.update()
+
+
+def npy(path, values):
+    np.save(path, values)
+
+
+def with_nan():
+    values = np.zeros((5, 7))
+    values[3, 2] = np.nan
+    return values
+
+
+PIXEL = {"pixel_size": 0.1}
+# File name, how it is written, further parameters, and what the message must say besides the file's name.
+BAD_FILES = [
+    ("nan.npy", lambda p: npy(p, with_nan()), PIXEL, ["row 3", "column 2", "finite"]),
+    ("infinite.npy", lambda p: npy(p, np.full((2, 2), np.inf)), PIXEL, ["row 0", "inf"]),
+    ("nan.gsf", lambda p: p.write_bytes(gsf(with_nan())), {}, ["row 3", "column 2", "NaN"]),
+    ("nan.txt", lambda p: p.write_text("0 1\nnan 2\n"), PIXEL, ["finite"]),
+    ("words.txt", lambda p: p.write_text("0 1\n2 rough\n"), PIXEL, ["rough"]),
+    ("ragged.txt", lambda p: p.write_text("0 1\n2\n"), PIXEL, ["text"]),
+    ("empty.txt", lambda p: p.write_text(""), PIXEL, ["text"]),
+    ("cube.npy", lambda p: npy(p, np.zeros((2, 2, 2))), PIXEL, ["NumPy"]),
+    ("complex.npy", lambda p: npy(p, np.zeros((2, 2), dtype=complex)), PIXEL, ["NumPy"]),
+    ("short.gsf", lambda p: p.write_bytes(gsf(np.zeros((9, 9)), cut=-4)), {}, ["Gwyddion"]),
+    ("huge.gsf", lambda p: p.write_bytes(gsf(np.zeros((1, 1))).replace(b"XRes = 1", b"XRes = 4000000000")), {}, []),
+    ("zero.exr", lambda p: p.write_bytes(b""), PIXEL, ["OpenEXR"]),
+    ("noise.exr", lambda p: p.write_bytes(bytes(range(256)) * 9), PIXEL, ["OpenEXR"]),
+    ("noise.png", lambda p: p.write_bytes(bytes(range(256)) * 9), PIXEL, ["PNG"]),
+    ("surface.stl", lambda p: p.write_text("solid"), PIXEL, ["stl", ".gsf"]),
+    ("unscaled.npy", lambda p: npy(p, np.zeros((4, 4))), {}, ["pixel_size"]),
+    ("bytes.npy", lambda p: npy(p, np.eye(4, dtype=np.uint8)), PIXEL, ["max_height"]),
+    ("other.gsf", lambda p: p.write_bytes(gsf(np.zeros((4, 4)))), {"pixel_size": 0.2}, ["pixel_size", "0.2"]),
+]
+BAD_SCALES = [("pixel_size", 0.0), ("pixel_size", -0.1), ("pixel_size", 1e7), ("max_height", -1.0), ("max_height", 0.0)]
+
+
+@pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_spectral"])
+@pytest.mark.parametrize(("name", "write", "scale", "said"), BAD_FILES, ids=[case[0] for case in BAD_FILES])
+def test_a_bad_file_is_refused(variant, make_bsdf, tmp_path, name, write, scale, said):
+    use_variant(variant)
+    write(tmp_path / name)
+    with pytest.raises(RuntimeError) as refusal:
+        make_bsdf(filename=str(tmp_path / name), **scale)
+    message = str(refusal.value)
+    for part in [name, *said]:
+        assert part in message
+
+
+@pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_spectral"])
+@pytest.mark.parametrize(("parameter", "value"), BAD_SCALES, ids=str)
+def test_a_bad_scale_is_refused(variant, make_bsdf, height_file, parameter, value):
+    use_variant(variant)
+    with pytest.raises(RuntimeError, match=f'"{parameter}" is .*must be a length'):
+        make_bsdf(filename=str(height_file), **{parameter: value})
+
+
+@pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_spectral"])
+def test_a_relief_too_deep_for_tables_is_refused(variant, make_bsdf):
+    """A metre, as from wrong units."""
+    use_variant(variant)
+    with pytest.raises(RuntimeError, match="table"):
+        make_bsdf(preset="blazed", height=1e6)
+
+
+def test_wrong_parameters_are_refused_before_tables_are_built(scalar_rgb, make_bsdf):
+    """Of a skin in a coherence that makes it dear; the limit is far below what building takes."""
+    start = time.perf_counter()
+    with pytest.raises(RuntimeError, match='"speculer_reflectance"'):
+        make_bsdf(preset="xenopeltis", tolerance=1e-6, speculer_reflectance=0.5)
+    with pytest.raises(RuntimeError, match='"material"'):
+        make_bsdf(preset="xenopeltis", tolerance=1e-6, material="Unobtainium")
+    assert time.perf_counter() - start < 1.0

@@ -1,0 +1,164 @@
+"""Samples are distributed as `pdf` says, by Mitsuba's χ² test."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+from batches import direction, eval_pdf, sample
+from conftest import built, use_variant
+
+# Cells beside the square's diagonals, where the map has a kink, and the few photons of a true model are allowed for by
+# the level of all tests together.
+SIGNIFICANCE = 0.01
+# A path's four wavelengths: the density is the mean of theirs.
+WAVELENGTHS = [410.0, 487.5, 561.0, 655.0]
+
+ANGLES = [(theta, phi) for theta in (0, 30, 60, 80) for phi in (0, 70)]
+SURFACES = {
+    "blazed": {"preset": "blazed"},
+    "sinusoidal": {"preset": "sinusoidal"},
+    "elaphe": {"preset": "elaphe"},
+    "xenopeltis": {"preset": "xenopeltis"},
+    "pigmented": {"preset": "blazed", "eta": 1.56, "diffuse_reflectance": 0.4, "rotation": 25.0},
+    "patch": {"preset": "elaphe", "model": "patch", "coherence_length": 20.0},
+}
+# One call a ray is slow, so orders are wide and histograms coarse.
+WIDE = {
+    "blazed": {"preset": "blazed", "coherence_length": 8.0, "conserve_energy": False},
+    "sinusoidal": {"preset": "sinusoidal", "coherence_length": 8.0, "conserve_energy": False},
+    "elaphe": {"preset": "elaphe", "coherence_length": 4.0, "conserve_energy": False, "tolerance": 1e-2},
+    "xenopeltis": {"preset": "xenopeltis", "coherence_length": 4.0, "conserve_energy": False, "tolerance": 1e-2},
+}
+TEST_COUNT = len(ANGLES) * (len(SURFACES) + len(WIDE))
+
+
+class HemisphereDomain:
+    """The unit square, equal areas to equal solid angles of the upper hemisphere.
+
+    Unlike `SphericalDomain`, its cells keep the shape of orders near the normal, and its edge is the horizon.
+    """
+
+    def bounds(self):
+        return mi.ScalarBoundingBox2f(0, 1)
+
+    def aspect(self):
+        return 1
+
+    def map_forward(self, p):
+        return mi.warp.square_to_uniform_hemisphere(p)
+
+    def map_backward(self, p):
+        return mi.warp.uniform_hemisphere_to_square(p)
+
+
+def test_of(sample_func, pdf_func, **resolution):
+    from mitsuba.chi2 import ChiSquareTest
+
+    def counted(u):
+        wo, pdf = sample_func(u)
+        # Samples beyond the horizon count nowhere. Not BSDFAdapter's rule, weight 0: a dark order is sampled, too.
+        seen = pdf > 0
+        return dr.select(seen, wo, mi.Vector3f(0, 0, 1)), dr.select(seen, mi.Float(1), 0)
+
+    # The domain's area is 1, that of the hemisphere 2π.
+    return ChiSquareTest(
+        domain=HemisphereDomain(),
+        sample_func=counted,
+        pdf_func=lambda wo: pdf_func(wo) * dr.two_pi,
+        sample_dim=3,
+        **resolution,
+    )
+
+
+test_of.__test__ = False
+
+
+def vectorised(bsdf, wi, pdf_of=None, nm=WAVELENGTHS, **resolution):
+    ctx = mi.BSDFContext()
+
+    def interactions(count):
+        si = dr.zeros(mi.SurfaceInteraction3f, count)
+        # Opaque, so that one kernel serves all directions.
+        si.wi = mi.Vector3f([dr.opaque(mi.Float, c) for c in wi])
+        if mi.is_spectral:
+            si.wavelengths = mi.Spectrum([dr.opaque(mi.Float, c) for c in nm])
+        return si
+
+    def sample_func(u):
+        bs, _ = bsdf.sample(ctx, interactions(dr.width(u)), u.x, mi.Point2f(u.y, u.z))
+        return bs.wo, bs.pdf
+
+    def pdf_func(wo):
+        return (pdf_of or bsdf).pdf(ctx, interactions(dr.width(wo)), wo)
+
+    return test_of(sample_func, pdf_func, **{"sample_count": 200_000, "res": 75, "ires": 24, **resolution})
+
+
+def by_rays(bsdf, wi):
+    """The same for a BSDF of a scalar variant, its answers handed to the test in arrays."""
+
+    def in_scalar(call, count, *arguments):
+        use_variant("scalar_spectral")
+        wis, nm = np.broadcast_to(np.float32(wi), (count, 3)), np.broadcast_to(np.float32(WAVELENGTHS), (count, 4))
+        answer = call(bsdf, wis, *arguments, nm)
+        use_variant("llvm_ad_rgb")
+        return answer
+
+    def sample_func(u):
+        u = np.array(u).T
+        wo, pdf, _ = in_scalar(lambda bsdf, wis, nm: sample(bsdf, wis, nm, u), len(u))
+        return mi.Vector3f(np.ascontiguousarray(wo.T.astype(np.float32))), mi.Float(pdf.astype(np.float32))
+
+    def pdf_func(wo):
+        wo = np.array(wo).T
+        return mi.Float(in_scalar(lambda b, wis, nm: eval_pdf(b, wis, wo, nm)[1], len(wo)).astype(np.float32))
+
+    use_variant("llvm_ad_rgb")
+    return test_of(sample_func, pdf_func, sample_count=20_000, res=25, ires=7)
+
+
+@pytest.mark.parametrize("angles", ANGLES, ids=str)
+@pytest.mark.parametrize("name", SURFACES)
+def test_samples_follow_the_density(name, angles):
+    test = vectorised(built("llvm_ad_spectral", **SURFACES[name]), direction(*angles))
+    assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
+
+
+@pytest.mark.parametrize("angles", ANGLES, ids=str)
+@pytest.mark.parametrize("name", WIDE)
+def test_samples_of_the_core_follow_its_density(name, angles):
+    test = by_rays(built("scalar_spectral", **WIDE[name]), direction(*angles))
+    assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
+
+
+# Wavelengths are drawn and integrated over, so orders are smeared: no fine grid is needed.
+@pytest.mark.parametrize("angles", ANGLES[1::3], ids=str)
+def test_samples_of_colours_follow_the_density(angles):
+    bsdf = built("llvm_ad_rgb", preset="blazed", coherence_length=10.0, conserve_energy=False)
+    test = vectorised(bsdf, direction(*angles), res=51, ires=8)
+    assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
+
+
+WRONG = {
+    "coherence of 60 µm": {"coherence_length": 60.0},
+    "turned by 0.2°": {"rotation": 0.2},
+    "2 % less height": {"height": 0.245},
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+def test_a_wrong_density_is_rejected(wrong):
+    bsdf = built("llvm_ad_spectral", **SURFACES["blazed"])
+    other = built("llvm_ad_spectral", **SURFACES["blazed"], **WRONG[wrong])
+    test = vectorised(bsdf, direction(30, 70), pdf_of=other)
+    assert not test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
+
+
+def test_a_density_of_one_wavelength_is_rejected():
+    """The density must know all the wavelengths that a sample may have come from."""
+    bsdf = built("llvm_ad_spectral", **SURFACES["blazed"])
+    both = [
+        vectorised(bsdf, direction(30, 70), nm=nm, sample_count=100_000) for nm in (WAVELENGTHS, WAVELENGTHS[:1] * 4)
+    ]
+    both[0].pdf_func = both[1].pdf_func
+    assert not both[0].run(SIGNIFICANCE, TEST_COUNT, quiet=True), both[0].messages
