@@ -13,7 +13,7 @@ const ROUNDS: usize = 6;
 /// Rounds that look between the grid's nodes and only lower, by half of what is needed so that directions that light
 /// each other are not both made to pay in full; the last few by all of it.
 const HALF_ROUNDS: usize = 3;
-const FULL_ROUNDS: usize = 4;
+const FULL_ROUNDS: usize = 6;
 /// Places looked at in each cell of the grid in each of those rounds; for the direction of each also every wavelength
 /// of the cell at which an order grazes the surface, since that is where narrow orders peak.
 const SAMPLES: usize = 2;
@@ -33,6 +33,17 @@ pub struct AlbedoScale {
     wavelengths: usize,
     /// `[wavelength][azimuth][cosine]`, `cosines + 1` nodes in cosθ.
     values: Vec<f32>,
+}
+
+/// A direction's place in the grid: nodes at either azimuth, and the fractions between nodes.
+pub(super) struct Cell {
+    corners: [usize; 2],
+    across: f64,
+    around: f64,
+}
+
+fn lerp(a: f64, b: f64, t: f64) -> f64 {
+    a + t * (b - a)
 }
 
 /// How much a scaling changes.
@@ -89,26 +100,39 @@ impl AlbedoScale {
 
     /// The factor `s` of one direction at a wavelength in nm; both are clamped to the grid.
     pub fn factor(&self, direction: Vec3, wavelength_nm: f64) -> f64 {
+        self.at_cell(&self.cell(direction), wavelength_nm)
+    }
+
+    /// Where in the grid a direction lies.
+    pub(super) fn cell(&self, direction: Vec3) -> Cell {
         let cos = direction[2].clamp(0.0, 1.0);
         let i = ((cos.sqrt() * self.cosines as f64) as usize).min(self.cosines - 1);
-        let at = |i: usize| (i as f64 / self.cosines as f64).powi(2);
-        let fc = (cos - at(i)) / (at(i + 1) - at(i));
+        let node = |i: usize| (i as f64 / self.cosines as f64).powi(2);
         let turn = (direction[1].atan2(direction[0]) / TAU + 0.5).clamp(0.0, 1.0) * self.azimuths as f64;
-        let a = turn as usize;
-        let fa = turn - a as f64;
-        let span = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
-        let l = ((wavelength_nm - WAVELENGTH_MIN_NM) / span * (self.wavelengths - 1) as f64)
-            .clamp(0.0, (self.wavelengths - 1) as f64);
-        let il = (l as usize).min(self.wavelengths - 2);
-        let fl = l - il as f64;
-        let mut sum = 0.0;
-        for (dl, wl) in [(0, 1.0 - fl), (1, fl)] {
-            for (da, wa) in [(0, 1.0 - fa), (1, fa)] {
-                let row = ((il + dl) * self.azimuths + (a + da) % self.azimuths) * (self.cosines + 1) + i;
-                sum += wl * wa * ((1.0 - fc) * self.values[row] as f64 + fc * self.values[row + 1] as f64);
-            }
+        let azimuth = turn as usize;
+        let row = |a: usize| a % self.azimuths * (self.cosines + 1) + i;
+        Cell {
+            corners: [row(azimuth), row(azimuth + 1)],
+            across: (cos - node(i)) / (node(i + 1) - node(i)),
+            around: turn - azimuth as f64,
         }
-        sum
+    }
+
+    /// [`AlbedoScale::factor`] of a direction whose cell is known.
+    pub(super) fn at_cell(&self, cell: &Cell, wavelength_nm: f64) -> f64 {
+        let last = (self.wavelengths - 1) as f64;
+        let span = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
+        let l = ((wavelength_nm - WAVELENGTH_MIN_NM) / span * last).clamp(0.0, last);
+        let plane = (l as usize).min(self.wavelengths - 2);
+        let stride = self.azimuths * (self.cosines + 1);
+        let value = |plane: usize| {
+            let [a, b] = cell.corners.map(|row| {
+                let pair = &self.values[plane * stride + row..][..2];
+                lerp(pair[0] as f64, pair[1] as f64, cell.across)
+            });
+            lerp(a, b, cell.around)
+        };
+        lerp(value(plane), value(plane + 1), l - plane as f64)
     }
 
     /// Intervals in cosθ, nodes in azimuth and in wavelength.
