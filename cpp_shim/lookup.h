@@ -116,7 +116,7 @@ private:
         const Vector3f sum      = wi + wo;
         const float first       = float(1e3 / layout.wavelength_max_nm);
         const float span        = float(1e3 / layout.wavelength_min_nm) - first;
-        const float step_sigmas = 1.5f, steps_min = 32.f, steps_max = 1024.f;
+        const float step_sigmas = 1.5f, steps_min = 64.f, steps_max = 1024.f;
         const Float orders = dr::sqrt(dr::square(sum.x() * float(layout.period_x_um / layout.sigma_x)) +
                                       dr::square(sum.y() * float(layout.period_y_um / layout.sigma_y))) /
                              step_sigmas;

@@ -2,6 +2,7 @@
 // `src/reflectance/albedo_scale.rs`, which say what the numbers mean. Names are the same there and here.
 #pragma once
 
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -132,7 +133,11 @@ public:
                 },
                 "diffraction orders");
         }
-        const WideF value = m_layout.amplitude ? dr::fmadd(re, re, im * im) : dr::maximum(re, 0.f);
+        WideF value = m_layout.amplitude ? dr::fmadd(re, re, im * im) : dr::maximum(re, 0.f);
+        if (std::isfinite(m_layout.cutoff_x))
+            value &= dr::abs(px) <= m_layout.cutoff_x;
+        if (std::isfinite(m_layout.cutoff_y))
+            value &= dr::abs(py) <= m_layout.cutoff_y;
         return { value * float(m_layout.norm), proposal * float(m_layout.proposal_norm) };
     }
 

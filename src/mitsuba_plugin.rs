@@ -23,6 +23,8 @@ mod ffi {
         taps_y: u32,
         reach_x: u32,
         reach_y: u32,
+        cutoff_x: f64,
+        cutoff_y: f64,
         /// Complex records whose sum is squared, rather than real ones.
         amplitude: bool,
         norm: f64,
@@ -124,6 +126,8 @@ impl Surface {
                 taps_y: y.taps as u32,
                 reach_x: x.reach as u32,
                 reach_y: y.reach as u32,
+                cutoff_x: x.cutoff,
+                cutoff_y: y.cutoff,
                 amplitude: table.kernel() == KernelKind::Amplitude,
                 norm: table.norm(),
                 proposal_norm: table.proposal_norm(),

@@ -76,7 +76,7 @@ fn gratings_reflect_at_most_what_falls_on_them() {
 }
 
 #[test]
-#[ignore = "known defect: 3 of 2000 albedos exceed the limit, by up to 1.1 %"]
+
 fn a_steep_sinusoid_reflects_at_most_what_falls_on_it() {
     let surface = build(&sinusoid(256, 1.25, 0.15), &Options::default());
     let most = largest("steep sinusoid", &surface, 2000);

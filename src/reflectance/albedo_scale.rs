@@ -13,10 +13,11 @@ const ROUNDS: usize = 6;
 /// Rounds that look between the grid's nodes and only lower, by half of what is needed so that directions that light
 /// each other are not both made to pay in full; the last few by all of it.
 const HALF_ROUNDS: usize = 3;
-const FULL_ROUNDS: usize = 6;
-/// Places looked at in each cell of the grid in each of those rounds; for the direction of each also every wavelength
-/// of the cell at which an order grazes the surface, since that is where narrow orders peak.
-const SAMPLES: usize = 2;
+const FULL_ROUNDS: usize = 4;
+/// Most places looked at in each cell of the grid in each of those rounds, where cells span most of cosθ; for the
+/// direction of each also every wavelength of the cell at which an order grazes the surface, since that is where narrow
+/// orders peak.
+const SAMPLES: usize = 9;
 /// How far below one the last rounds bring a cell that they find above it: what is left between the places looked at.
 const MARGIN: f64 = 1.01;
 
@@ -62,8 +63,7 @@ impl AlbedoScale {
         const LOBES: usize = 300;
         let bins = PowerBins::new(table, LOBES)?;
         // Few sharp lobes are cheap and need a fine grid; many or wide ones are smooth and dear.
-        let (cosines, azimuths, wavelengths) =
-            if bins.len() < 100 && bins.sharp() { (24, 32, 12) } else { (16, 16, 6) };
+        let (cosines, azimuths, wavelengths) = if bins.sharp() { (24, 32, 12) } else { (16, 16, 6) };
         let mut scale =
             Self { cosines, azimuths, wavelengths, values: vec![1.0; wavelengths * azimuths * (cosines + 1)] };
         let albedo = |scale: &Self, (wi, wavelength_nm): (Vec3, f64)| {
@@ -207,8 +207,11 @@ impl AlbedoScale {
             .par_iter()
             .enumerate()
             .map(|(i, &(l, a, c))| {
-                (0..SAMPLES).fold(1.0, |excess: f64, k| {
-                    let [dl, da, dc] = scattered(i + cells.len() * (k + SAMPLES * round));
+                let samples = 1 + (SAMPLES - 1) * (c + 2) / (cosines + 1);
+                (0..samples).fold(1.0, |excess: f64, k| {
+                    let [dl, da, inside] = scattered(i + cells.len() * (k + SAMPLES * round));
+                    // Every other place on the edge nearer the normal, about which the last cells are very long.
+                    let dc = if k % 2 == 1 { 1.0 } else { inside };
                     let at = |l: f64| self.at(c as f64 + dc, a as f64 + da, l);
                     let (wi, nm) = at(l as f64 + dl);
                     let peaks = grazing(wi, at(l as f64).1, at(l as f64 + 1.0).1);

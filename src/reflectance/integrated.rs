@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::sync::LazyLock;
 
 /// Fewest wavelengths of the integral: the colour matching functions are wider than the steps.
-const STEPS_MIN: f64 = 32.0;
+const STEPS_MIN: f64 = 64.0;
 /// Most wavelengths of the integral. Orders narrower than the steps are then met by chance.
 const STEPS_MAX: f64 = 1024.0;
 /// Step in standard deviations of an order's Gaussian along the path that the frequency takes with the wavelength; the

@@ -7,6 +7,8 @@ use crate::table::{BANDS, HEADER, KernelKind, NodeCurve, SpectralTable, WAVELENG
 
 /// Standard deviation in direction cosines below which a lobe is not integrated across.
 const SHARP: f64 = 0.01;
+/// Lobes below which each of them counts, and is cheap enough to be integrated finely.
+const FEW: usize = 40;
 /// Nodes that stay alone whatever their number, the strongest first.
 const SINGLES: usize = 48;
 
@@ -27,7 +29,8 @@ pub(super) struct PowerBins<'a> {
 }
 
 impl<'a> PowerBins<'a> {
-    /// Gathers the nodes of `table` into about `target` lobes; with at most that many nodes, each is its own. `None`
+    /// Gathers the nodes of `table` into about `target` lobes; with at most that many nodes, each is its own. `usize::MAX`
+    /// asks for each node to be integrated finely however many there are. `None`
     /// for a table of amplitudes, whose powers do not add.
     pub fn new(table: &'a SpectralTable, target: usize) -> Option<Self> {
         if table.kernel() != KernelKind::Power {
@@ -35,6 +38,7 @@ impl<'a> PowerBins<'a> {
         }
         let (x, y) = (&table.lattice().x, &table.lattice().y);
         let mut nodes = table.kept_nodes();
+        nodes.retain(|(jx, jy, _)| jx.abs() as f64 <= x.cutoff && jy.abs() as f64 <= y.cutoff);
         let strength = |record: &[f32]| record[..BANDS].iter().sum::<f32>();
         nodes.sort_by(|a, b| strength(b.2).total_cmp(&strength(a.2)));
         let mut lobes = Vec::new();
@@ -65,18 +69,14 @@ impl<'a> PowerBins<'a> {
                 record,
             });
         }
-        Some(Self { table, fine: side <= 1, lobes })
+        Some(Self { table, fine: target == usize::MAX || lobes.len() < FEW, lobes })
     }
 
-    /// Whether one evaluation stands for a lobe away from the horizon at every wavelength.
+    /// Whether the albedo has sharp features: few lobes, so narrow that one evaluation stands for each away from the
+    /// horizon.
     pub fn sharp(&self) -> bool {
         let widest = self.lobes.iter().flat_map(|lobe| lobe.sigma_f).fold(0.0, f64::max);
-        1e-3 * WAVELENGTH_MAX_NM * widest < SHARP
-    }
-
-    /// Number of lobes.
-    pub fn len(&self) -> usize {
-        self.lobes.len()
+        self.lobes.len() < FEW && 1e-3 * WAVELENGTH_MAX_NM * widest < SHARP
     }
 
     /// Wavelengths in nm, from `low_nm` to `high_nm`, at which light from `wi` leaves just above the horizon in one of

@@ -19,6 +19,9 @@ pub struct LatticeAxis {
     /// Standard deviation in µm of the part of the window that is applied beforehand, as `1/b²` (µm⁻², negative where
     /// the joining Gaussian alone narrows too much and has to be undone); zero on the native lattice of the orders.
     pub inverse_variance: f64,
+    /// Node number beyond which the pixels say nothing, half their rate; nodes further out repeat those within and only
+    /// help to join them. Infinite on the native lattice, whose orders end there by themselves.
+    pub cutoff: f64,
 }
 
 /// Both axes of a lattice.
@@ -76,8 +79,12 @@ impl AxisDemand {
         // At most 32: sigma is below 2 × gridded_sigma on either lattice, and the tolerance at least 1e-6.
         let taps = ((2.0 * cut * sigma).ceil() as usize).clamp(1, TAPS_MAX);
         let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
-        let reach = wanted.min(pixels / 2);
-        LatticeAxis { period_um, pixels, sigma, taps: taps.min(2 * reach + 1), reach, inverse_variance }
+        let (reach, cutoff) = if native {
+            (wanted.min(pixels / 2), f64::INFINITY)
+        } else {
+            (wanted.min((pixels + taps).div_ceil(2)), 0.5 * pixels as f64)
+        };
+        LatticeAxis { period_um, pixels, sigma, taps: taps.min(2 * reach + 1), reach, inverse_variance, cutoff }
     }
 }
 

@@ -195,7 +195,9 @@ impl SpectralTable {
             KernelKind::Power => power.max(0.0),
             KernelKind::Amplitude => amplitude.norm_sqr(),
         };
-        Density { value: self.norm * value, proposal: self.proposal_norm() * proposal }
+        let known = px.abs() <= x.cutoff && py.abs() <= y.cutoff;
+        let value = if known { self.norm * value } else { 0.0 };
+        Density { value, proposal: self.proposal_norm() * proposal }
     }
 }
 

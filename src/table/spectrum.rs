@@ -135,7 +135,7 @@ impl Spectrum {
     /// complex amplitudes for a patch.
     pub fn nodes(&self, kappa: f64) -> Vec<Complex64> {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
-        let native = x.inverse_variance == 0.0 && y.inverse_variance == 0.0 && self.tapers.is_none();
+        let native = x.cutoff.is_infinite() && y.cutoff.is_infinite();
         let bins = match (self.model, native) {
             (Model::Ensemble, true) => {
                 let mut bins = self.transform.amplitudes(kappa);
@@ -234,16 +234,18 @@ impl Spectrum {
             .collect()
     }
 
-    /// Reorders FFT bins into nodes from `−reach` to `reach`. The one bin at half the sampling rate of an even size
-    /// stands for both signs and is shared between them (by power, or by amplitude).
+    /// Reorders FFT bins into nodes from `−reach` to `reach`. Of orders, the one bin at half the sampling rate of an even
+    /// size stands for both signs and is shared between them (by power, or by amplitude).
     fn collect_nodes(&self, bins: &[Complex64]) -> Vec<Complex64> {
         let share = match self.model {
             Model::Ensemble => 0.5,
             Model::Patch => 0.5f64.sqrt(),
         };
         let source = |axis: &LatticeAxis| -> Vec<(usize, f64)> {
-            let (n, reach) = (axis.pixels as i64, axis.reach as i64);
-            (-reach..=reach).map(|j| (j.rem_euclid(n) as usize, if 2 * j.abs() == n { share } else { 1.0 })).collect()
+            let (n, reach, native) = (axis.pixels as i64, axis.reach as i64, axis.cutoff.is_infinite());
+            (-reach..=reach)
+                .map(|j| (j.rem_euclid(n) as usize, if native && 2 * j.abs() == n { share } else { 1.0 }))
+                .collect()
         };
         let columns = source(&self.lattice.x);
         source(&self.lattice.y)
