@@ -102,7 +102,7 @@ fn peak(bins: &[Bin], extent_um: f64, total: f64, repeats: bool) -> Option<Perio
         direction += bins[j].direction;
     }
     let power_share = power / total;
-    if !(power_share > SHARE_MIN) {
+    if power_share.is_nan() || power_share <= SHARE_MIN {
         return None;
     }
     let radians = 0.5 * direction.arg();

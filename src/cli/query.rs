@@ -72,7 +72,7 @@ pub fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
         return Err(format!("{name:?} is the zero vector; it must be a direction"));
     }
     // Written so that infinity and NaN are refused as well.
-    if !((length - 1.0).abs() <= LENGTH_TOLERANCE) {
+    if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
         return Err(format!("{name:?} has length {length}; it must be 1 to {LENGTH_TOLERANCE}"));
     }
     Ok(vector.map(|c| c / length))
