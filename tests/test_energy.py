@@ -18,11 +18,13 @@ QUADRATURE_RTOL = 3e-3
 # Single precision, with a floor as in test_twins.py: values below this share of the
 # density are known to no more digits.
 RECIPROCITY_RTOL, RECIPROCITY_FLOOR = 2e-4, 2e-2
-# Where orders are wide, colours are integrated over 32 wavelengths, which misses the spikes of D65 by 0.65 % in red.
-MIRROR_RTOL = 1e-2
+# Where orders are wide, colours are integrated over 64 wavelengths, which misses the spikes of D65 by 0.1 %.
+MIRROR_RTOL = 2e-3
 
 # Five standard errors of a channel of one pixel: 0.012 with 256 samples, since a path's colour varies much.
 FURNACE_NOISE = 0.06
+# The same for the mean of sixteen pixels.
+FURNACE_MEAN_NOISE = FURNACE_NOISE / 4
 
 WAVELENGTHS = [410.0, 487.5, 561.0, 655.0]
 ANGLES = [(0, 0), (35, 20), (60, 110), (80, 250)]
@@ -152,4 +154,4 @@ def test_a_perfect_reflector_vanishes_in_a_furnace():
     """Seen at most 80° from the normal; towards the horizon, half of the lobe lies beyond it."""
     image = furnace(built("llvm_ad_rgb", preset="flat"), 256)
     assert np.all(image <= 1 + FURNACE_NOISE)
-    np.testing.assert_allclose(image[2:6, 2:6].mean(axis=(0, 1)), 1, atol=MIRROR_RTOL)
+    np.testing.assert_allclose(image[2:6, 2:6].mean(axis=(0, 1)), 1, atol=FURNACE_MEAN_NOISE)
