@@ -43,19 +43,26 @@ pub struct TableReport {
     pub build_seconds: f64,
 }
 
+/// Nodes up to which knots cost next to nothing, and are set for a tenth of the tolerance: few orders leave deep gaps, in
+/// which a percentile over all κ is no comfort.
+const FEW_NODES: usize = 4096;
+
 /// Builds the table of `spectrum` to a relative error of `tolerance`.
 ///
 /// # Errors
 /// [`TableError::TooLarge`] above 2 GB.
 pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, TableReport), TableError> {
     let start = Instant::now();
-    let mut spacing = KNOT_SPACING * tolerance.powf(0.25);
+    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
+    let target = if nodes <= FEW_NODES { 0.1 * tolerance } else { tolerance };
+    let first_spacing = KNOT_SPACING * target.powf(0.25);
+    let mut spacing = first_spacing;
     loop {
         let build = Build::new(spectrum, spacing)?;
         let table = build.table();
         let relative_error = build.error(&table);
         // Three tries of refinement are ample for a fourth-order method; rounding floors it near 1e-6.
-        if relative_error <= tolerance || spacing < 0.4 * KNOT_SPACING * tolerance.powf(0.25) {
+        if relative_error <= target || spacing < 0.4 * first_spacing {
             let report = TableReport {
                 bytes: table.bytes(),
                 nodes: build.kept.len(),
@@ -66,7 +73,7 @@ pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, Tabl
             };
             return Ok((table, report));
         }
-        spacing *= (0.7 * tolerance / relative_error).powf(0.25).clamp(0.5, 0.95);
+        spacing *= (0.7 * target / relative_error).powf(0.25).clamp(0.5, 0.95);
     }
 }
 
