@@ -18,8 +18,8 @@ const FULL_ROUNDS: usize = 4;
 /// direction of each also every wavelength of the cell at which an order grazes the surface, since that is where narrow
 /// orders peak.
 const SAMPLES: usize = 9;
-/// The same where the albedo has no sharp features; grazing orders are not looked for either.
-const SMOOTH_SAMPLES: usize = 3;
+/// Places looked at in every cell where the albedo has no sharp features; grazing orders are not looked for there.
+const SMOOTH_SAMPLES: usize = 4;
 /// How far below one the last rounds bring a cell that they find above it: what is left between the places looked at.
 const MARGIN: f64 = 1.01;
 
@@ -67,7 +67,7 @@ impl AlbedoScale {
         // Few sharp lobes are cheap and need a fine grid; many or wide ones are smooth and dear.
         let sharp = bins.sharp();
         let (cosines, azimuths, wavelengths) = if sharp { (24, 32, 12) } else { (16, 16, 6) };
-        let samples = if sharp { SAMPLES } else { SMOOTH_SAMPLES };
+        let samples = |c: usize| if sharp { 1 + (SAMPLES - 1) * (c + 2) / (cosines + 1) } else { SMOOTH_SAMPLES };
         let mut scale =
             Self { cosines, azimuths, wavelengths, values: vec![1.0; wavelengths * azimuths * (cosines + 1)] };
         let albedo = |scale: &Self, (wi, wavelength_nm): (Vec3, f64)| {
@@ -87,7 +87,7 @@ impl AlbedoScale {
                 let grazing = |wi, low_nm, high_nm| {
                     if sharp { bins.grazing_wavelengths(wi, low_nm, high_nm) } else { Vec::new() }
                 };
-                scale.lower([round, samples], |excess| (excess * margin).powf(-exponent), albedo, grazing);
+                scale.lower(round, samples, |excess| (excess * margin).powf(-exponent), albedo, grazing);
             }
         }
         let scaled: Vec<f64> =
@@ -198,11 +198,12 @@ impl AlbedoScale {
     }
 
     /// Where a place between nodes still reflects more than one, lowers all nodes about it by `remedy` of the excess.
-    /// `grazing` lists the wavelengths between two at which a direction's albedo peaks; `samples` places are looked at in
-    /// the longest cells.
+    /// `grazing` lists the wavelengths between two at which a direction's albedo peaks; `samples` says how many
+    /// places to look at in a cell of the given number in cosθ.
     fn lower(
         &mut self,
-        [round, samples]: [usize; 2],
+        round: usize,
+        samples: impl Fn(usize) -> usize + Sync,
         remedy: impl Fn(f64) -> f64,
         albedo: impl Fn(&Self, (Vec3, f64)) -> f64 + Sync,
         grazing: impl Fn(Vec3, f64, f64) -> Vec<f64> + Sync,
@@ -214,8 +215,7 @@ impl AlbedoScale {
             .par_iter()
             .enumerate()
             .map(|(i, &(l, a, c))| {
-                let samples = 1 + (samples - 1) * (c + 2) / (cosines + 1);
-                (0..samples).fold(1.0, |excess: f64, k| {
+                (0..samples(c)).fold(1.0, |excess: f64, k| {
                     let [dl, da, inside] = scattered(i + cells.len() * (k + SAMPLES * round));
                     // Every other place on the edge nearer the normal, about which the last cells are very long.
                     let dc = if k % 2 == 1 { 1.0 } else { inside };
