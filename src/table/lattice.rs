@@ -76,7 +76,7 @@ impl AxisDemand {
             (pixels, gridded_sigma, self.window_um.powi(-2) - joining_um.powi(-2))
         };
         let period_um = pixels as f64 * self.pixel_um;
-        // At most 32: sigma is below 2 × gridded_sigma on either lattice, and the tolerance at least 1e-6.
+        // Below the clamp: sigma is below 2 × gridded_sigma on either lattice, and the tolerance at least 1e-6.
         let taps = ((2.0 * cut * sigma).ceil() as usize).clamp(1, TAPS_MAX);
         let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
         let (reach, cutoff) = if native {
