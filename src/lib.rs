@@ -1,6 +1,6 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
-//! Data flows one way: [`height_field`] → [`transform`] → [`table`] → [`reflectance`] → consumers
+//! Data flows one way: [`height_field`] → [`transform`] → [`table`] → [`reflectance`], [`methods`] → consumers
 //! (the command line, the Mitsuba plugin). Nothing upstream knows a consumer.
 //!
 //! # Conventions (stated once, used everywhere)
@@ -16,6 +16,7 @@ pub mod colour;
 pub mod config;
 pub mod guard;
 pub mod height_field;
+pub mod methods;
 pub mod reflectance;
 pub mod snake;
 pub mod table;

@@ -1,0 +1,39 @@
+//! The methods of realtime evaluation (model.md §4), each once in Rust, the truth, and once in WGSL, its twin of the
+//! same name in the file beside it.
+//!
+//! A method answers `∫ S(f; κ)/λ² · weight(λ) dλ` for `q = wi + wo = (u, v, w)` as linear sRGB in 1/sr: a `S/λ²` of 1 at
+//! every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of model.md §2) is the caller's. Single
+//! precision throughout, as on the GPU; the oracle is [`crate::reflectance::Exact`].
+
+use std::borrow::Cow;
+
+/// One way to evaluate a surface in colour.
+pub trait Method: Send + Sync {
+    /// The colour of `q = [u, v, w]`, linear sRGB in 1/sr; out-of-gamut colours keep their negative components. Zero
+    /// unless `q` is finite and `w > 0`.
+    fn response(&self, q: [f32; 3]) -> [f32; 3];
+
+    /// `S/λ²` in 1/sr at one wavelength in nm; `None` where the method has no value by wavelength.
+    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
+
+    /// The twin in WGSL with its data.
+    fn shader(&self) -> MethodShader<'_>;
+}
+
+/// A method's WGSL and what it binds.
+///
+/// The source declares, in group 1, a uniform struct at binding 0 and one read-only storage buffer for each entry of
+/// `storage` from binding 1 on, and defines `fn response(q: vec3<f32>) -> vec3<f32>`, the twin of [`Method::response`].
+/// It is compiled together with the files of [`COMMON_WGSL`] and of whoever calls it; groups 0 and 2 are theirs.
+pub struct MethodShader<'a> {
+    /// The method's name, for labels and messages.
+    pub name: &'static str,
+    pub wgsl: &'static str,
+    /// Bytes of the uniform struct.
+    pub uniform: Vec<u8>,
+    /// Bytes of the storage buffers.
+    pub storage: Vec<Cow<'a, [u8]>>,
+}
+
+/// WGSL that the methods' sources may use; compiled before them.
+pub const COMMON_WGSL: &str = include_str!("common.wgsl");
