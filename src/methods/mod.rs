@@ -5,7 +5,10 @@
 //! every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of model.md §2) is the caller's. Single
 //! precision throughout, as on the GPU; the oracle is [`crate::reflectance::Exact`].
 
+mod table;
+
 use std::borrow::Cow;
+pub use table::{ColourTable, ColourTableOptions, ColourTableReport};
 
 /// One way to evaluate a surface in colour.
 pub trait Method: Send + Sync {
