@@ -29,7 +29,7 @@ const GROUP_RATIO: f64 = std::f64::consts::SQRT_2;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RingPlan {
     pub radius: f64,
-    /// Equally spaced directions, an even number.
+    /// Equally spaced directions.
     pub directions: usize,
     /// Intervals between knots over `[0, w_max]`.
     pub intervals: usize,
@@ -114,7 +114,7 @@ impl Rings {
             };
             rings.push(RingPlan {
                 radius,
-                directions: ((around.ceil() as usize).max(DIRECTIONS_MIN) + 1) / 2 * 2,
+                directions: (around.ceil() as usize).max(DIRECTIONS_MIN),
                 intervals,
                 w_max,
                 knots,
