@@ -6,9 +6,11 @@
 
 use super::pack::{exponent_offset, pack};
 use super::rings::{RingPlan, Rings, W_LOG};
-use super::{ColourTable, ColourTableReport, Layout, Ring};
+use super::{ColourTable, ColourTableReport, Ring, TableUniform};
 use crate::colour::SpectralToRgb;
+use crate::config::{COHERENCE_LENGTH_UM, TOLERANCE};
 use crate::height_field::HeightField;
+use crate::methods::RESOLUTION;
 use crate::table::{KernelKind, Model, NodeCurve, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -48,9 +50,9 @@ impl ColourTable {
     pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, TableError> {
         let start = Instant::now();
         for (name, value, range, accepted) in [
-            ("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm"),
-            ("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1"),
-            ("resolution", options.resolution, 0.25..=4.0, "0.25 to 4"),
+            ("coherence_length", options.coherence_length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm"),
+            ("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1"),
+            ("resolution", options.resolution, RESOLUTION, "0.25 to 4"),
         ] {
             if !range.contains(&value) {
                 return Err(TableError::OutOfRange { name, value, accepted });
@@ -426,10 +428,12 @@ fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, sta
             knots_per_efold: ring.knots.1 as f32,
             knee_squared: filled.knee_squared as f32,
             zero_squared: filled.zero_squared as f32,
-            padding: 0,
+            _pad: 0,
         });
         words.extend(filled.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
     }
+    // Whole fours, as buffers are bound.
+    words.resize(words.len().next_multiple_of(4), 0);
     let report = ColourTableReport {
         bytes: 4 * words.len() + size_of_val(rings.as_slice()),
         rings: rings.len(),
@@ -437,7 +441,7 @@ fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, sta
         coherence_length_um,
         build_seconds: start.elapsed().as_secs_f64(),
     };
-    let layout = Layout {
+    let layout = TableUniform {
         knee_radius: plan.knee_radius as f32,
         growth: plan.growth as f32,
         w_log: W_LOG as f32,

@@ -16,7 +16,7 @@ mod build;
 mod pack;
 mod rings;
 
-use super::{Method, MethodShader};
+use super::{Method, MethodShader, is_query};
 pub use build::ColourTableOptions;
 use bytemuck::{Pod, Zeroable};
 use pack::unpack;
@@ -26,7 +26,7 @@ use std::f32::consts::TAU;
 
 /// The colour of a surface over `(u, v, w)`; see the [module](self).
 pub struct ColourTable {
-    layout: Layout,
+    layout: TableUniform,
     rings: Vec<Ring>,
     /// Spline coefficients, `[ring][direction][height]`, packed by [`pack`].
     words: Vec<u32>,
@@ -52,7 +52,7 @@ pub struct ColourTableReport {
 /// The uniform struct of `table.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Layout {
+pub(super) struct TableUniform {
     /// Radius below which rings are equally spaced, over `growth`.
     pub knee_radius: f32,
     /// Relative spacing of rings further out.
@@ -66,7 +66,7 @@ pub struct Layout {
 /// One ring: an entry of the storage buffer at binding 1 of `table.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Ring {
+pub(super) struct Ring {
     /// First word of the ring.
     pub offset: u32,
     /// Directions, equally spaced from +u towards +v.
@@ -81,7 +81,7 @@ pub struct Ring {
     pub knee_squared: f32,
     /// `zero²` of the module's page, at most `knee²`.
     pub zero_squared: f32,
-    pub padding: u32,
+    pub _pad: u32,
 }
 
 impl ColourTable {
@@ -117,7 +117,7 @@ impl Method for ColourTable {
     fn response(&self, q: [f32; 3]) -> [f32; 3] {
         let [u, v, w] = q;
         let radius = (u * u + v * v).sqrt();
-        if !(radius <= 2.0 && w > 0.0 && w <= 2.0) {
+        if !is_query(q) {
             return [0.0; 3];
         }
         let turn = if radius > 0.0 { v.atan2(u) / TAU } else { 0.0 };

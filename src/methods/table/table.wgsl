@@ -1,6 +1,6 @@
-// The twin of ColourTable::response in mod.rs.
+// Twin of mod.rs.
 
-struct Layout {
+struct Table {
     knee_radius: f32,
     growth: f32,
     w_log: f32,
@@ -15,15 +15,15 @@ struct Ring {
     knots_per_efold: f32,
     knee_squared: f32,
     zero_squared: f32,
-    padding: u32,
+    _pad: u32,
 }
 
-@group(1) @binding(0) var<uniform> layout: Layout;
+@group(1) @binding(0) var<uniform> table: Table;
 @group(1) @binding(1) var<storage, read> rings: array<Ring>;
 @group(1) @binding(2) var<storage, read> words: array<u32>;
 
 fn unpack(word: u32) -> vec3<f32> {
-    let scale = bitcast<f32>(((word >> 27u) + layout.exponent_offset) << 23u);
+    let scale = bitcast<f32>(((word >> 27u) + table.exponent_offset) << 23u);
     let shifted = bitcast<vec3<i32>>(vec3<u32>(word << 23u, word << 14u, word << 5u));
     return vec3<f32>(shifted >> vec3<u32>(23u)) * scale;
 }
@@ -47,14 +47,14 @@ fn lagrange_weights(t: f32) -> vec4<f32> {
 
 fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
     let x = turn * f32(ring.directions);
-    let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / layout.w_log);
+    let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / table.w_log);
     let column = floor(x);
     let row = min(floor(y), f32(ring.heights) - 4.0);
     let across = cubic_weights(x - column);
     let along = cubic_weights(y - row);
     // A turn lies in [-0.5, 1], so one addition makes the number of the direction positive.
     var direction = (u32(i32(column) + i32(ring.directions) - 1)) % ring.directions;
-    var sum = vec3<f32>(0.0);
+    var sum = vec3<f32>();
     for (var a = 0u; a < 4u; a++) {
         let first = ring.offset + direction * ring.heights + u32(row);
         let value = along.x * unpack(words[first]) + along.y * unpack(words[first + 1u])
@@ -67,18 +67,18 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
 
 fn response(q: vec3<f32>) -> vec3<f32> {
     let radius = length(q.xy);
-    if (!(radius <= 2.0 && q.z > 0.0 && q.z <= 2.0)) {
-        return vec3<f32>(0.0);
+    if !is_query(q) {
+        return vec3<f32>();
     }
     var turn = 0.0;
-    if (radius > 0.0) {
+    if radius > 0.0 {
         turn = atan2(q.y, q.x) / TAU;
     }
-    let stretched = radius * layout.growth / layout.knee_radius;
-    let position = log(stretched + sqrt(stretched * stretched + 1.0)) / layout.growth - 0.5;
+    let stretched = radius * table.growth / table.knee_radius;
+    let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
     let first = floor(position);
     let weights = lagrange_weights(position - first);
-    var sum = vec3<f32>(0.0);
+    var sum = vec3<f32>();
     for (var i = 0; i < 4; i++) {
         let number = i32(first) + i - 1;
         let mirrored = number < 0;
