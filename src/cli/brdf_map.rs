@@ -1,15 +1,15 @@
-use super::reflector::{Method, Reflector};
+use super::method_args::{Asked, Method, MethodArgs};
+use super::reflector::Reflector;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use sunbeam::colour::{SpectralToRgb, srgb_encode};
+use sunbeam::methods::MethodKind;
 use sunbeam::reflectance::Vec3;
 
 /// Accepted sides of the map in pixels.
 const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
-/// Accepted steps in nm: coarser ones do not make white, finer ones only take time.
-const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 /// Share of the disc's pixels that may be clipped in the picture, unless the exposure is given.
 const CLIPPED: f64 = 0.01;
 
@@ -31,9 +31,6 @@ pub struct BrdfMapArgs {
     /// Factor before the picture is encoded [default: so that 1 % of the disc's pixels are clipped]
     #[arg(long, allow_negative_numbers = true)]
     exposure: Option<f64>,
-    /// exact (direct double-precision sum) or table; flss, nmm, pq and stam are not available yet
-    #[arg(long, default_value = "table")]
-    method: Method,
     /// Angle of wi with the normal in degrees, in [0, 90)
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     theta_i: f64,
@@ -43,9 +40,8 @@ pub struct BrdfMapArgs {
     /// Pixels along each side
     #[arg(long, value_name = "PIXELS", default_value_t = 256)]
     size: usize,
-    /// Step between wavelengths in nm, 0.1 to 20
-    #[arg(long, value_name = "NM", default_value_t = 5.0, allow_negative_numbers = true)]
-    lambda_step: f64,
+    #[command(flatten)]
+    method: MethodArgs,
     #[command(flatten)]
     surface: SurfaceArgs,
 }
@@ -60,7 +56,10 @@ struct Report<'a> {
     exposure: Option<f64>,
     size: usize,
     wi: Vec3,
-    wavelengths: usize,
+    method: &'static str,
+    /// `None` where they depend on the directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wavelengths: Option<usize>,
     /// Largest value of each channel, 1/sr.
     max: [f64; 3],
     seconds: f64,
@@ -80,9 +79,6 @@ impl BrdfMapArgs {
         if !SIZE.contains(&self.size) {
             return refuse("size", &self.size, "1 to 16384 pixels");
         }
-        if !LAMBDA_STEP_NM.contains(&self.lambda_step) {
-            return refuse("lambda-step", &self.lambda_step, "0.1 to 20 nm");
-        }
         match self.exposure {
             Some(exposure) if !(exposure.is_finite() && exposure > 0.0) => {
                 refuse("exposure", &exposure, "finite and positive")
@@ -100,12 +96,14 @@ impl BrdfMapArgs {
 /// Runs `sunbeam brdf-map`.
 pub fn run(args: &BrdfMapArgs) -> Outcome {
     args.check()?;
-    let spectrum = SpectralToRgb::visible(args.lambda_step)?;
-    let reflector = Reflector::new(&args.surface, args.method)?;
+    let method = args.method.method();
+    let options = args.method.options(Asked::Colour)?;
+    let spectrum = SpectralToRgb::visible(options.lambda_step_nm)?;
+    let reflector = Reflector::new(&args.surface, method, &options, false)?;
     let start = std::time::Instant::now();
     let (wi, size) = (args.wi(), args.size);
     let pixels: Vec<Option<Vec3>> = (0..size * size).map(|i| outgoing(i % size, i / size, size)).collect();
-    let map = reflector.map(&pixels, |wo| wo.map_or([0.0; 3], |wo| spectrum.rgb_of(|nm| reflector.f(wi, wo, nm))));
+    let map = reflector.map(&pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.rgb(wi, wo, &spectrum)));
     let seconds = start.elapsed().as_secs_f64();
     write_exr(&args.output, size, &map)?;
     let mut exposure = None;
@@ -120,6 +118,7 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
         super::png::write(path, (size, size), png::ColorType::Rgb, &bytes)?;
         exposure = Some(factor);
     }
+    let by_direction = matches!(method, Method::Source(MethodKind::Nmm | MethodKind::Stam));
     let max = map.iter().fold([0.0f64; 3], |max, rgb| std::array::from_fn(|c| max[c].max(rgb[c])));
     print_json(&Report {
         output: &args.output,
@@ -127,7 +126,8 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
         exposure,
         size,
         wi,
-        wavelengths: spectrum.weights().len(),
+        method: method.name(),
+        wavelengths: (!by_direction).then(|| spectrum.weights().len()),
         max,
         seconds,
     })
