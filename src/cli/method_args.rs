@@ -127,6 +127,7 @@ impl MethodArgs {
             weighted: self.weighted.unwrap_or(default.weighted),
             repeats: self.repeats,
             period_um: self.period_um,
+            ..default
         };
         options.validate().map_err(|error| error.to_string())?;
         Ok(options)

@@ -62,8 +62,7 @@ impl Reflector {
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
             Method::Source(kind) => {
-                let built =
-                    methods::build(kind, &field, options.coherence_length_um, options.tolerance, method_options)?;
+                let built = methods::build(kind, &field, &options, method_options)?;
                 (Evaluator::Source(built), sampler.then(surface).transpose()?)
             }
         };

@@ -14,6 +14,7 @@
 
 mod build;
 mod pack;
+mod path;
 mod rings;
 
 use super::{Method, MethodShader, is_query};
