@@ -5,6 +5,7 @@
 
 mod brdf_map;
 mod eval;
+mod evaluate;
 mod height_field;
 mod method_args;
 mod png;
@@ -38,6 +39,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Eval(eval::EvalArgs),
+    Evaluate(evaluate::EvaluateArgs),
     Sample(sample::SampleArgs),
     BrdfMap(brdf_map::BrdfMapArgs),
     HeightField(height_field::HeightFieldArgs),
@@ -52,6 +54,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Eval(args) => eval::run(args),
+        Command::Evaluate(args) => evaluate::run(args),
         Command::Sample(args) => sample::run(args),
         Command::BrdfMap(args) => brdf_map::run(args),
         Command::HeightField(args) => height_field::run(args),

@@ -84,6 +84,13 @@ impl Reflector {
             }
     }
 
+    /// What the relief alone answers: `S/λ²` in 1/sr, `f_r` without `R·O·M` (an energy scaling, where there is one,
+    /// stays in).
+    pub fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+        self.f(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
+    }
+
     /// The integral of `f_r` over the visible spectrum in linear sRGB, by the method's own wavelengths where it has some,
     /// else by those of `spectrum`.
     pub fn rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
