@@ -6,7 +6,6 @@
 mod brdf_map;
 mod eval;
 mod height_field;
-mod periods;
 mod png;
 mod query;
 mod reflector;
