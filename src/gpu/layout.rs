@@ -72,6 +72,9 @@ impl From<&Optics> for OpticsUniform {
 pub(super) struct RangeUniform {
     pub first: u32,
     pub count: u32,
+    pub part: u32,
+    pub parts: u32,
+    pub two: u32,
 }
 
 #[repr(C)]
@@ -142,7 +145,7 @@ mod tests {
         for (source, name, ours) in [
             (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
             (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing)),
-            (&shade, "Range", fields!(RangeUniform: first, count)),
+            (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
             (&locate, "Node", fields!(Node: low, triangle, high, next)),
             (
