@@ -14,6 +14,8 @@
 
 pub mod colour;
 pub mod config;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod guard;
 pub mod height_field;
 pub mod methods;

@@ -10,7 +10,11 @@ mod height_field;
 mod method_args;
 mod png;
 mod query;
+#[cfg(feature = "gpu")]
+mod realtime;
 mod reflector;
+#[cfg(feature = "gpu")]
+mod render;
 mod sample;
 mod service;
 mod snake;
@@ -43,6 +47,8 @@ enum Command {
     Sample(sample::SampleArgs),
     BrdfMap(brdf_map::BrdfMapArgs),
     HeightField(height_field::HeightFieldArgs),
+    #[cfg(feature = "gpu")]
+    Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
 }
 
@@ -58,6 +64,8 @@ pub fn run() -> ExitCode {
         Command::Sample(args) => sample::run(args),
         Command::BrdfMap(args) => brdf_map::run(args),
         Command::HeightField(args) => height_field::run(args),
+        #[cfg(feature = "gpu")]
+        Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
     };
     match outcome {

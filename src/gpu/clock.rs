@@ -1,0 +1,70 @@
+use super::{Gpu, GpuError};
+use std::time::Instant;
+
+/// How long a submission of one pass takes on the GPU: by timestamps before and after the pass, or by the wall clock
+/// around the submission (see [`Gpu::has_timestamps`]).
+pub(super) struct Clock {
+    timestamps: Option<Timestamps>,
+}
+
+struct Timestamps {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    staging: wgpu::Buffer,
+}
+
+/// Two timestamps.
+const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
+
+impl Clock {
+    pub fn new(gpu: &Gpu) -> Self {
+        let timestamps = gpu.has_timestamps().then(|| Timestamps {
+            queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("timestamps"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            }),
+            resolved: gpu.device().create_buffer(&wgpu::BufferDescriptor {
+                label: Some("timestamps"),
+                size: BYTES,
+                usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
+                mapped_at_creation: false,
+            }),
+            staging: gpu.staging(BYTES),
+        });
+        Self { timestamps }
+    }
+
+    /// For the descriptor of a compute pass.
+    pub fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        self.timestamps.as_ref().map(|timestamps| wgpu::ComputePassTimestampWrites {
+            query_set: &timestamps.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        })
+    }
+
+    /// For the descriptor of a render pass.
+    pub fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        self.timestamps.as_ref().map(|timestamps| wgpu::RenderPassTimestampWrites {
+            query_set: &timestamps.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        })
+    }
+
+    /// Submits the work, whose pass has this clock's timestamps, waits, and gives the time in ms.
+    pub fn run(&self, gpu: &Gpu, mut encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
+        let Some(timestamps) = &self.timestamps else {
+            let start = Instant::now();
+            gpu.run(encoder)?;
+            return Ok(start.elapsed().as_secs_f64() * 1e3);
+        };
+        encoder.resolve_query_set(&timestamps.queries, 0..2, &timestamps.resolved, 0);
+        encoder.copy_buffer_to_buffer(&timestamps.resolved, 0, &timestamps.staging, 0, BYTES);
+        gpu.run(encoder)?;
+        let ticks = gpu.read_staging(&timestamps.staging)?;
+        let [start, end] = bytemuck::pod_read_unaligned::<[u64; 2]>(&ticks);
+        Ok(end.saturating_sub(start) as f64 * f64::from(gpu.queue().get_timestamp_period()) * 1e-6)
+    }
+}
