@@ -28,6 +28,29 @@ fn unpack(word: u32) -> vec3<f32> {
     return vec3<f32>(shifted >> vec3<u32>(23u)) * scale;
 }
 
+// Twin of turns; not atan2, whose precision is up to the driver.
+fn turns(q: vec2<f32>) -> f32 {
+    let size = abs(q);
+    let largest = max(size.x, size.y);
+    if largest == 0.0 {
+        return 0.0;
+    }
+    let ratio = min(size.x, size.y) / largest;
+    let square = ratio * ratio;
+    var sum = -0.00064530366;
+    sum = sum * square + 0.003479595;
+    sum = sum * square - 0.008898719;
+    sum = sum * square + 0.01534603;
+    sum = sum * square - 0.02213627;
+    sum = sum * square + 0.031745945;
+    sum = sum * square - 0.05304612;
+    sum = sum * square + 0.15915484;
+    let octant = ratio * sum;
+    let quadrant = select(octant, 0.25 - octant, size.y > size.x);
+    let half = select(quadrant, 0.5 - quadrant, q.x < 0.0);
+    return select(half, -half, q.y < 0.0);
+}
+
 fn cubic_weights(t: f32) -> vec4<f32> {
     let s = 1.0 - t;
     return vec4<f32>(
@@ -70,10 +93,7 @@ fn response(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
     }
-    var turn = 0.0;
-    if radius > 0.0 {
-        turn = atan2(q.y, q.x) / TAU;
-    }
+    let turn = turns(q.xy);
     let stretched = radius * table.growth / table.knee_radius;
     let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
     let first = floor(position);
