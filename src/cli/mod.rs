@@ -4,6 +4,7 @@
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
 mod brdf_map;
+mod compare;
 mod eval;
 mod height_field;
 mod periods;
@@ -42,6 +43,7 @@ enum Command {
     BrdfMap(brdf_map::BrdfMapArgs),
     HeightField(height_field::HeightFieldArgs),
     Snake(snake::SnakeArgs),
+    Compare(compare::CompareArgs),
 }
 
 /// Runs the subcommand that the process was given.
@@ -56,6 +58,7 @@ pub fn run() -> ExitCode {
         Command::BrdfMap(args) => brdf_map::run(args),
         Command::HeightField(args) => height_field::run(args),
         Command::Snake(args) => snake::run(args),
+        Command::Compare(args) => compare::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
