@@ -1,0 +1,79 @@
+"""Check (c): what each realtime method costs and how far it is from the path-traced ensemble, for one view.
+
+Nothing has to hold here: the methods are different models of the same skin, and the table says how different.
+"""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+from ..contact_sheet import contact_sheet
+from ..light import Light
+from ..scene import View
+from ..skin import KERATIN
+from ..snake import SnakeFiles
+from . import realtime, spectral
+from .cases import Case, plugin
+from .quadrature import Quadrature
+
+METHODS = ("flss", "nmm", "pq", "stam", "table")
+# The energy scaling is a matter of the tables; the sources have none, so the reference has none either.
+REFERENCE = {"model": "ensemble", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
+
+
+def check(case: Case, files: SnakeFiles, light: Light, view: View, supersample: int, spp: int, folder: Path) -> dict:
+    """Errors and times of each method, and of the reference with its energy kept."""
+    pictures, reports = {}, {}
+    for method in METHODS:
+        pictures[method] = folder / f"methods-{case.name}-{method}.exr"
+        skin = {**case.skin, **REFERENCE, "model": "ensemble" if method == "table" else "patch"}
+        reports[method] = realtime.render(pictures[method], method, files.mesh, skin, light, view, supersample)
+    # The sum over wavelengths is that of the full-spectrum method.
+    quadrature = Quadrature.of_report(reports["flss"])
+
+    seconds = {}
+    for name, conserve_energy in (("reference", False), ("reference, energy kept", True)):
+        start = time.perf_counter()
+        bsdf = plugin(case, **{**REFERENCE, "conserve_energy": conserve_energy})
+        built = time.perf_counter()
+        pixels = spectral.picture(bsdf, files, light, view, quadrature, spp)
+        seconds[name] = {"build": built - start, "render": time.perf_counter() - built}
+        pictures[name] = folder / f"methods-{case.name}-{name.replace(', ', '-').replace(' ', '-')}.exr"
+        mi.Bitmap(pixels.astype(np.float32)).write(str(pictures[name]))
+
+    reference = pictures.pop("reference")
+    found = {name: realtime.compare(reference, path, png=path.with_suffix(".png")) for name, path in pictures.items()}
+    for method in METHODS:
+        found[method]["gpu_ms"] = reports[method]["gpu_ms"]
+        found[method]["build_s"] = reports[method]["build_seconds"]
+    rows = [[(pictures[name].with_suffix(".png"), caption(name, found[name]))] for name in pictures]
+    contact_sheet(rows, folder / f"methods-{case.name}.png", 3 * 288)
+    return {
+        "light": vars(light),
+        "supersample": supersample,
+        "spp": spp,
+        "adapter": reports["flss"]["adapter"],
+        "mitsuba_seconds": seconds,
+        "against_the_reference": found,
+    }
+
+
+def caption(name: str, figures: dict) -> str:
+    text = f"reference | {name} | FLIP {figures['flip']['mean']:.3f}, ΔE {figures['delta_e_2000']['mean']:.2f}"
+    return text + (f", {figures['gpu_ms']:.0f} ms on the GPU" if "gpu_ms" in figures else "")
+
+
+def table(found: dict) -> list[str]:
+    """Lines to print."""
+    lines = [f"{'':24}{'ΔE mean':>9}{'ΔE 99 %':>9}{'FLIP':>8}{'relMSE':>10}{'GPU ms':>9}{'build s':>9}"]
+    for name, figures in found["against_the_reference"].items():
+        delta_e, relative = figures["delta_e_2000"], figures["relative_mse"]
+        times = f"{figures['gpu_ms']:9.0f}{figures['build_s']:9.2f}" if "gpu_ms" in figures else f"{'–':>9}{'–':>9}"
+        lines.append(
+            f"{name:24}{delta_e['mean']:9.2f}{delta_e['p99']:9.1f}{figures['flip']['mean']:8.3f}{relative:10.2g}{times}"
+        )
+    return lines
