@@ -15,6 +15,8 @@
 pub mod colour;
 pub mod compare;
 pub mod config;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod guard;
 pub mod height_field;
 pub mod methods;

@@ -1,4 +1,3 @@
-use super::periods::{Periods, periods};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use serde::Serialize;
@@ -8,7 +7,7 @@ use std::path::{Path, PathBuf};
 use sunbeam::height_field::HeightField;
 use sunbeam::reflectance::{Surface, SurfaceReport};
 use sunbeam::table::Tiling;
-use sunbeam::transform::chebyshev_terms;
+use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
 /// Longer side of the preview, in pixels.
 const PREVIEW_PIXELS: f64 = 512.0;

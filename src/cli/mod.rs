@@ -7,7 +7,6 @@ mod brdf_map;
 mod compare;
 mod eval;
 mod height_field;
-mod periods;
 mod png;
 mod query;
 mod reflector;

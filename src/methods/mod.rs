@@ -4,16 +4,39 @@
 //! A method answers `∫ S(f; κ)/λ² · weight(λ) dλ` for `q = wi + wo = (u, v, w)` as linear sRGB in 1/sr: a `S/λ²` of 1 at
 //! every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of model.md §2) is the caller's. Single
 //! precision throughout, as on the GPU; the oracle is [`crate::reflectance::Exact`].
+//!
+//! [`build`] makes one. They all evaluate a single window in a fixed place over a tile that repeats (`model = patch`,
+//! `tiling = periodic`), without energy scaling: the sources' methods know no other.
+
+mod bessel;
+mod colours;
+mod flss;
+mod nmm;
+mod options;
+mod orders;
+mod pq;
+mod stam;
+#[cfg(test)]
+mod twins;
+
+pub use bessel::TERMS_MAX;
+pub use flss::Flss;
+pub use nmm::Nmm;
+pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEATS_MAX, Repeats, build};
+pub use orders::{NEIGHBOURHOOD_MAX, ORDERS_BYTES_MAX, TAYLOR_KAPPA_H_MAX};
+pub use pq::Pq;
+pub use stam::Stam;
 
 use std::borrow::Cow;
 
 /// One way to evaluate a surface in colour.
 pub trait Method: Send + Sync {
     /// The colour of `q = [u, v, w]`, linear sRGB in 1/sr; out-of-gamut colours keep their negative components. Zero
-    /// unless `q` is finite and `w > 0`.
+    /// unless `q` is finite, `w > 0`, and `q` the sum of two unit vectors.
     fn response(&self, q: [f32; 3]) -> [f32; 3];
 
-    /// `S/λ²` in 1/sr at one wavelength in nm; `None` where the method has no value by wavelength.
+    /// `S/λ²` in 1/sr at one wavelength in nm, zero outside 380 to 780 nm and where [`Method::response`] is; `None`
+    /// where the method has no value by wavelength.
     fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
     /// The twin in WGSL with its data.
@@ -37,3 +60,19 @@ pub struct MethodShader<'a> {
 
 /// WGSL that the methods' sources may use; compiled before them.
 pub const COMMON_WGSL: &str = include_str!("common.wgsl");
+
+const WAVELENGTH_MIN_UM: f32 = 0.38;
+const WAVELENGTH_MAX_UM: f32 = 0.78;
+
+/// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
+const SUM_SQUARED_MAX: f32 = 4.001;
+
+/// Whether `q` can be a sum of two directions above the surface. Nothing that is not finite can.
+fn is_query(q: [f32; 3]) -> bool {
+    q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
+}
+
+/// A wavelength in µm, where the methods have data for it.
+fn spectral_range_um(wavelength_nm: f32) -> Option<f32> {
+    (380.0..=780.0).contains(&wavelength_nm).then_some(wavelength_nm * 1e-3)
+}

@@ -4,11 +4,14 @@ use crate::height_field::HeightField;
 use rayon::prelude::*;
 use rustfft::FftNum;
 use rustfft::num_complex::{Complex, Complex64};
+use serde::{Deserialize, Serialize};
 
 /// Which expansion of `exp(iκh)` is summed (model.md §3).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Series {
     /// Jacobi–Anger: `Σ (2−δ_n0) iⁿ J_n(κH) T_n(h/H)`; every term is bounded by 2.
+    #[default]
     Chebyshev,
     /// `Σ (iκh)ⁿ/n!`, as the sources have it; its terms grow to `e^{κH}` before they cancel.
     Taylor,
@@ -49,8 +52,48 @@ fn remainder_terms(tolerance: f64, kappa_h: f64, term: impl Fn(usize) -> f64) ->
     1
 }
 
-/// The transforms `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` of one tile, from which `c_j(κ)` follows for any κ. `T` is `f32`
-/// (what the sources store on the GPU) or `f64`.
+/// The transforms `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` of one tile, one term at a time.
+///
+/// Powers of `h/H` rather than of `h`, so that the terms neither overflow nor vanish in single precision.
+pub struct TermTransform<T: FftNum> {
+    series: Series,
+    half_range_um: f64,
+    /// `h/H` about the middle of the range, row-major.
+    unit: Vec<f64>,
+    fft: Fft2<T>,
+}
+
+impl<T: FftNum> TermTransform<T> {
+    /// Plans the transforms of `field`.
+    pub fn new(field: &HeightField, series: Series) -> Self {
+        let (nx, ny) = field.size();
+        let (centred, half_range_um) = centred_heights(field);
+        let scale = if half_range_um > 0.0 { 1.0 / half_range_um } else { 0.0 };
+        let unit = centred.iter().map(|h| h * scale).collect();
+        Self { series, half_range_um, unit, fft: Fft2::new(nx, ny, Direction::Positive) }
+    }
+
+    /// Half the range of heights, H, in µm.
+    pub fn half_range_um(&self) -> f64 {
+        self.half_range_um
+    }
+
+    /// Term `n`: means over the tile, row-major `[jy][jx]`, bins in FFT order.
+    pub fn term(&self, n: usize) -> Vec<Complex<T>> {
+        let mean = 1.0 / self.unit.len() as f64;
+        let basis = |h: f64| match self.series {
+            Series::Taylor => h.powi(n as i32),
+            Series::Chebyshev => (n as f64 * h.clamp(-1.0, 1.0).acos()).cos(),
+        };
+        let bin = |&h: &f64| Complex::new(cast(basis(h) * mean), T::zero());
+        let mut bins: Vec<_> = self.unit.par_iter().with_min_len(4096).map(bin).collect();
+        self.fft.process(&mut bins, &mut Vec::new());
+        bins
+    }
+}
+
+/// The transforms of [`TermTransform`] kept together, from which `c_j(κ)` follows for any κ. `T` is `f32` (what the
+/// sources store on the GPU) or `f64`.
 pub struct Expansion<T: FftNum> {
     series: Series,
     half_range_um: f64,
@@ -59,29 +102,11 @@ pub struct Expansion<T: FftNum> {
 }
 
 impl<T: FftNum> Expansion<T> {
-    /// Computes the first `count` (at least one) terms. Powers of `h/H` rather than of `h` are stored, so that the
-    /// terms themselves neither overflow nor vanish in single precision.
+    /// Computes the first `count` (at least one) terms.
     pub fn new(field: &HeightField, series: Series, count: usize) -> Self {
-        let (nx, ny) = field.size();
-        let (centred, half_range_um) = centred_heights(field);
-        let scale = if half_range_um > 0.0 { 1.0 / half_range_um } else { 0.0 };
-        let unit: Vec<f64> = centred.iter().map(|h| h * scale).collect();
-        let fft = Fft2::<T>::new(nx, ny, Direction::Positive);
-        let mean = 1.0 / unit.len() as f64;
-        let terms = (0..count.max(1))
-            .into_par_iter()
-            .map(|n| {
-                let basis = |h: f64| match series {
-                    Series::Taylor => h.powi(n as i32),
-                    Series::Chebyshev => (n as f64 * h.clamp(-1.0, 1.0).acos()).cos(),
-                };
-                let real = |value: f64| T::from_f64(value).unwrap_or_else(T::zero);
-                let mut bins: Vec<_> = unit.iter().map(|&h| Complex::new(real(basis(h) * mean), T::zero())).collect();
-                fft.process(&mut bins, &mut Vec::new());
-                bins
-            })
-            .collect();
-        Self { series, half_range_um, terms }
+        let transform = TermTransform::new(field, series);
+        let terms = (0..count.max(1)).into_par_iter().map(|n| transform.term(n)).collect();
+        Self { series, half_range_um: transform.half_range_um, terms }
     }
 
     /// Number of terms stored.

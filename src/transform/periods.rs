@@ -1,10 +1,10 @@
 //! The dominant periods of a relief, from the power spectrum of its heights.
 
+use super::{Direction, Fft2};
+use crate::height_field::HeightField;
 use rustfft::num_complex::Complex64;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
-use sunbeam::height_field::HeightField;
-use sunbeam::transform::{Direction, Fft2};
 
 /// Below this share of the variance of the heights, a peak is rounding.
 const SHARE_MIN: f64 = 1e-9;
@@ -121,8 +121,8 @@ fn vertex(before: f64, peak: f64, after: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::height_field::Preset;
     use ndarray::Array2;
-    use sunbeam::height_field::Preset;
 
     fn of(preset: Preset) -> Periods {
         periods(&preset.build(None, None).unwrap(), true)

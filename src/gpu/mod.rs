@@ -1,0 +1,41 @@
+//! The realtime renderer: the methods of [`crate::methods`] on the GPU, without a window.
+//!
+//! [`Gpu`] opens an adapter; a [`Shader`] is a method with its data there. It answers arrays of [`Query`] pairs
+//! ([`Shader::evaluate`]), and pictures: [`Renderer::draw`] takes a [`Scene`], a [`Shader`], a [`Target`] and the
+//! [`View`], and runs four stages.
+//!
+//! 1. *raster*: which triangle each pixel sees. Nothing is interpolated.
+//! 2. *locate*: where the pixel's ray meets that triangle, the shading frame there, the directions in it, and a ray to
+//!    the sun through a tree of boxes. Its conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
+//! 3. *shade*: the method, for the lit samples only, in submissions of bounded time.
+//! 4. *resolve*: pigment and light; the mean over a pixel's samples.
+//!
+//! Supersampling repeats the four for each place in a pixel, so memory does not grow with it. Light is direct sunlight
+//! only. Methods are single precision, and leave out the energy scaling `conserve_energy` of the tables.
+//!
+//! `wi` is the direction to the light, `wo` that to the viewer, both in the grating's frame. Radiance is linear sRGB,
+//! not clamped; a white diffuse plane that faces the sun has 1.
+
+mod clock;
+mod device;
+mod error;
+mod layout;
+mod mesh;
+mod pipeline;
+mod program;
+mod renderer;
+mod scene;
+mod shader;
+mod target;
+mod tree;
+mod view;
+
+pub use device::{ADAPTER_VARIABLE, AdapterChoice, Gpu};
+pub use error::GpuError;
+pub use layout::{Optics, Query};
+pub use mesh::Mesh;
+pub use renderer::{FrameReport, Renderer, StageTimes};
+pub use scene::Scene;
+pub use shader::{Answers, Shader};
+pub use target::Target;
+pub use view::{Blend, Camera, Light, PIGMENT_SCALE, SOIL, View};

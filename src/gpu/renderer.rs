@@ -1,0 +1,245 @@
+use super::clock::Clock;
+use super::scene::Scene;
+use super::shader::Shader;
+use super::target::{DEPTH_FORMAT, SEEN_FORMAT, Target};
+use super::view::View;
+use super::{Gpu, GpuError, pipeline, program};
+use bytemuck::Zeroable;
+
+/// Pixels along a side of a workgroup, as in `locate.wgsl` and `resolve.wgsl`.
+const WORKGROUP: u32 = 8;
+
+/// GPU times of a picture in ms; see [`Gpu::has_timestamps`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+pub struct StageTimes {
+    /// Which triangle each pixel sees.
+    pub raster: f64,
+    /// Frames, directions and shadows.
+    pub locate: f64,
+    /// The method.
+    pub shade: f64,
+    /// Pigment, light, and the sum over a pixel's samples.
+    pub resolve: f64,
+}
+
+impl StageTimes {
+    /// All stages together.
+    pub fn total(&self) -> f64 {
+        self.raster + self.locate + self.shade + self.resolve
+    }
+}
+
+/// What a picture took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameReport {
+    pub gpu_ms: StageTimes,
+    /// Queries that the method answered: lit samples of the mesh.
+    pub answered: u64,
+    /// In how many pieces they were submitted.
+    pub submissions: u32,
+}
+
+/// Draws a [`Scene`] with a [`Shader`] into a [`Target`]. Each may be exchanged from picture to picture.
+pub struct Renderer {
+    raster: wgpu::RenderPipeline,
+    locate: wgpu::ComputePipeline,
+    resolve: wgpu::ComputePipeline,
+    frame: wgpu::Buffer,
+}
+
+impl Renderer {
+    /// Compiles everything but the method.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`].
+    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let locate = pipeline::module(gpu, "locate", program::locate());
+        let resolve = pipeline::module(gpu, "resolve", program::resolve());
+        let frame = super::layout::FrameUniform::zeroed();
+        Ok(Self {
+            raster: raster_pipeline(gpu)?,
+            locate: pipeline::compute(gpu, &locate, "locate", None)?,
+            resolve: pipeline::compute(gpu, &resolve, "resolve", None)?,
+            frame: gpu.uniform_of("frame", bytemuck::bytes_of(&frame))?,
+        })
+    }
+
+    /// Draws a picture, which is then [`Target::picture`]. Nothing is built that a next picture could use again.
+    ///
+    /// # Errors
+    /// [`GpuError::Parameter`] for a view that shows nothing, [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn draw(
+        &self,
+        gpu: &Gpu,
+        scene: &Scene,
+        shader: &Shader,
+        target: &Target,
+        view: &View,
+    ) -> Result<FrameReport, GpuError> {
+        // The first sample's uniform tells whether the view is one at all.
+        view.uniform(target.size(), 0)?;
+        let bindings = Bindings::new(gpu, self, scene, shader, target);
+        let mut report = FrameReport::default();
+        for sample in 0..view.samples() {
+            let uniform = view.uniform(target.size(), sample)?;
+            gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
+            let chosen = self.find(gpu, scene, target, &bindings, &mut report.gpu_ms)?;
+            let spent = shader.run(gpu, &bindings.shade, chosen)?;
+            report.gpu_ms.shade += spent.gpu_ms;
+            report.submissions += spent.submissions;
+            report.answered += u64::from(chosen);
+            self.finish(gpu, target, &bindings, &mut report.gpu_ms)?;
+        }
+        Ok(report)
+    }
+
+    /// Makes the queries of a sample; gives how many need an answer.
+    fn find(
+        &self,
+        gpu: &Gpu,
+        scene: &Scene,
+        target: &Target,
+        bindings: &Bindings,
+        times: &mut StageTimes,
+    ) -> Result<u32, GpuError> {
+        let clock = Clock::new(gpu, 2);
+        let mut encoder = gpu.encoder();
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("raster"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &target.seen,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+            })],
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &target.depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: clock.render(0),
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.raster);
+        pass.set_bind_group(0, &bindings.raster, &[]);
+        pass.draw(0..scene.corners(), 0..1);
+        drop(pass);
+        encoder.clear_buffer(&target.chosen_count, 0, None);
+        over_pixels(&mut encoder, &self.locate, &bindings.locate, target, clock.compute(1));
+        let count = gpu.staging(target.chosen_count.size());
+        encoder.copy_buffer_to_buffer(&target.chosen_count, 0, &count, 0, count.size());
+        let spans = clock.run(gpu, encoder)?;
+        times.raster += spans[0];
+        times.locate += spans[1];
+        Ok(bytemuck::pod_read_unaligned(&gpu.read_staging(&count)?))
+    }
+
+    /// Adds a sample's radiance to the picture.
+    fn finish(&self, gpu: &Gpu, target: &Target, bindings: &Bindings, times: &mut StageTimes) -> Result<(), GpuError> {
+        let clock = Clock::new(gpu, 1);
+        let mut encoder = gpu.encoder();
+        over_pixels(&mut encoder, &self.resolve, &bindings.resolve, target, clock.compute(0));
+        times.resolve += clock.run(gpu, encoder)?[0];
+        Ok(())
+    }
+}
+
+/// A compute pass with one invocation for each pixel.
+fn over_pixels(
+    encoder: &mut wgpu::CommandEncoder,
+    pipeline: &wgpu::ComputePipeline,
+    bindings: &wgpu::BindGroup,
+    target: &Target,
+    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+) {
+    let (width, height) = target.size();
+    let mut pass =
+        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("over pixels"), timestamp_writes });
+    pass.set_pipeline(pipeline);
+    pass.set_bind_group(0, bindings, &[]);
+    pass.dispatch_workgroups(width.div_ceil(WORKGROUP), height.div_ceil(WORKGROUP), 1);
+}
+
+/// What ties the stages to the buffers of one scene, shader and target; cheap to make.
+struct Bindings {
+    raster: wgpu::BindGroup,
+    locate: wgpu::BindGroup,
+    shade: wgpu::BindGroup,
+    resolve: wgpu::BindGroup,
+}
+
+impl Bindings {
+    fn new(gpu: &Gpu, renderer: &Renderer, scene: &Scene, shader: &Shader, target: &Target) -> Self {
+        let picture = target.picture().create_view(&wgpu::TextureViewDescriptor::default());
+        let seen = wgpu::BindingResource::TextureView(&target.seen);
+        let raster = renderer.raster.get_bind_group_layout(0);
+        let locate = renderer.locate.get_bind_group_layout(0);
+        let resolve = renderer.resolve.get_bind_group_layout(0);
+        Self {
+            raster: pipeline::bind(gpu, &raster, &[&renderer.frame, &scene.vertices, &scene.triangles]),
+            locate: pipeline::bind_resources(
+                gpu,
+                &locate,
+                &[
+                    renderer.frame.as_entire_binding(),
+                    scene.vertices.as_entire_binding(),
+                    scene.triangles.as_entire_binding(),
+                    scene.nodes.as_entire_binding(),
+                    seen,
+                    target.queries.as_entire_binding(),
+                    target.chosen.as_entire_binding(),
+                    target.chosen_count.as_entire_binding(),
+                ],
+            ),
+            shade: shader.bind(gpu, &target.queries, &target.chosen, &target.reflectances),
+            resolve: pipeline::bind_resources(
+                gpu,
+                &resolve,
+                &[
+                    renderer.frame.as_entire_binding(),
+                    shader.optics().as_entire_binding(),
+                    target.queries.as_entire_binding(),
+                    target.reflectances.as_entire_binding(),
+                    target.sums.as_entire_binding(),
+                    wgpu::BindingResource::TextureView(&scene.pigment),
+                    wgpu::BindingResource::TextureView(&picture),
+                ],
+            ),
+        }
+    }
+}
+
+fn raster_pipeline(gpu: &Gpu) -> Result<wgpu::RenderPipeline, GpuError> {
+    let module = pipeline::module(gpu, "raster", program::raster());
+    let raster = gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("raster"),
+        layout: None,
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("corner"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        // Both sides are seen: the sheet is open.
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("triangle_number"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &[Some(SEEN_FORMAT.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    });
+    gpu.check()?;
+    Ok(raster)
+}

@@ -1,0 +1,195 @@
+use super::clock::Clock;
+use super::layout::{Optics, OpticsUniform, Query, RangeUniform};
+use super::pipeline::{self, Access};
+use super::{Gpu, GpuError, program};
+use crate::methods::Method;
+use std::cell::Cell;
+
+/// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
+/// second or two, and a window that shares it should not stutter.
+const SUBMISSION_MS: f64 = 250.0;
+/// Queries of the first submission, when nothing is known about the speed yet.
+const FIRST_QUERIES: u32 = 1024;
+/// A submission has at most so many times the queries of the one before: the first ones do not tell the speed well.
+const GROWTH: u32 = 8;
+/// Queries of a workgroup, as in `shade.wgsl`.
+const WORKGROUP: u32 = 64;
+/// No dispatch has more workgroups in one direction on any adapter.
+const WORKGROUPS_MAX: u32 = 65_535;
+/// Queries that [`Shader::evaluate`] keeps on the GPU at a time.
+const BATCH: usize = 1 << 20;
+
+/// Range, optics, queries, chosen, reflectances.
+const OWN_GROUP: [Access; 5] = [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::Write];
+
+/// A method on the GPU, together with the optics around it: answers arrays of queries.
+pub struct Shader {
+    pipeline: wgpu::ComputePipeline,
+    method: wgpu::BindGroup,
+    parameters: wgpu::Buffer,
+    optics: wgpu::Buffer,
+    range: wgpu::Buffer,
+    bytes: u64,
+    /// Queries of the next submission.
+    queries: Cell<u32>,
+}
+
+/// The answers of [`Shader::evaluate`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Answers {
+    /// `f_r` of each query, linear sRGB in 1/sr.
+    pub reflectances: Vec<[f32; 3]>,
+    /// What it took the GPU, in ms; see [`Gpu::has_timestamps`].
+    pub gpu_ms: f64,
+    /// In how many pieces it was submitted.
+    pub submissions: u32,
+}
+
+/// What a dispatch took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Spent {
+    pub gpu_ms: f64,
+    pub submissions: u32,
+}
+
+impl Shader {
+    /// Compiles the method's WGSL and uploads its data.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`] where the adapter cannot bind the data, [`GpuError::Refused`] where it refuses the WGSL.
+    pub fn new(gpu: &Gpu, method: &dyn Method, optics: &Optics) -> Result<Self, GpuError> {
+        let shader = method.shader();
+        let module = pipeline::module(gpu, shader.name, program::shade(&shader));
+        let mut accesses = vec![Access::Read; shader.storage.len() + 1];
+        accesses[0] = Access::Uniform;
+        let (own, methods) = (pipeline::layout(gpu, &OWN_GROUP), pipeline::layout(gpu, &accesses));
+        let pipeline = pipeline::compute(gpu, &module, "shade", Some(&[Some(&own), Some(&methods)]))?;
+        let parameters = gpu.uniform_of(shader.name, &shader.uniform)?;
+        let storage = shader
+            .storage
+            .iter()
+            .enumerate()
+            .map(|(i, contents)| gpu.storage_of(&format!("data {i} of method {}", shader.name), contents))
+            .collect::<Result<Vec<_>, _>>()?;
+        let buffers: Vec<&wgpu::Buffer> = std::iter::once(&parameters).chain(&storage).collect();
+        let method = pipeline::bind(gpu, &methods, &buffers);
+        let range = gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform { first: 0, count: 0 }))?;
+        let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::from(optics)))?;
+        gpu.check()?;
+        let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
+        Ok(Self { pipeline, method, parameters, optics, range, bytes, queries: Cell::new(FIRST_QUERIES) })
+    }
+
+    /// Bytes of the method's data on the GPU.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Changes the optics of what is answered from now on.
+    pub fn set_optics(&self, gpu: &Gpu, optics: &Optics) {
+        gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&OpticsUniform::from(optics)));
+    }
+
+    /// Changes the method's uniform: `MethodShader::uniform` of the same method over the same storage.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`] for a uniform of another size.
+    pub fn set_parameters(&self, gpu: &Gpu, uniform: &[u8]) -> Result<(), GpuError> {
+        gpu.queue().write_buffer(&self.parameters, 0, uniform);
+        gpu.check()
+    }
+
+    /// Answers queries; only their directions matter. Zero unless both lie above the surface and are finite.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn evaluate(&self, gpu: &Gpu, queries: &[Query]) -> Result<Answers, GpuError> {
+        let mut answers = Answers::default();
+        for batch in queries.chunks(BATCH) {
+            let all: Vec<u32> = (0..batch.len() as u32).collect();
+            let queries = gpu.storage_of("queries", bytemuck::cast_slice(batch))?;
+            let chosen = gpu.storage_of("chosen", bytemuck::cast_slice(&all))?;
+            let bytes = size_of::<[f32; 4]>() as u64 * batch.len() as u64;
+            let reflectances = gpu.storage("reflectances", bytes)?;
+            let bindings = self.bind(gpu, &queries, &chosen, &reflectances);
+            let spent = self.run(gpu, &bindings, batch.len() as u32)?;
+            answers.gpu_ms += spent.gpu_ms;
+            answers.submissions += spent.submissions;
+            let contents = gpu.read(&reflectances, bytes)?;
+            let colour = |bytes: &[u8]| bytemuck::pod_read_unaligned::<[f32; 3]>(&bytes[..12]);
+            answers.reflectances.extend(contents.chunks_exact(16).map(colour));
+        }
+        Ok(answers)
+    }
+
+    /// Ties the shader to the buffers it reads and writes.
+    pub(super) fn bind(
+        &self,
+        gpu: &Gpu,
+        queries: &wgpu::Buffer,
+        chosen: &wgpu::Buffer,
+        reflectances: &wgpu::Buffer,
+    ) -> wgpu::BindGroup {
+        let layout = self.pipeline.get_bind_group_layout(0);
+        pipeline::bind(gpu, &layout, &[&self.range, &self.optics, queries, chosen, reflectances])
+    }
+
+    /// The optics' uniform, for whoever weighs the pigment with it.
+    pub(super) fn optics(&self) -> &wgpu::Buffer {
+        &self.optics
+    }
+
+    /// Answers the first `count` of the chosen queries, in as many submissions as their time asks for.
+    pub(super) fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, count: u32) -> Result<Spent, GpuError> {
+        let clock = Clock::new(gpu, 1);
+        let mut spent = Spent::default();
+        let mut first = 0;
+        while first < count {
+            let part = self.queries.get().min(count - first);
+            let range = RangeUniform { first, count: part };
+            gpu.queue().write_buffer(&self.range, 0, bytemuck::bytes_of(&range));
+            let mut encoder = gpu.encoder();
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("shade"),
+                timestamp_writes: clock.compute(0),
+            });
+            pass.set_pipeline(&self.pipeline);
+            pass.set_bind_group(0, bindings, &[]);
+            pass.set_bind_group(1, &self.method, &[]);
+            pass.dispatch_workgroups(part.div_ceil(WORKGROUP), 1, 1);
+            drop(pass);
+            let ms = clock.run(gpu, encoder)?[0];
+            self.queries.set(next_queries(self.queries.get(), part, ms));
+            spent.gpu_ms += ms;
+            spent.submissions += 1;
+            first += part;
+        }
+        Ok(spent)
+    }
+}
+
+/// How many queries to submit after a submission of `part` of the `planned` ones took `ms`.
+fn next_queries(planned: u32, part: u32, ms: f64) -> u32 {
+    let fitting = f64::from(part) * SUBMISSION_MS / ms.max(1e-6);
+    if part < planned && fitting > f64::from(planned) {
+        // The end of the work says nothing about larger submissions.
+        return planned;
+    }
+    (fitting as u32).clamp(WORKGROUP, planned.saturating_mul(GROWTH).min(WORKGROUP * WORKGROUPS_MAX))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn submissions_grow_to_the_time_aimed_at_and_shrink_at_once() {
+        assert_eq!(next_queries(1024, 1024, 1.0), 8192);
+        assert_eq!(next_queries(8192, 8192, 125.0), 16384);
+        assert_eq!(next_queries(8192, 8192, 2500.0), 819);
+        assert_eq!(next_queries(8192, 100, 1.0), 8192);
+        assert_eq!(next_queries(8192, 4096, 1000.0), 1024);
+        assert_eq!(next_queries(64, 64, 1e9), 64);
+        assert_eq!(next_queries(1 << 31, 1 << 31, 0.0), 64 * 65_535);
+    }
+}

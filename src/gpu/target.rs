@@ -1,0 +1,126 @@
+use super::layout::Query;
+use super::{Gpu, GpuError};
+
+/// Accepted sides of a picture in pixels.
+const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
+
+/// The formats of what the rasteriser writes.
+pub(super) const SEEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Everything that has the size of a picture, on the GPU.
+pub struct Target {
+    width: u32,
+    height: u32,
+    pub(super) seen: wgpu::TextureView,
+    pub(super) depth: wgpu::TextureView,
+    pub(super) queries: wgpu::Buffer,
+    pub(super) chosen: wgpu::Buffer,
+    pub(super) chosen_count: wgpu::Buffer,
+    pub(super) reflectances: wgpu::Buffer,
+    pub(super) sums: wgpu::Buffer,
+    picture: wgpu::Texture,
+}
+
+impl Target {
+    /// A target for pictures of so many pixels.
+    ///
+    /// # Errors
+    /// [`GpuError::Parameter`] unless both sides are 1 to 16 384, [`GpuError::TooLarge`] where the adapter cannot hold it.
+    pub fn new(gpu: &Gpu, width: u32, height: u32) -> Result<Self, GpuError> {
+        let most = gpu.device().limits().max_texture_dimension_2d;
+        for (parameter, side) in [("width", width), ("height", height)] {
+            if !SIDE.contains(&side) {
+                return Err(GpuError::Parameter { parameter, found: side.to_string(), accepted: "1 to 16384 pixels" });
+            }
+            if side > most {
+                let (needed, most) = (u64::from(side), u64::from(most));
+                return Err(GpuError::TooLarge { what: parameter.to_owned(), needed, most, adapter: gpu.adapter() });
+            }
+        }
+        let texture = |label, format, usage| {
+            gpu.device().create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        let shown = wgpu::TextureUsages::TEXTURE_BINDING;
+        let written = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
+        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let per_pixel = |label: &str, bytes: usize| {
+            gpu.storage(&format!("{label} of {width} x {height} pixels"), pixels(width, height) * bytes as u64)
+        };
+        let target = Self {
+            width,
+            height,
+            seen: view(&texture("seen", SEEN_FORMAT, drawn | shown)),
+            depth: view(&texture("depth", DEPTH_FORMAT, drawn)),
+            queries: per_pixel("queries", size_of::<Query>())?,
+            chosen: per_pixel("chosen", size_of::<u32>())?,
+            chosen_count: gpu.storage("chosen_count", size_of::<u32>() as u64)?,
+            reflectances: per_pixel("reflectances", size_of::<[f32; 4]>())?,
+            sums: per_pixel("sums", size_of::<[f32; 4]>())?,
+            picture: texture("picture", wgpu::TextureFormat::Rgba32Float, written | shown),
+        };
+        gpu.check()?;
+        Ok(target)
+    }
+
+    /// Width and height in pixels.
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// The picture on the GPU: `rgba32float`, linear radiance, alpha 1, rows from the top.
+    pub fn picture(&self) -> &wgpu::Texture {
+        &self.picture
+    }
+
+    /// The picture, linear sRGB radiance, rows from the top.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn read_picture(&self, gpu: &Gpu) -> Result<Vec<[f32; 3]>, GpuError> {
+        let row = size_of::<[f32; 4]>() as u32 * self.width;
+        let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let staging = gpu.staging(u64::from(padded_row) * u64::from(self.height));
+        let mut encoder = gpu.encoder();
+        encoder.copy_texture_to_buffer(
+            self.picture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(padded_row),
+                    rows_per_image: None,
+                },
+            },
+            self.picture.size(),
+        );
+        gpu.run(encoder)?;
+        let contents = gpu.read_staging(&staging)?;
+        let colour = |bytes: &[u8]| bytemuck::pod_read_unaligned::<[f32; 3]>(&bytes[..12]);
+        let rows = contents.chunks_exact(padded_row as usize);
+        Ok(rows.flat_map(|padded| padded[..row as usize].chunks_exact(16).map(colour)).collect())
+    }
+
+    /// What each pixel's last ray met, rows from the top.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub fn read_queries(&self, gpu: &Gpu) -> Result<Vec<Query>, GpuError> {
+        let contents = gpu.read(&self.queries, pixels(self.width, self.height) * size_of::<Query>() as u64)?;
+        Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
+    }
+}
+
+fn pixels(width: u32, height: u32) -> u64 {
+    u64::from(width) * u64::from(height)
+}

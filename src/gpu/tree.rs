@@ -1,0 +1,79 @@
+use super::layout::Node;
+use super::mesh::Mesh;
+use bvh::aabb::{Aabb, Bounded};
+use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
+use bvh::bvh::Bvh;
+use nalgebra::Point3;
+
+/// A triangle as the tree's builder sees it.
+struct Shape {
+    bounds: Aabb<f32, 3>,
+    node: usize,
+}
+
+impl Bounded<f32, 3> for Shape {
+    fn aabb(&self) -> Aabb<f32, 3> {
+        self.bounds
+    }
+}
+
+impl BHShape<f32, 3> for Shape {
+    fn set_bh_node_index(&mut self, index: usize) {
+        self.node = index;
+    }
+
+    fn bh_node_index(&self) -> usize {
+        self.node
+    }
+}
+
+/// A tree of boxes over the triangles, in the order in which `trace.wgsl` walks it.
+pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
+    let mut shapes: Vec<Shape> = mesh
+        .triangles
+        .iter()
+        .map(|corners| {
+            let point = |i: usize| Point3::from(mesh.positions[corners[i] as usize]);
+            Shape { bounds: Aabb::empty().grow(&point(0)).grow(&point(1)).grow(&point(2)), node: 0 }
+        })
+        .collect();
+    Bvh::build_par(&mut shapes).flatten_custom(&|bounds, _, next, triangle| Node {
+        low: bounds.min.into(),
+        triangle,
+        high: bounds.max.into(),
+        next,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::snake::{SnakeMesh, SnakeOptions};
+
+    #[test]
+    fn every_triangle_is_a_leaf_once_and_lies_in_the_boxes_above_it() {
+        let options = SnakeOptions { vertices_along: 20, vertices_around: 15, ..Default::default() };
+        let mesh = Mesh::from(&SnakeMesh::build(&options).unwrap());
+        let nodes = tree(&mesh);
+        let mut seen = vec![0; mesh.triangles.len()];
+        // Boxes that are open, with where each ends.
+        let mut open: Vec<(&Node, usize)> = Vec::new();
+        for (at, node) in nodes.iter().enumerate() {
+            open.retain(|&(_, end)| at < end);
+            assert!(node.next as usize > at && node.next as usize <= nodes.len());
+            if node.triangle == u32::MAX {
+                open.push((node, node.next as usize));
+                continue;
+            }
+            assert_eq!(node.next as usize, at + 1);
+            seen[node.triangle as usize] += 1;
+            for corner in mesh.triangles[node.triangle as usize] {
+                let p = mesh.positions[corner as usize];
+                for (around, _) in &open {
+                    assert!((0..3).all(|c| around.low[c] <= p[c] && p[c] <= around.high[c]));
+                }
+            }
+        }
+        assert!(seen.iter().all(|&count| count == 1));
+    }
+}

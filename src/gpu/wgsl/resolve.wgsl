@@ -1,0 +1,68 @@
+// From answered queries to radiance: a white diffuse plane that faces the sun has radiance 1.
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> optics: Optics;
+@group(0) @binding(2) var<storage, read> queries: array<Query>;
+@group(0) @binding(3) var<storage, read> reflectances: array<vec4<f32>>;
+@group(0) @binding(4) var<storage, read_write> sums: array<vec4<f32>>;
+@group(0) @binding(5) var pigment: texture_2d<f32>;
+@group(0) @binding(6) var picture: texture_storage_2d<rgba32float, write>;
+
+// Irradiance of a plane that faces the sun.
+const RESOLVE_SUN: f32 = 3.141592653589793;
+
+// sRGB to linear. Adapters decode such textures themselves, but some with no more than the eight bits of the result.
+fn resolve_decoded(encoded: vec3<f32>) -> vec3<f32> {
+    let curved = pow((encoded + 0.055) / 1.055, vec3<f32>(2.4));
+    return select(curved, encoded / 12.92, encoded <= vec3<f32>(0.04045));
+}
+
+fn resolve_texel(at: vec2<i32>) -> vec3<f32> {
+    let size = vec2<i32>(textureDimensions(pigment));
+    // The remainder of a negative number is negative.
+    return resolve_decoded(textureLoad(pigment, ((at % size) + size) % size, 0).rgb);
+}
+
+// Bilinear, repeating, in linear light, and in full precision, which samplers do not promise.
+fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
+    let place = uv * vec2<f32>(textureDimensions(pigment)) - 0.5;
+    let corner = vec2<i32>(floor(place));
+    let t = place - floor(place);
+    let low = mix(resolve_texel(corner), resolve_texel(corner + vec2<i32>(1, 0)), t.x);
+    let high = mix(resolve_texel(corner + vec2<i32>(0, 1)), resolve_texel(corner + vec2<i32>(1, 1)), t.x);
+    return frame.pigment_scale * mix(low, high, t.y);
+}
+
+fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
+    if frame.blend == FRAME_NONE {
+        return reflectance;
+    }
+    let diffuse = resolve_pigment(query.uv) / RESOLVE_SUN;
+    if frame.blend == FRAME_SOURCES {
+        return mix(diffuse, reflectance, frame.share);
+    }
+    return reflectance + diffuse * optics_remainder(optics, query.wi.z) * optics_remainder(optics, query.wo.z);
+}
+
+@compute @workgroup_size(8, 8)
+fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x >= frame.width || id.y >= frame.height {
+        return;
+    }
+    let index = id.y * frame.width + id.x;
+    let query = queries[index];
+    var radiance = vec3<f32>(0.0);
+    if query.lit != 0u {
+        var reflectance = frame.soil / RESOLVE_SUN;
+        if query.kind == QUERY_SKIN {
+            reflectance = resolve_skin(query, reflectances[index].rgb);
+        }
+        radiance = RESOLVE_SUN * query.wi.z * reflectance;
+    }
+    var sum = vec4<f32>(frame.weight * radiance, frame.weight);
+    if frame.first == 0u {
+        sum += sums[index];
+    }
+    sums[index] = sum;
+    textureStore(picture, id.xy, sum);
+}

@@ -1,0 +1,87 @@
+// Rays against the triangles and the tree over them.
+
+struct Node {
+    // The box that bounds what is below.
+    low: vec3<f32>,
+    // The triangle of a leaf, TRACE_NONE for a node with children, the first of which follows it.
+    triangle: u32,
+    high: vec3<f32>,
+    // The node to go on with when nothing below this one is hit.
+    next: u32,
+}
+
+@group(0) @binding(3) var<storage, read> nodes: array<Node>;
+
+const TRACE_NONE: u32 = 0xffffffffu;
+const TRACE_FAR: f32 = 3e38;
+
+struct Hit {
+    triangle: u32,
+    // In units of the ray's direction.
+    distance: f32,
+    // Barycentric coordinates of the second and third corner.
+    b: vec2<f32>,
+}
+
+// Möller and Trumbore.
+fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit {
+    let p0 = mesh_vertex(triangle, 0u).position;
+    let e1 = mesh_vertex(triangle, 1u).position - p0;
+    let e2 = mesh_vertex(triangle, 2u).position - p0;
+    let across = cross(direction, e2);
+    let determinant = dot(e1, across);
+    if determinant == 0.0 {
+        return Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
+    }
+    let offset = origin - p0;
+    let second = cross(offset, e1);
+    let b = vec2<f32>(dot(offset, across), dot(direction, second)) / determinant;
+    let distance = dot(e2, second) / determinant;
+    if b.x < 0.0 || b.y < 0.0 || b.x + b.y > 1.0 || distance <= 0.0 {
+        return Hit(TRACE_NONE, TRACE_FAR, b);
+    }
+    return Hit(triangle, distance, b);
+}
+
+// A component of zero becomes so small that the products below neither are NaN nor cut a box off.
+fn trace_inverse(direction: vec3<f32>) -> vec3<f32> {
+    let small = vec3<f32>(1e-20);
+    return 1.0 / select(direction, small, abs(direction) < small);
+}
+
+fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f32>, farthest: f32) -> bool {
+    let a = (low - origin) * inverse;
+    let b = (high - origin) * inverse;
+    let enter = min(a, b);
+    let leave = max(a, b);
+    let first = max(max(enter.x, enter.y), max(enter.z, 0.0));
+    // Two more than the roundings of the interval (Ize, Robust BVH Ray Traversal, JCGT 2(2), 2013).
+    let last = min(min(leave.x, leave.y), min(leave.z, farthest)) * 1.0000004;
+    return first <= last;
+}
+
+// The nearest triangle, or with `any` some triangle, nearer than `farthest`.
+fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any: bool) -> Hit {
+    let inverse = trace_inverse(direction);
+    var best = Hit(TRACE_NONE, farthest, vec2<f32>(0.0));
+    let count = arrayLength(&nodes);
+    var at = 0u;
+    while at < count {
+        let node = nodes[at];
+        if node.triangle != TRACE_NONE {
+            let hit = trace_triangle(origin, direction, node.triangle);
+            if hit.triangle != TRACE_NONE && hit.distance < best.distance {
+                best = hit;
+                if any {
+                    return best;
+                }
+            }
+            at = node.next;
+        } else if trace_box(origin, inverse, node.low, node.high, best.distance) {
+            at += 1u;
+        } else {
+            at = node.next;
+        }
+    }
+    return best;
+}

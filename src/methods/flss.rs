@@ -1,0 +1,82 @@
+//! FLSS, full lambda spectral sampling (Dhillon et al. 2014): the patch model of model.md §2 at equal steps of the
+//! wavelength, each the sum over a neighbourhood of wave orders.
+
+use super::colours::{self, Colours};
+use super::orders::{OrderGrid, Orders};
+use super::{Method, MethodError, MethodOptions, MethodShader, is_query, spectral_range_um};
+use crate::height_field::HeightField;
+use bytemuck::{Pod, Zeroable};
+use std::borrow::Cow;
+
+const WGSL: &str = concat!(
+    include_str!("colours.wgsl"),
+    include_str!("bessel.wgsl"),
+    include_str!("orders.wgsl"),
+    include_str!("flss.wgsl")
+);
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct FlssUniform {
+    pub grid: OrderGrid,
+    pub wavelengths: u32,
+    pub _pad0: u32,
+    pub _pad1: u32,
+    pub _pad2: u32,
+}
+
+/// Equal steps of the wavelength from 380 to 780 nm.
+pub struct Flss {
+    orders: Orders,
+    colours: Colours,
+}
+
+impl Flss {
+    /// Transforms `field`, of which `lambda_step_nm`, `terms`, `neighbourhood` and `series` are asked.
+    ///
+    /// # Errors
+    /// As [`super::build`].
+    pub fn new(
+        field: &HeightField,
+        coherence_length_um: f64,
+        tolerance: f64,
+        options: &MethodOptions,
+    ) -> Result<Self, MethodError> {
+        let orders = Orders::new(field, coherence_length_um, tolerance, options)?;
+        Ok(Self { orders, colours: colours::samples(options.lambda_step_nm)? })
+    }
+}
+
+impl Method for Flss {
+    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+        let mut rgb = [0.0; 3];
+        if is_query(q) {
+            for &[r, g, b, wavelength_um] in &self.colours {
+                let value = self.orders.density(q, wavelength_um) / (wavelength_um * wavelength_um);
+                rgb = [rgb[0] + value * r, rgb[1] + value * g, rgb[2] + value * b];
+            }
+        }
+        rgb
+    }
+
+    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+        let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
+        Some(wavelength_um.map_or(0.0, |um| self.orders.density(q, um) / (um * um)))
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        let uniform = FlssUniform {
+            grid: self.orders.grid,
+            wavelengths: self.colours.len() as u32,
+            _pad0: 0,
+            _pad1: 0,
+            _pad2: 0,
+        };
+        MethodShader {
+            name: "flss",
+            wgsl: WGSL,
+            uniform: bytemuck::bytes_of(&uniform).to_vec(),
+            storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
+        }
+    }
+}

@@ -1,0 +1,23 @@
+// Twin of flss.rs.
+
+struct Flss {
+    grid: OrderGrid,
+    wavelengths: u32,
+    _pad0: u32,
+    _pad1: u32,
+    _pad2: u32,
+}
+
+@group(1) @binding(0) var<uniform> flss: Flss;
+
+fn response(q: vec3<f32>) -> vec3<f32> {
+    if !is_query(q) {
+        return vec3<f32>();
+    }
+    var rgb = vec3<f32>();
+    for (var i = 0u; i < flss.wavelengths; i++) {
+        let colour = colours[i];
+        rgb += order_density(flss.grid, q, colour.w) / (colour.w * colour.w) * colour.xyz;
+    }
+    return rgb;
+}

@@ -1,0 +1,136 @@
+//! NMM, non-uniform wavelengths (Dhillon et al. 2014): only those at which an order lies where one looks, each with
+//! the sum of [`super::Flss`] over a neighbourhood of orders.
+//!
+//! They are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. So they lie as thick as
+//! `|u|Lx/λ²` and `|v|Ly/λ²` over λ: dense in the blue. Both lists together, with `N = |u|Lx + |v|Ly`, sum
+//!
+//! - *unweighted*, as in the sources: `Σ S/λ² · W(λ)/N`, W the colour weights over λ² scaled so that a constant is white.
+//!   The spectrum inside each channel is seen through 1/λ², hence a shift of hue;
+//! - *weighted*: `Σ S/λ² · λ²/N · weight(λ)`, that is each list with its own spacing `dλ = λ²/(|u|Lx)`, and the mean of the
+//!   two by how dense they are: a quadrature of `∫ S/λ² weight dλ`.
+//!
+//! Both take each sample for the share of its order that the mean over its cell is of its peak ([`line_width`]). A list
+//! counts where it can hold an order other than 0: not along an axis of one pixel, nor for `|u|Lx < λmin`. Where none
+//! counts, around (u, v) = (0, 0), the answer is white, as the sources have it, at the value at 550 nm.
+
+use super::colours::{self, Colours, colour_density};
+use super::orders::{OrderGrid, Orders};
+use super::{
+    Method, MethodError, MethodOptions, MethodShader, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
+};
+use crate::height_field::HeightField;
+use bytemuck::{Pod, Zeroable};
+use std::borrow::Cow;
+use std::f64::consts::PI;
+
+const WGSL: &str = concat!(
+    include_str!("colours.wgsl"),
+    include_str!("bessel.wgsl"),
+    include_str!("orders.wgsl"),
+    include_str!("nmm.wgsl")
+);
+
+/// The wavelength that stands for all where the answer is white.
+pub(super) const WHITE_UM: f32 = 0.55;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct NmmUniform {
+    pub grid: OrderGrid,
+    pub line_width: [f32; 2],
+    pub _pad: [f32; 2],
+}
+
+/// The wavelengths at which an order lies where one looks.
+pub struct Nmm {
+    orders: Orders,
+    colours: Colours,
+    line_width: [f32; 2],
+}
+
+impl Nmm {
+    /// Transforms `field`, of which `terms`, `neighbourhood`, `series` and `weighted` are asked.
+    ///
+    /// # Errors
+    /// As [`super::build`].
+    pub fn new(
+        field: &HeightField,
+        coherence_length_um: f64,
+        tolerance: f64,
+        options: &MethodOptions,
+    ) -> Result<Self, MethodError> {
+        let orders = Orders::new(field, coherence_length_um, tolerance, options)?;
+        let colours = if options.weighted { colours::density()? } else { colours::density_over_square()? };
+        let line_width = orders.grid.sharpness.map(|sharpness| line_width(sharpness.into()) as f32);
+        Ok(Self { orders, colours, line_width })
+    }
+}
+
+impl Method for Nmm {
+    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+        if !is_query(q) {
+            return [0.0; 3];
+        }
+        let grid = &self.orders.grid;
+        let span = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
+        let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span[axis] >= WAVELENGTH_MIN_UM);
+        let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span[axis]).sum();
+        if total == 0.0 {
+            return [self.orders.density(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
+        }
+        let mut rgb = [0.0; 3];
+        for axis in (0..2).filter(|axis| listed[*axis]) {
+            let first = (span[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
+            let last = (span[axis] / WAVELENGTH_MIN_UM).floor() as u32;
+            for n in first..=last {
+                let wavelength_um = span[axis] / n as f32;
+                let weight = self.orders.density(q, wavelength_um) * self.line_width[axis];
+                let colour = colour_density(&self.colours, wavelength_um);
+                rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
+            }
+        }
+        rgb.map(|value| value / total)
+    }
+
+    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+        let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
+        Some(wavelength_um.map_or(0.0, |um| self.orders.density(q, um) / (um * um)))
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        let uniform = NmmUniform { grid: self.orders.grid, line_width: self.line_width, _pad: [0.0; 2] };
+        MethodShader {
+            name: "nmm",
+            wgsl: WGSL,
+            uniform: bytemuck::bytes_of(&uniform).to_vec(),
+            storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
+        }
+    }
+}
+
+/// What a sample at the middle of an order stands for, in orders: the mean over a cell of `Σ_k exp(−2a(p − k)²)` against
+/// its value at p = 0, a the sharpness. 1 for Gaussians that overlap, their area where they stand apart; exact, in the
+/// mean over window places, where order powers are equal.
+fn line_width(sharpness: f64) -> f64 {
+    let area = (PI / (2.0 * sharpness)).sqrt();
+    let theta = |exponent: f64| 1.0 + 2.0 * (1..=4).map(|k| (-exponent * f64::from(k * k)).exp()).sum::<f64>();
+    // The sum itself, or its Poisson transform where that is the one that falls fast; five terms are exact.
+    if sharpness > 1.0 { area / theta(2.0 * sharpness) } else { 1.0 / theta(0.5 * PI * PI / sharpness) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_is_as_wide_as_its_area_or_its_cell() {
+        for sharpness in [1e-3, 0.3, 0.999, 1.001, 1.2337, 5.0, 800.0] {
+            let sum = |p: f64| (-200..=200).map(|k| (-2.0 * sharpness * (p - f64::from(k)).powi(2)).exp()).sum::<f64>();
+            let steps = 4000;
+            let mean = (0..steps).map(|i| sum((f64::from(i) + 0.5) / f64::from(steps))).sum::<f64>() / f64::from(steps);
+            let found = line_width(sharpness);
+            // Equal steps over a period of a smooth function are exact, the sum is cut at e^{−80}.
+            assert!((found * sum(0.0) / mean - 1.0).abs() < 1e-9, "{sharpness}: {found}");
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What users may ask of a method, and how one is made.
+
+use super::Method;
+use super::bessel::TERMS_MAX;
+use super::flss::Flss;
+use super::nmm::Nmm;
+use super::orders::NEIGHBOURHOOD_MAX;
+use super::pq::Pq;
+use super::stam::Stam;
+use crate::colour::ColourError;
+use crate::config::{COHERENCE_LENGTH_UM, MAX_LENGTH_UM, TOLERANCE};
+use crate::height_field::HeightField;
+use crate::transform::Series;
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Accepted steps between wavelengths in nm: coarser ones do not make white, finer ones only take time.
+pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=20.0;
+/// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
+pub const REPEATS_MAX: u32 = 10_000;
+
+/// The methods of the sources (model.md §4).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MethodKind {
+    /// Equal steps of the wavelength.
+    Flss,
+    /// The wavelengths at which an order lies where one looks.
+    Nmm,
+    /// A finite number of tiles.
+    Pq,
+    /// One spacing.
+    Stam,
+}
+
+impl MethodKind {
+    /// Every kind, in the order in which messages list them.
+    pub const ALL: [Self; 4] = [Self::Flss, Self::Nmm, Self::Pq, Self::Stam];
+
+    /// The name used on command lines.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Flss => "flss",
+            Self::Nmm => "nmm",
+            Self::Pq => "pq",
+            Self::Stam => "stam",
+        }
+    }
+
+    /// The fields of [`MethodOptions`] that the method heeds; it ignores the others.
+    pub const fn options(self) -> &'static [&'static str] {
+        match self {
+            Self::Flss => &["lambda_step_nm", "terms", "neighbourhood", "series"],
+            Self::Nmm => &["terms", "neighbourhood", "series", "weighted"],
+            Self::Pq => &["lambda_step_nm", "terms", "series", "repeats"],
+            Self::Stam => &["period_um"],
+        }
+    }
+}
+
+impl fmt::Display for MethodKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Options of the methods; [`MethodKind::options`] says which of them a method heeds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct MethodOptions {
+    /// Step between wavelengths in nm, 0.1 to 20 (default: 5).
+    pub lambda_step_nm: f64,
+    /// Terms of the series, 1 to 256 (default: as many as the tolerance asks for).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terms: Option<usize>,
+    /// Orders that are summed along each axis, 1 to 64 (default: as many as the tolerance asks for). The sources have 3.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub neighbourhood: Option<usize>,
+    /// The series of the phase screen (default: `chebyshev`). The sources have `taylor`.
+    pub series: Series,
+    /// Whether the wavelengths that NMM picks count by the part of the spectrum they stand for (default: false, as in
+    /// the sources).
+    pub weighted: bool,
+    /// How often the tile repeats, along both axes or along x and y, 1 to 10000 (default: so often that peaks are as
+    /// bright as with the coherence window).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repeats: Option<Repeats>,
+    /// The spacing in µm (default: the dominant period along x).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub period_um: Option<f64>,
+}
+
+impl Default for MethodOptions {
+    fn default() -> Self {
+        Self {
+            lambda_step_nm: 5.0,
+            terms: None,
+            neighbourhood: None,
+            series: Series::default(),
+            weighted: false,
+            repeats: None,
+            period_um: None,
+        }
+    }
+}
+
+/// Repeats of a tile: one number for both axes, or one for x and one for y.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(untagged, expecting = "expected a whole number or an array of two")]
+pub enum Repeats {
+    Both(u32),
+    Each([u32; 2]),
+}
+
+impl Repeats {
+    /// Along x and y.
+    pub fn xy(self) -> [u32; 2] {
+        match self {
+            Self::Both(both) => [both; 2],
+            Self::Each(each) => each,
+        }
+    }
+}
+
+/// Why a method was not made.
+#[derive(Debug, PartialEq, thiserror::Error)]
+pub enum MethodError {
+    #[error("parameter {name:?} is {found}, but must be {accepted}")]
+    OutOfRange { name: &'static str, found: f64, accepted: &'static str },
+    #[error(
+        "the relief is too deep: at 380 nm κH is {kappa_h:.0}, and {limit} terms, the most a method holds, do not reach \
+         the tolerance"
+    )]
+    TooManyTerms { kappa_h: f64, limit: usize },
+    #[error(
+        "the relief is too deep for the series \"taylor\" in single precision: at 380 nm κH is {kappa_h:.0}, the limit is \
+         {limit}; use \"chebyshev\""
+    )]
+    TaylorRange { kappa_h: f64, limit: f64 },
+    #[error(
+        "the coherence window is so small against the tile that it joins {needed} orders along an axis, more than {limit}; \
+         use a longer coherence length, a smaller tile, or give \"neighbourhood\""
+    )]
+    TooWide { needed: usize, limit: usize },
+    #[error(
+        "the wave orders would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a smaller tile, coarser \
+         pixels or fewer terms"
+    )]
+    TooLarge { needed_mb: f64, limit_mb: f64 },
+    #[error("the surface has no period along x; give \"period_um\"")]
+    NoPeriod,
+    #[error(transparent)]
+    Colour(#[from] ColourError),
+}
+
+impl MethodOptions {
+    /// Refuses values out of range, whatever the method.
+    ///
+    /// # Errors
+    /// [`MethodError::OutOfRange`], which names the field.
+    pub fn validate(&self) -> Result<(), MethodError> {
+        in_range("lambda_step_nm", self.lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 20 nm")?;
+        let count = |name, value: Option<usize>, most: usize, accepted| match value {
+            Some(found) if !(1..=most).contains(&found) => {
+                Err(MethodError::OutOfRange { name, found: found as f64, accepted })
+            }
+            _ => Ok(()),
+        };
+        count("terms", self.terms, TERMS_MAX, "1 to 256")?;
+        count("neighbourhood", self.neighbourhood, NEIGHBOURHOOD_MAX, "1 to 64")?;
+        for repeats in self.repeats.map(Repeats::xy).into_iter().flatten() {
+            count("repeats", Some(repeats as usize), REPEATS_MAX as usize, "1 to 10000")?;
+        }
+        match self.period_um {
+            Some(found) if !(found > 0.0 && found <= MAX_LENGTH_UM) => {
+                Err(MethodError::OutOfRange { name: "period_um", found, accepted: "a length in µm in (0, 1e6]" })
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Makes a method for a surface with the coherence length (four standard deviations of the window) in µm. Numbers of
+/// terms and orders that are not given follow from the `tolerance`, a relative error.
+///
+/// # Errors
+/// A number out of range, or a relief that is more than the method can hold in single precision; see [`MethodError`].
+pub fn build(
+    kind: MethodKind,
+    field: &HeightField,
+    coherence_length_um: f64,
+    tolerance: f64,
+    options: &MethodOptions,
+) -> Result<Box<dyn Method>, MethodError> {
+    options.validate()?;
+    in_range("coherence_length", coherence_length_um, &COHERENCE_LENGTH_UM, "a length in µm in [1e-3, 1e5]")?;
+    in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")?;
+    Ok(match kind {
+        MethodKind::Flss => Box::new(Flss::new(field, coherence_length_um, tolerance, options)?),
+        MethodKind::Nmm => Box::new(Nmm::new(field, coherence_length_um, tolerance, options)?),
+        MethodKind::Pq => Box::new(Pq::new(field, coherence_length_um, tolerance, options)?),
+        MethodKind::Stam => Box::new(Stam::new(field, coherence_length_um, options)?),
+    })
+}
+
+fn in_range(
+    name: &'static str,
+    found: f64,
+    range: &std::ops::RangeInclusive<f64>,
+    accepted: &'static str,
+) -> Result<(), MethodError> {
+    if range.contains(&found) { Ok(()) } else { Err(MethodError::OutOfRange { name, found, accepted }) }
+}

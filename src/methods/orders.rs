@@ -1,0 +1,258 @@
+//! The wave orders of a tile as the methods read them, and the sources' sum over a neighbourhood of them.
+
+use super::bessel::{TERMS_MAX, bessel_j};
+use super::{MethodError, MethodOptions, WAVELENGTH_MIN_UM};
+use crate::height_field::HeightField;
+use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
+use bytemuck::{Pod, Zeroable};
+use rayon::prelude::*;
+use std::f32::consts::TAU;
+use std::f64::consts::{PI, SQRT_2};
+
+/// Most orders along each axis that are summed at a place.
+pub const NEIGHBOURHOOD_MAX: usize = 64;
+/// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must not overflow.
+pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
+/// Most bytes that the orders of a tile may take.
+pub const ORDERS_BYTES_MAX: usize = 512 << 20;
+
+/// Largest w of two directions.
+const W_MAX: f64 = 2.0;
+/// Where the Gaussian of an amplitude is below e⁻⁴⁰, single precision has nothing left of its square beside others.
+pub(super) const FAINT: f32 = 40.0;
+
+/// How the orders lie, for the shaders.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct OrderGrid {
+    /// Extent `(Lx, Ly)` of the tile.
+    pub extent_um: [f32; 2],
+    /// The Gaussian of the window falls as `exp(−sharpness·d²)` with the distance d in orders: `2π²s²/L²`.
+    pub sharpness: [f32; 2],
+    /// Largest |jx| and |jy| that are held; 0 along an axis of one pixel, where there are no others.
+    pub reach: [i32; 2],
+    /// Number of terms, even.
+    pub terms: u32,
+    /// 0 for Chebyshev, 1 for Taylor.
+    pub series: u32,
+    /// Half the range of heights, H.
+    pub half_range_um: f32,
+    /// `4πs²`: S of an order of power 1 at its middle.
+    pub peak_um2: f32,
+    /// Orders summed along each axis.
+    pub neighbourhood: u32,
+    pub _pad: u32,
+}
+
+/// The terms of every order that light from 380 to 780 nm can reach.
+///
+/// The tile always goes on periodically. Terms are `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` with the heights about the middle of
+/// their range, in pairs of an even and an odd n, `[jy][jx][n]` with jy from 0 and jx from −reach: those of a real
+/// function obey `D(−j) = conj D(j)`. In an even number of pixels the bin at half the sampling rate stands for both
+/// signs; each carries `√½` of its amplitude, as in [`crate::reflectance::Exact`].
+pub(super) struct Orders {
+    pub grid: OrderGrid,
+    terms: Vec<[f32; 4]>,
+}
+
+impl Orders {
+    /// Transforms `field` for a Gaussian window of four standard deviations `coherence_length_um`; `tolerance` is the
+    /// relative error that the number of terms and the neighbourhood follow from unless they are given.
+    pub fn new(
+        field: &HeightField,
+        coherence_length_um: f64,
+        tolerance: f64,
+        options: &MethodOptions,
+    ) -> Result<Self, MethodError> {
+        let transform = TermTransform::<f32>::new(field, options.series);
+        let terms = term_count(transform.half_range_um(), tolerance, options)?.next_multiple_of(2);
+        let (nx, ny) = field.size();
+        let (lx, ly) = field.extent_um();
+        let s_um = coherence_length_um / 4.0;
+        let sharpness = [lx, ly].map(|l| 2.0 * (PI * s_um / l).powi(2));
+        let neighbourhood = neighbourhood(sharpness, [nx, ny], tolerance, options)?;
+        let reach = |n: usize, extent_um: f64| {
+            let reached = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
+            reached.saturating_add(neighbourhood / 2 + 1).min(n / 2)
+        };
+        let reach = [reach(nx, lx), reach(ny, ly)];
+        let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
+        if needed > ORDERS_BYTES_MAX {
+            let mb = |bytes: usize| bytes as f64 / 1e6;
+            return Err(MethodError::TooLarge { needed_mb: mb(needed), limit_mb: mb(ORDERS_BYTES_MAX) });
+        }
+        let grid = OrderGrid {
+            extent_um: [lx as f32, ly as f32],
+            sharpness: sharpness.map(|a| a as f32),
+            reach: reach.map(|r| r as i32),
+            terms: terms as u32,
+            series: match options.series {
+                Series::Chebyshev => 0,
+                Series::Taylor => 1,
+            },
+            half_range_um: transform.half_range_um() as f32,
+            peak_um2: (4.0 * PI * s_um * s_um) as f32,
+            neighbourhood: neighbourhood as u32,
+            _pad: 0,
+        };
+        Ok(Self { grid, terms: pack(&transform, [nx, ny], reach, terms) })
+    }
+
+    /// The terms as the shaders read them.
+    pub fn bytes(&self) -> &[u8] {
+        bytemuck::cast_slice(&self.terms)
+    }
+
+    /// `p = (u, v)·L/λ`, the place of `q` among the orders.
+    pub fn place(&self, q: [f32; 3], wavelength_um: f32) -> [f32; 2] {
+        [0, 1].map(|axis| q[axis] / wavelength_um * self.grid.extent_um[axis])
+    }
+
+    /// The nearest order to a place, and how far it is.
+    pub fn nearest(place: [f32; 2]) -> ([i32; 2], [f32; 2]) {
+        let order = place.map(|p| (p + 0.5).floor());
+        (order.map(|j| j as i32), [place[0] - order[0], place[1] - order[1]])
+    }
+
+    /// Whether an order is held.
+    pub fn holds(&self, order: [i32; 2]) -> bool {
+        order[0].abs() <= self.grid.reach[0] && order[1].abs() <= self.grid.reach[1]
+    }
+
+    /// `Re` of the coefficient of every even term and `Im` of every odd one, which is all there is to them.
+    pub fn term_weights(&self, w: f32, wavelength_um: f32) -> [f32; TERMS_MAX] {
+        let x = TAU * w / wavelength_um * self.grid.half_range_um;
+        let count = self.grid.terms as usize;
+        let mut weights = [0.0; TERMS_MAX];
+        if self.grid.series == 0 {
+            bessel_j(x, count, &mut weights);
+            weights[1..count].iter_mut().for_each(|weight| *weight *= 2.0);
+        } else {
+            let mut power_over_factorial = 1.0;
+            weights[0] = 1.0;
+            for (n, weight) in weights[..count].iter_mut().enumerate().skip(1) {
+                power_over_factorial *= x / n as f32;
+                *weight = power_over_factorial;
+            }
+        }
+        // iⁿ, less the i of the odd ones.
+        for (n, weight) in weights[..count].iter_mut().enumerate() {
+            if n & 2 != 0 {
+                *weight = -*weight;
+            }
+        }
+        weights
+    }
+
+    /// `c_j` of an order that is held.
+    pub fn amplitude(&self, order: [i32; 2], weights: &[f32; TERMS_MAX]) -> [f32; 2] {
+        let OrderGrid { reach, terms, .. } = self.grid;
+        let pairs = terms as usize / 2;
+        let sign = if order[1] < 0 { -1 } else { 1 };
+        let row = (sign * order[1]) * (2 * reach[0] + 1);
+        let first = (row + sign * order[0] + reach[0]) as usize * pairs;
+        let mut sum = [0.0f32; 4];
+        for (term, weight) in self.terms[first..first + pairs].iter().zip(weights.chunks_exact(2)) {
+            sum[0] += term[0] * weight[0];
+            sum[1] += term[1] * weight[0];
+            sum[2] += term[2] * weight[1];
+            sum[3] += term[3] * weight[1];
+        }
+        // Even terms plus i times the odd ones, both conjugate where the opposite order is the one that is stored.
+        let sign = sign as f32;
+        [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
+    }
+
+    /// `S = |Σ_j c_j g(f − f_j)|²/(πs²)` in µm², the sum over a block of the nearest orders.
+    pub fn density(&self, q: [f32; 3], wavelength_um: f32) -> f32 {
+        let grid = &self.grid;
+        let place = self.place(q, wavelength_um);
+        let fall = |dx: f32, dy: f32| grid.sharpness[0] * dx * dx + grid.sharpness[1] * dy * dy;
+        let beside = |axis: usize| {
+            let reach = grid.reach[axis] as f32;
+            place[axis] - (place[axis] + 0.5).floor().clamp(-reach, reach)
+        };
+        if fall(beside(0), beside(1)) > FAINT {
+            return 0.0;
+        }
+        let weights = self.term_weights(q[2], wavelength_um);
+        let block = |axis: usize| {
+            let first = (place[axis] - 0.5 * grid.neighbourhood as f32).floor() as i32 + 1;
+            let last = first + grid.neighbourhood as i32 - 1;
+            first.max(-grid.reach[axis])..=last.min(grid.reach[axis])
+        };
+        let mut sum = [0.0f32; 2];
+        for jy in block(1) {
+            for jx in block(0) {
+                let exponent = fall(place[0] - jx as f32, place[1] - jy as f32);
+                if exponent < FAINT {
+                    let gaussian = (-exponent).exp();
+                    let c = self.amplitude([jx, jy], &weights);
+                    sum[0] += gaussian * c[0];
+                    sum[1] += gaussian * c[1];
+                }
+            }
+        }
+        grid.peak_um2 * (sum[0] * sum[0] + sum[1] * sum[1])
+    }
+}
+
+/// Terms for every κ up to that of 380 nm along the normal: so many that what is left out is below a tenth of the
+/// tolerance, or as many as are asked for.
+fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Result<usize, MethodError> {
+    let kappa_h = 2.0 * PI * W_MAX / f64::from(WAVELENGTH_MIN_UM) * half_range_um;
+    if options.series == Series::Taylor && kappa_h > TAYLOR_KAPPA_H_MAX {
+        return Err(MethodError::TaylorRange { kappa_h, limit: TAYLOR_KAPPA_H_MAX });
+    }
+    // Beyond that many no series that a method can hold comes near, whatever is asked for.
+    let needed = (kappa_h <= TERMS_MAX as f64).then(|| {
+        options.terms.unwrap_or_else(|| match options.series {
+            Series::Chebyshev => chebyshev_terms(kappa_h, 0.1 * tolerance),
+            Series::Taylor => taylor_terms(kappa_h, 0.1 * tolerance),
+        })
+    });
+    needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
+}
+
+/// Orders along each axis: so many that the Gaussian of an amplitude left out is below a tenth of the tolerance, or as
+/// many as are asked for. The first order left out is at least half their number away.
+fn neighbourhood(
+    sharpness: [f64; 2],
+    pixels: [usize; 2],
+    tolerance: f64,
+    options: &MethodOptions,
+) -> Result<usize, MethodError> {
+    if let Some(given) = options.neighbourhood {
+        return Ok(given);
+    }
+    let along = |axis: usize| {
+        let across = 2.0 * ((0.1 * tolerance).recip().ln() / sharpness[axis]).sqrt();
+        // No more than the orders there are, and half the sampling rate counts twice.
+        across.ceil().clamp(1.0, pixels[axis] as f64 + 1.0) as usize
+    };
+    let needed = along(0).max(along(1));
+    if needed > NEIGHBOURHOOD_MAX {
+        return Err(MethodError::TooWide { needed, limit: NEIGHBOURHOOD_MAX });
+    }
+    Ok(needed)
+}
+
+/// The terms of the orders up to `reach`, two at a time.
+fn pack(transform: &TermTransform<f32>, pixels: [usize; 2], reach: [usize; 2], terms: usize) -> Vec<[f32; 4]> {
+    let (pairs, width) = (terms / 2, 2 * reach[0] + 1);
+    let mut packed = vec![[0.0f32; 4]; width * (reach[1] + 1) * pairs];
+    let bin = |j: i64, n: usize| j.rem_euclid(n as i64) as usize;
+    let share = |j: i64, n: usize| if j != 0 && 2 * j.unsigned_abs() as usize == n { 1.0 / SQRT_2 } else { 1.0 };
+    for pair in 0..pairs {
+        let (even, odd) = rayon::join(|| transform.term(2 * pair), || transform.term(2 * pair + 1));
+        packed.par_chunks_mut(width * pairs).enumerate().for_each(|(jy, row)| {
+            for (column, order) in row.chunks_mut(pairs).enumerate() {
+                let (jx, jy) = (column as i64 - reach[0] as i64, jy as i64);
+                let from = bin(jy, pixels[1]) * pixels[0] + bin(jx, pixels[0]);
+                let share = (share(jx, pixels[0]) * share(jy, pixels[1])) as f32;
+                order[pair] = [even[from].re, even[from].im, odd[from].re, odd[from].im].map(|part| part * share);
+            }
+        });
+    }
+    packed
+}

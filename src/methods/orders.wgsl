@@ -1,0 +1,92 @@
+// Twin of orders.rs: the wave orders of a tile, and the sources' sum over a neighbourhood of them.
+
+const FAINT: f32 = 40.0;
+
+struct OrderGrid {
+    extent_um: vec2<f32>,
+    sharpness: vec2<f32>,
+    reach: vec2<i32>,
+    terms: u32,
+    series: u32,
+    half_range_um: f32,
+    peak_um2: f32,
+    neighbourhood: u32,
+    _pad: u32,
+}
+
+// Pairs of an even and an odd term, [jy][jx][n], jy from 0, jx from -reach.
+@group(1) @binding(2) var<storage, read> order_terms: array<vec4<f32>>;
+
+// Of the wavelength in hand, by set_term_weights.
+var<private> term_weights: array<f32, TERMS_MAX>;
+
+fn order_place(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> vec2<f32> {
+    return q.xy / wavelength_um * grid.extent_um;
+}
+
+fn nearest_order(place: vec2<f32>) -> vec2<f32> {
+    return floor(place + 0.5);
+}
+
+fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
+    let x = TAU * w / wavelength_um * grid.half_range_um;
+    if grid.series == 0u {
+        bessel_j(x, grid.terms, &term_weights);
+        for (var n = 1u; n < grid.terms; n++) {
+            term_weights[n] *= 2.0;
+        }
+    } else {
+        var power_over_factorial = 1.0;
+        term_weights[0] = 1.0;
+        for (var n = 1u; n < grid.terms; n++) {
+            power_over_factorial *= x / f32(n);
+            term_weights[n] = power_over_factorial;
+        }
+    }
+    for (var n = 0u; n < grid.terms; n++) {
+        if (n & 2u) != 0u {
+            term_weights[n] = -term_weights[n];
+        }
+    }
+}
+
+fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
+    let pairs = grid.terms / 2u;
+    let sign = select(1, -1, order.y < 0);
+    let row = (sign * order.y) * (2 * grid.reach.x + 1);
+    let first = u32(row + sign * order.x + grid.reach.x) * pairs;
+    var sum = vec4<f32>();
+    for (var pair = 0u; pair < pairs; pair++) {
+        let even = term_weights[2u * pair];
+        let odd = term_weights[2u * pair + 1u];
+        sum += order_terms[first + pair] * vec4<f32>(even, even, odd, odd);
+    }
+    return vec2<f32>(sum.x - f32(sign) * sum.w, f32(sign) * sum.y + sum.z);
+}
+
+fn order_fall(grid: OrderGrid, distance: vec2<f32>) -> f32 {
+    return dot(grid.sharpness, distance * distance);
+}
+
+fn order_density(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> f32 {
+    let place = order_place(grid, q, wavelength_um);
+    let reach = vec2<f32>(grid.reach);
+    if order_fall(grid, place - clamp(nearest_order(place), -reach, reach)) > FAINT {
+        return 0.0;
+    }
+    set_term_weights(grid, q.z, wavelength_um);
+    let first = vec2<i32>(floor(place - 0.5 * f32(grid.neighbourhood))) + 1;
+    let last = min(first + i32(grid.neighbourhood) - 1, grid.reach);
+    let start = max(first, -grid.reach);
+    var sum = vec2<f32>();
+    for (var jy = start.y; jy <= last.y; jy++) {
+        for (var jx = start.x; jx <= last.x; jx++) {
+            let order = vec2<i32>(jx, jy);
+            let exponent = order_fall(grid, place - vec2<f32>(order));
+            if exponent < FAINT {
+                sum += exp(-exponent) * order_amplitude(grid, order);
+            }
+        }
+    }
+    return grid.peak_um2 * dot(sum, sum);
+}

@@ -1,0 +1,145 @@
+//! PQ (Dhillon et al. 2014): the tile repeats P×Q times, and beyond there is nothing.
+//!
+//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²` with `p = (u, v)·L/λ`, `D_P(p) = sin(πPp)/(P·sin(πp))` and j the order
+//! nearest to p, as the sources round. Over the cell of an order `∫D_P² dp = 1/P`, so the power integrates to
+//! `Σ|c_j|² = 1`. Where two orders meet, S jumps; and between the orders it rings, which is what costs the method its
+//! accuracy. The coherence length only gives the default of P and Q: `2√π·s/L`, at least 1, rounded, with which the peaks
+//! are as bright as with a Gaussian window.
+
+use super::bessel::TERMS_MAX;
+use super::colours::{self, Colours};
+use super::orders::{OrderGrid, Orders};
+use super::{Method, MethodError, MethodOptions, MethodShader, REPEATS_MAX, Repeats, is_query, spectral_range_um};
+use crate::height_field::HeightField;
+use bytemuck::{Pod, Zeroable};
+use std::borrow::Cow;
+use std::f32::consts::PI;
+
+const WGSL: &str = concat!(
+    include_str!("colours.wgsl"),
+    include_str!("bessel.wgsl"),
+    include_str!("orders.wgsl"),
+    include_str!("pq.wgsl")
+);
+
+/// Below this `πPd` the kernel is its series; the next term is under 1e-9 there.
+pub(super) const SINC_SERIES: f32 = 0.01;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct PqUniform {
+    pub grid: OrderGrid,
+    pub repeats: [f32; 2],
+    pub wavelengths: u32,
+    pub _pad: u32,
+}
+
+/// A finite number of tiles.
+pub struct Pq {
+    /// Its peak is `Lx·Ly·P·Q`; it sums no neighbourhood.
+    orders: Orders,
+    repeats: [f32; 2],
+    colours: Colours,
+}
+
+impl Pq {
+    /// Transforms `field`, of which `lambda_step_nm`, `terms`, `series` and `repeats` are asked.
+    ///
+    /// # Errors
+    /// As [`super::build`].
+    pub fn new(
+        field: &HeightField,
+        coherence_length_um: f64,
+        tolerance: f64,
+        options: &MethodOptions,
+    ) -> Result<Self, MethodError> {
+        let options = MethodOptions { neighbourhood: Some(1), ..options.clone() };
+        let mut orders = Orders::new(field, coherence_length_um, tolerance, &options)?;
+        let (lx, ly) = field.extent_um();
+        let as_bright = |extent_um: f64| {
+            let repeats = 0.5 * std::f64::consts::PI.sqrt() * coherence_length_um / extent_um;
+            repeats.round().clamp(1.0, REPEATS_MAX.into()) as u32
+        };
+        let repeats = options.repeats.map_or([as_bright(lx), as_bright(ly)], Repeats::xy);
+        orders.grid.peak_um2 = (lx * ly * f64::from(repeats[0]) * f64::from(repeats[1])) as f32;
+        Ok(Self { orders, repeats: repeats.map(|n| n as f32), colours: colours::samples(options.lambda_step_nm)? })
+    }
+
+    /// S in µm².
+    fn density(&self, q: [f32; 3], wavelength_um: f32) -> f32 {
+        let place = self.orders.place(q, wavelength_um);
+        let (order, distance) = Orders::nearest(place);
+        if !self.orders.holds(order) {
+            return 0.0;
+        }
+        let weights: [f32; TERMS_MAX] = self.orders.term_weights(q[2], wavelength_um);
+        let c = self.orders.amplitude(order, &weights);
+        let kernel = repeat_kernel(self.repeats[0], distance[0]) * repeat_kernel(self.repeats[1], distance[1]);
+        self.orders.grid.peak_um2 * (c[0] * c[0] + c[1] * c[1]) * kernel * kernel
+    }
+}
+
+impl Method for Pq {
+    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+        let mut rgb = [0.0; 3];
+        if is_query(q) {
+            for &[r, g, b, wavelength_um] in &self.colours {
+                let value = self.density(q, wavelength_um) / (wavelength_um * wavelength_um);
+                rgb = [rgb[0] + value * r, rgb[1] + value * g, rgb[2] + value * b];
+            }
+        }
+        rgb
+    }
+
+    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+        let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
+        Some(wavelength_um.map_or(0.0, |um| self.density(q, um) / (um * um)))
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        let uniform = PqUniform {
+            grid: self.orders.grid,
+            repeats: self.repeats,
+            wavelengths: self.colours.len() as u32,
+            _pad: 0,
+        };
+        MethodShader {
+            name: "pq",
+            wgsl: WGSL,
+            uniform: bytemuck::bytes_of(&uniform).to_vec(),
+            storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
+        }
+    }
+}
+
+/// `sin(πPd)/(P·sin(πd))`, |d| ≤ ½ orders from the nearest, with its limit at 0. Whole orders only change its sign.
+fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
+    let x = PI * distance;
+    if repeats * x.abs() < SINC_SERIES {
+        return 1.0 - (repeats * repeats - 1.0) * x * x / 6.0;
+    }
+    (repeats * x).sin() / (repeats * x.sin())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_kernel_is_one_at_its_order_and_integrates_to_one_part_in_p() {
+        for repeats in [1.0, 2.0, 7.0, 64.0, 10_000.0f32] {
+            assert_eq!(repeat_kernel(repeats, 0.0), 1.0);
+            // On either side of the switch to the series.
+            let switch = SINC_SERIES / (PI * repeats);
+            let step = repeat_kernel(repeats, 0.999 * switch) - repeat_kernel(repeats, 1.001 * switch);
+            // Rounding of a sine, and the slope of the kernel there.
+            assert!(step.abs() < 1e-6, "{repeats}: {step}");
+            // The square is a cosine polynomial of degree P − 1: more equal steps than that are exact.
+            let steps = 3 * repeats as u32 + 1;
+            let square = |i: u32| f64::from(repeat_kernel(repeats, i as f32 / steps as f32 - 0.5)).powi(2);
+            let integral = (0..steps).map(square).sum::<f64>() / f64::from(steps);
+            // Places between orders are single-precision numbers times up to 10⁴.
+            assert!((integral * f64::from(repeats) - 1.0).abs() < 1e-3, "{repeats}: {integral}");
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! The WGSL of every method is valid, and says the same of layouts and constants as Rust. No adapter is needed.
+
+use super::flss::FlssUniform;
+use super::nmm::NmmUniform;
+use super::orders::OrderGrid;
+use super::pq::PqUniform;
+use super::stam::StamUniform;
+use super::{COMMON_WGSL, Method, MethodKind, MethodOptions, build};
+use crate::height_field::Preset;
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga::{AddressSpace, Expression, Literal, Module, TypeInner};
+use std::mem::{offset_of, size_of};
+
+/// A caller as small as can be.
+const ENTRY: &str = "
+@group(0) @binding(0) var<storage, read_write> answer: vec3<f32>;
+@compute @workgroup_size(1) fn main() { answer = response(vec3<f32>(0.1, 0.2, 1.5)); }
+";
+
+fn methods() -> Vec<(MethodKind, Box<dyn Method>)> {
+    let field = Preset::Sinusoidal.build(None, None).unwrap();
+    let method = |kind| (kind, build(kind, &field, 65.0, 1e-3, &MethodOptions::default()).unwrap());
+    MethodKind::ALL.map(method).into()
+}
+
+fn module(method: &dyn Method) -> Module {
+    let shader = method.shader();
+    let source = [COMMON_WGSL, shader.wgsl, ENTRY].concat();
+    let module = naga::front::wgsl::parse_str(&source)
+        .unwrap_or_else(|error| panic!("{}: {}", shader.name, error.emit_to_string(&source)));
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{}: {}", shader.name, error.emit_to_string(&source)));
+    module
+}
+
+/// Size, and name and offset of each member.
+type Layout = (usize, Vec<(String, usize)>);
+
+fn reflected(module: &Module, name: &str) -> Layout {
+    let (_, found) = module.types.iter().find(|(_, kind)| kind.name.as_deref() == Some(name)).unwrap();
+    let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
+    let member = |m: &naga::StructMember| (m.name.clone().unwrap(), m.offset as usize);
+    (*span as usize, members.iter().map(member).collect())
+}
+
+macro_rules! layout {
+    ($name:ident, $($member:ident),+) => {
+        (size_of::<$name>(), vec![$((stringify!($member).to_owned(), offset_of!($name, $member))),+])
+    };
+}
+
+#[test]
+fn every_shader_is_valid_and_binds_what_it_is_given() {
+    for (kind, method) in methods() {
+        let (module, shader) = (module(&*method), method.shader());
+        assert_eq!(shader.name, kind.name());
+        let mut bound: Vec<_> = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, variable)| Some((variable.binding?, variable.space)))
+            .filter(|(binding, _)| binding.group == 1)
+            .map(|(binding, space)| (binding.binding as usize, space == AddressSpace::Uniform))
+            .collect();
+        bound.sort_unstable();
+        let expected: Vec<_> = (0..=shader.storage.len()).map(|binding| (binding, binding == 0)).collect();
+        assert_eq!(bound, expected, "{kind}");
+        assert!(shader.storage.iter().all(|bytes| bytes.len() % 16 == 0 && !bytes.is_empty()), "{kind}");
+    }
+}
+
+#[test]
+fn uniforms_lie_as_the_shaders_read_them() {
+    for (kind, method) in methods() {
+        let module = module(&*method);
+        let (name, expected): (_, Layout) = match kind {
+            MethodKind::Flss => ("Flss", layout!(FlssUniform, grid, wavelengths, _pad0, _pad1, _pad2)),
+            MethodKind::Nmm => ("Nmm", layout!(NmmUniform, grid, line_width, _pad)),
+            MethodKind::Pq => ("Pq", layout!(PqUniform, grid, repeats, wavelengths, _pad)),
+            MethodKind::Stam => ("Stam", layout!(StamUniform, period_um, _pad0, _pad1, _pad2)),
+        };
+        assert_eq!(reflected(&module, name), expected);
+        assert_eq!(method.shader().uniform.len(), expected.0, "{kind}");
+        if kind != MethodKind::Stam {
+            let expected: Layout = layout!(
+                OrderGrid,
+                extent_um,
+                sharpness,
+                reach,
+                terms,
+                series,
+                half_range_um,
+                peak_um2,
+                neighbourhood,
+                _pad
+            );
+            assert_eq!(reflected(&module, "OrderGrid"), expected);
+        }
+    }
+}
+
+#[test]
+fn constants_are_the_same_on_both_sides() {
+    let expected: &[(&str, f64)] = &[
+        ("TAU", std::f32::consts::TAU.into()),
+        ("WAVELENGTH_MIN_UM", super::WAVELENGTH_MIN_UM.into()),
+        ("WAVELENGTH_MAX_UM", super::WAVELENGTH_MAX_UM.into()),
+        ("SUM_SQUARED_MAX", super::SUM_SQUARED_MAX.into()),
+        ("TERMS_MAX", super::TERMS_MAX as f64),
+        ("SMALL_ARGUMENT", super::bessel::SMALL_ARGUMENT.into()),
+        ("FAINT", super::orders::FAINT.into()),
+        ("WHITE_UM", super::nmm::WHITE_UM.into()),
+        ("SINC_SERIES", super::pq::SINC_SERIES.into()),
+        ("ORDERS", super::stam::ORDERS.into()),
+        ("V_RANGE", super::stam::V_RANGE.into()),
+    ];
+    let mut seen = std::collections::BTreeSet::new();
+    for (kind, method) in methods() {
+        let module = module(&*method);
+        for (_, constant) in module.constants.iter() {
+            let name = constant.name.as_deref().unwrap();
+            let value = match module.global_expressions[constant.init] {
+                Expression::Literal(Literal::F32(value)) => f64::from(value),
+                Expression::Literal(Literal::U32(value)) => f64::from(value),
+                ref other => panic!("{kind}: {name} is {other:?}"),
+            };
+            let (_, expected) = expected.iter().find(|(known, _)| *known == name).unwrap_or_else(|| panic!("{name}"));
+            assert_eq!(value, *expected, "{kind}: {name}");
+            seen.insert(name.to_owned());
+        }
+    }
+    assert_eq!(seen.len(), expected.len(), "{seen:?}");
+}

@@ -1,0 +1,86 @@
+//! What users see when the GPU does not do what it should: errors with what to do about them, never a panic.
+#![cfg(feature = "gpu")]
+
+mod gpu_support;
+
+use gpu_support::{White, gpu, query};
+use sunbeam::gpu::{AdapterChoice, Gpu, GpuError, Mesh, Optics, Scene, Shader, Target};
+use sunbeam::methods::{Method, MethodShader};
+
+/// Asks for WGSL that is not what the contract says.
+struct Wrong(&'static str);
+
+impl Method for Wrong {
+    fn response(&self, _: [f32; 3]) -> [f32; 3] {
+        [0.0; 3]
+    }
+
+    fn spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+        None
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        MethodShader { name: "wrong", wgsl: self.0, uniform: vec![0; 16], storage: Vec::new() }
+    }
+}
+
+#[test]
+fn a_machine_without_an_adapter_is_told_what_to_install() {
+    let Err(error) = Gpu::open_on(AdapterChoice::Any, wgpu::Backends::empty()) else {
+        panic!("there is no such backend")
+    };
+    assert!(matches!(error, GpuError::NoAdapter { .. }));
+    let message = error.to_string();
+    assert!(message.contains("libvulkan1 mesa-vulkan-drivers") && message.lines().count() == 1, "{message}");
+}
+
+#[test]
+fn the_choice_of_an_adapter_has_two_names() {
+    assert_eq!("software".parse::<AdapterChoice>().unwrap(), AdapterChoice::Software);
+    let message = "gpu".parse::<AdapterChoice>().unwrap_err().to_string();
+    assert!(message.contains("\"gpu\"") && message.contains("\"software\""), "{message}");
+    if let Ok(gpu) = Gpu::open(AdapterChoice::Software) {
+        assert!(gpu.is_software() && !gpu.adapter().is_empty() && !gpu.backend().is_empty());
+    }
+}
+
+#[test]
+fn refused_work_is_an_error_and_the_device_goes_on() {
+    let Some(gpu) = gpu() else { return };
+    let optics = Optics::default();
+    for (wgsl, said) in [
+        ("fn response(q: vec3<f32>) -> vec3<f32> { return q.xy; }", "return"),
+        ("fn other() {}", "response"),
+        (
+            "@group(1) @binding(5) var<storage, read> a: array<f32>; fn response(q: vec3<f32>) -> vec3<f32> { return q * a[0]; }",
+            "",
+        ),
+    ] {
+        let Err(error) = Shader::new(&gpu, &Wrong(wgsl), &optics) else { panic!("{wgsl} was accepted") };
+        assert!(matches!(error, GpuError::Refused { .. }) && error.to_string().contains(said), "{error}");
+    }
+    let shader = Shader::new(&gpu, &White, &optics).unwrap();
+    assert!(matches!(shader.set_parameters(&gpu, &[0; 1024]), Err(GpuError::Refused { .. })));
+    let up = [0.0, 0.0, 1.0];
+    assert_eq!(shader.evaluate(&gpu, &[query(up, up)]).unwrap().reflectances, [[1.0; 3]]);
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(gpu) = gpu() else { return };
+    let shader = Shader::new(&gpu, &White, &Optics::default()).unwrap();
+    gpu.device().destroy();
+    let up = [0.0, 0.0, 1.0];
+    let error = shader.evaluate(&gpu, &[query(up, up)]).unwrap_err();
+    assert!(matches!(error, GpuError::Lost { .. } | GpuError::Refused { .. }), "{error}");
+}
+
+#[test]
+fn what_does_not_fit_is_named() {
+    let Some(gpu) = gpu() else { return };
+    for (width, height) in [(0, 10), (10, 20_000)] {
+        assert!(matches!(Target::new(&gpu, width, height), Err(GpuError::Parameter { .. })));
+    }
+    let pigment = sunbeam::snake::PigmentTexture { width: 1, height: 1, pixels: vec![[0; 3]] };
+    assert!(matches!(Scene::new(&gpu, &Mesh::default(), &pigment), Err(GpuError::Mesh { .. })));
+}
