@@ -104,3 +104,45 @@ fn a_methods_data_arrives_and_can_be_changed() {
     shader.set_parameters(&gpu, &other.shader().uniform).unwrap();
     assert!(worst(&shader.evaluate(&gpu, &queries).unwrap().reflectances, &twin(&other), 1e-6) < TOLERANCE);
 }
+
+/// Counts to a number that is too large for loops of llvmpipe, in a loop in a loop.
+struct Count;
+
+impl Method for Count {
+    fn response(&self, _: [f32; 3]) -> [f32; 3] {
+        [100_000.0; 3]
+    }
+
+    fn spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+        None
+    }
+
+    fn shader(&self) -> sunbeam::methods::MethodShader<'_> {
+        sunbeam::methods::MethodShader {
+            name: "count",
+            wgsl: "
+                struct Count { outer: u32, inner: u32 }
+                @group(1) @binding(0) var<uniform> limits: Count;
+                fn response(q: vec3<f32>) -> vec3<f32> {
+                    var sum = 0.0;
+                    for (var i = response_part; i < limits.outer; i += response_parts) {
+                        for (var j = 0u; j < limits.inner; j++) {
+                            sum += 2.0 * q.z / f32(limits.inner / 500u);
+                        }
+                    }
+                    return vec3<f32>(0.5 * sum);
+                }",
+            uniform: [100u32, 1000, 0, 0].iter().flat_map(|count| count.to_le_bytes()).collect(),
+            storage: Vec::new(),
+        }
+    }
+}
+
+#[test]
+fn long_loops_are_whole_on_adapters_that_cut_them_short() {
+    let Some(gpu) = gpu() else { return };
+    let shader = Shader::new(&gpu, &Count, &Optics::default()).unwrap();
+    let up = [0.0, 0.0, 1.0];
+    let answers = shader.evaluate(&gpu, &[query(up, up), query(up, up)]).unwrap();
+    assert_eq!(answers.reflectances, [[100_000.0; 3]; 2]);
+}

@@ -26,6 +26,9 @@ pub enum GpuError {
     /// Data that the adapter cannot bind in one piece.
     #[error("{what} takes {needed} bytes, but the GPU adapter {adapter} takes at most {most} in one piece")]
     TooLarge { what: String, needed: u64, most: u64, adapter: String },
+    /// Loops that the adapter ends too early, however small the parts of an answer.
+    #[error("the GPU adapter {adapter} cuts the method's loops short; use fewer terms or a smaller neighbourhood")]
+    CutShort { adapter: String },
     /// A value out of range.
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     Parameter { parameter: &'static str, found: String, accepted: &'static str },

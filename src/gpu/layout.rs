@@ -72,6 +72,9 @@ impl From<&Optics> for OpticsUniform {
 pub(super) struct RangeUniform {
     pub first: u32,
     pub count: u32,
+    pub part: u32,
+    pub parts: u32,
+    pub two: u32,
 }
 
 #[repr(C)]
@@ -110,7 +113,8 @@ pub(super) struct FrameUniform {
     pub soil: [f32; 3],
     pub weight: f32,
     pub first: u32,
-    pub padding: [u32; 3],
+    pub ground: u32,
+    pub padding: [u32; 2],
 }
 
 #[cfg(test)]
@@ -142,7 +146,7 @@ mod tests {
         for (source, name, ours) in [
             (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
             (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing)),
-            (&shade, "Range", fields!(RangeUniform: first, count)),
+            (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
             (&locate, "Node", fields!(Node: low, triangle, high, next)),
             (
@@ -150,7 +154,7 @@ mod tests {
                 "Frame",
                 fields!(
                     FrameUniform: origin, width, forward, height, across, share, down, pigment_scale, to_sun, blend,
-                    place, rotation, soil, weight, first
+                    place, rotation, soil, weight, first, ground
                 ),
             ),
         ] {

@@ -3,6 +3,7 @@ use super::layout::{Optics, OpticsUniform, Query, RangeUniform};
 use super::pipeline::{self, Access};
 use super::{Gpu, GpuError, program};
 use crate::methods::Method;
+use bytemuck::Zeroable;
 use std::cell::Cell;
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
@@ -16,11 +17,14 @@ const GROWTH: u32 = 8;
 const WORKGROUP: u32 = 64;
 /// No dispatch has more workgroups in one direction on any adapter.
 const WORKGROUPS_MAX: u32 = 65_535;
+/// An answer is not taken into more parts.
+const PARTS_MAX: u32 = 4096;
 /// Queries that [`Shader::evaluate`] keeps on the GPU at a time.
 const BATCH: usize = 1 << 20;
 
-/// Range, optics, queries, chosen, reflectances.
-const OWN_GROUP: [Access; 5] = [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::Write];
+/// Range, optics, queries, chosen, reflectances, cut_short.
+const OWN_GROUP: [Access; 6] =
+    [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::Write, Access::Write];
 
 /// A method on the GPU, together with the optics around it: answers arrays of queries.
 pub struct Shader {
@@ -30,8 +34,11 @@ pub struct Shader {
     optics: wgpu::Buffer,
     range: wgpu::Buffer,
     bytes: u64,
+    cut_short: wgpu::Buffer,
     /// Queries of the next submission.
     queries: Cell<u32>,
+    /// In how many parts queries are answered.
+    parts: Cell<u32>,
 }
 
 /// The answers of [`Shader::evaluate`].
@@ -73,11 +80,17 @@ impl Shader {
             .collect::<Result<Vec<_>, _>>()?;
         let buffers: Vec<&wgpu::Buffer> = std::iter::once(&parameters).chain(&storage).collect();
         let method = pipeline::bind(gpu, &methods, &buffers);
-        let range = gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform { first: 0, count: 0 }))?;
+        let range = gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform::zeroed()))?;
         let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::from(optics)))?;
         gpu.check()?;
         let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
-        Ok(Self { pipeline, method, parameters, optics, range, bytes, queries: Cell::new(FIRST_QUERIES) })
+        let cut_short = gpu.storage("cut_short", size_of::<u32>() as u64)?;
+        let (queries, parts) = (Cell::new(FIRST_QUERIES), Cell::new(1));
+        let shader = Self { pipeline, method, parameters, optics, range, bytes, cut_short, queries, parts };
+        // Drivers finish compiling when a pipeline is first used, which is not to be taken for the method's speed.
+        shader.evaluate(gpu, &[Query::default()])?;
+        shader.queries.set(FIRST_QUERIES);
+        Ok(shader)
     }
 
     /// Bytes of the method's data on the GPU.
@@ -131,7 +144,7 @@ impl Shader {
         reflectances: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
         let layout = self.pipeline.get_bind_group_layout(0);
-        pipeline::bind(gpu, &layout, &[&self.range, &self.optics, queries, chosen, reflectances])
+        pipeline::bind(gpu, &layout, &[&self.range, &self.optics, queries, chosen, reflectances, &self.cut_short])
     }
 
     /// The optics' uniform, for whoever weighs the pigment with it.
@@ -141,37 +154,69 @@ impl Shader {
 
     /// Answers the first `count` of the chosen queries, in as many submissions as their time asks for.
     pub(super) fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, count: u32) -> Result<Spent, GpuError> {
-        let clock = Clock::new(gpu, 1);
+        let clock = Clock::new(gpu);
         let mut spent = Spent::default();
         let mut first = 0;
         while first < count {
-            let part = self.queries.get().min(count - first);
-            let range = RangeUniform { first, count: part };
-            gpu.queue().write_buffer(&self.range, 0, bytemuck::bytes_of(&range));
-            let mut encoder = gpu.encoder();
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some("shade"),
-                timestamp_writes: clock.compute(0),
-            });
-            pass.set_pipeline(&self.pipeline);
-            pass.set_bind_group(0, bindings, &[]);
-            pass.set_bind_group(1, &self.method, &[]);
-            pass.dispatch_workgroups(part.div_ceil(WORKGROUP), 1, 1);
-            drop(pass);
-            let ms = clock.run(gpu, encoder)?[0];
-            self.queries.set(next_queries(self.queries.get(), part, ms));
-            spent.gpu_ms += ms;
-            spent.submissions += 1;
-            first += part;
+            let some = self.queries.get().min(count - first);
+            let parts = self.parts.get();
+            let mut longest_ms = 0.0f64;
+            let mut cut_short = false;
+            for part in 0..parts {
+                let range = RangeUniform { first, count: some, part, parts, two: 2 };
+                let (ms, cut) = self.submit(gpu, &clock, bindings, &range)?;
+                spent.gpu_ms += ms;
+                spent.submissions += 1;
+                longest_ms = longest_ms.max(ms);
+                cut_short = cut;
+                if cut_short {
+                    break;
+                }
+            }
+            if cut_short {
+                if parts >= PARTS_MAX {
+                    return Err(GpuError::CutShort { adapter: gpu.adapter() });
+                }
+                self.parts.set(2 * parts);
+                continue;
+            }
+            self.queries.set(next_queries(self.queries.get(), some, longest_ms));
+            first += some;
         }
         Ok(spent)
     }
+
+    /// One submission: its time in ms, and whether loops were cut short.
+    fn submit(
+        &self,
+        gpu: &Gpu,
+        clock: &Clock,
+        bindings: &wgpu::BindGroup,
+        range: &RangeUniform,
+    ) -> Result<(f64, bool), GpuError> {
+        gpu.queue().write_buffer(&self.range, 0, bytemuck::bytes_of(range));
+        let mut encoder = gpu.encoder();
+        encoder.clear_buffer(&self.cut_short, 0, None);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("shade"),
+            timestamp_writes: clock.compute(),
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, bindings, &[]);
+        pass.set_bind_group(1, &self.method, &[]);
+        pass.dispatch_workgroups(range.count.div_ceil(WORKGROUP), 1, 1);
+        drop(pass);
+        let cut_short = gpu.staging(self.cut_short.size());
+        encoder.copy_buffer_to_buffer(&self.cut_short, 0, &cut_short, 0, cut_short.size());
+        let ms = clock.run(gpu, encoder)?;
+        Ok((ms, gpu.read_staging(&cut_short)?.iter().any(|&byte| byte != 0)))
+    }
 }
 
-/// How many queries to submit after a submission of `part` of the `planned` ones took `ms`.
-fn next_queries(planned: u32, part: u32, ms: f64) -> u32 {
-    let fitting = f64::from(part) * SUBMISSION_MS / ms.max(1e-6);
-    if part < planned && fitting > f64::from(planned) {
+/// How many queries to submit after submissions of `some` of the `planned` ones took at most `ms`.
+fn next_queries(planned: u32, some: u32, ms: f64) -> u32 {
+    let fitting = f64::from(some) * SUBMISSION_MS / ms.max(1e-6);
+    if some < planned && fitting > f64::from(planned) {
         // The end of the work says nothing about larger submissions.
         return planned;
     }

@@ -6,6 +6,11 @@ const WAVELENGTH_MAX_UM: f32 = 0.78;
 // A sum of two unit vectors is at most 2 long; the rest is room for rounding.
 const SUM_SQUARED_MAX: f32 = 4.001;
 
+// An answer may be asked for in parts that add up to it, since some adapters cut long loops short. A method whose loop
+// is long takes every `response_parts`-th turn of it, from turn `response_part` on; others answer in part 0 only.
+var<private> response_part: u32 = 0u;
+var<private> response_parts: u32 = 1u;
+
 // Whether q can be a sum of two directions above the surface.
 fn is_query(q: vec3<f32>) -> bool {
     return q.z > 0.0 && dot(q, q) <= SUM_SQUARED_MAX;

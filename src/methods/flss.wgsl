@@ -15,7 +15,7 @@ fn response(q: vec3<f32>) -> vec3<f32> {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();
-    for (var i = 0u; i < flss.wavelengths; i++) {
+    for (var i = response_part; i < flss.wavelengths; i += response_parts) {
         let colour = colours[i];
         rgb += order_density(flss.grid, q, colour.w) / (colour.w * colour.w) * colour.xyz;
     }

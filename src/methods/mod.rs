@@ -46,7 +46,8 @@ pub trait Method: Send + Sync {
 /// A method's WGSL and what it binds.
 ///
 /// The source declares, in group 1, a uniform struct at binding 0 and one read-only storage buffer for each entry of
-/// `storage` from binding 1 on, and defines `fn response(q: vec3<f32>) -> vec3<f32>`, the twin of [`Method::response`].
+/// `storage` from binding 1 on, and defines `fn response(q: vec3<f32>) -> vec3<f32>`, the twin of [`Method::response`],
+/// which heeds `response_part` and `response_parts` of [`COMMON_WGSL`]: over all parts its results add up to the answer.
 /// It is compiled together with the files of [`COMMON_WGSL`] and of whoever calls it; groups 0 and 2 are theirs.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.

@@ -18,6 +18,9 @@ fn response(q: vec3<f32>) -> vec3<f32> {
     let listed = (nmm.grid.reach > vec2<i32>()) & (span >= vec2<f32>(WAVELENGTH_MIN_UM));
     let total = dot(select(vec2<f32>(), span, listed), vec2<f32>(1.0));
     if total == 0.0 {
+        if response_part != 0u {
+            return vec3<f32>();
+        }
         return vec3<f32>(order_density(nmm.grid, q, WHITE_UM) / (WHITE_UM * WHITE_UM));
     }
     var rgb = vec3<f32>();
@@ -25,7 +28,7 @@ fn response(q: vec3<f32>) -> vec3<f32> {
         if listed[axis] {
             let first = u32(ceil(span[axis] / WAVELENGTH_MAX_UM));
             let last = u32(floor(span[axis] / WAVELENGTH_MIN_UM));
-            for (var n = first; n <= last; n++) {
+            for (var n = first + response_part; n <= last; n += response_parts) {
                 let wavelength_um = span[axis] / f32(n);
                 let weight = order_density(nmm.grid, q, wavelength_um) * nmm.line_width[axis];
                 rgb += weight * colour_density(wavelength_um);

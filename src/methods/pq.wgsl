@@ -37,7 +37,7 @@ fn response(q: vec3<f32>) -> vec3<f32> {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();
-    for (var i = 0u; i < pq.wavelengths; i++) {
+    for (var i = response_part; i < pq.wavelengths; i += response_parts) {
         let colour = colours[i];
         rgb += pq_density(q, colour.w) / (colour.w * colour.w) * colour.xyz;
     }
