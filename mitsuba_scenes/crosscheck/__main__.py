@@ -14,8 +14,10 @@ from ..snake import snake_files
 from . import methods, same_picture, same_points
 from .cases import SCAN, cases, sun
 
-# A few scales of the back, so close that the speckle of the patch model is as large as a pixel.
+# A few scales of the back, so close that the speckle of the patch model is no smaller than a pixel.
 CLOSE = View(96, 64, fov_deg=8.0)
+# The middle of it, pixel for pixel: a picture takes hundreds of rays a pixel.
+CLOSER = View(48, 32, fov_deg=4.0)
 # The whole snake, as in the demonstration.
 WHOLE = View(96, 64)
 # Azimuth and elevation in degrees; each of them lights an order of the blazed grating in the close view.
@@ -42,7 +44,7 @@ def crosscheck(output: Path, scan: Path = SCAN) -> dict:
         print("; ".join(figures["text"] for figures in found), flush=True)
 
         print(f"{case.name}: the same picture ...", end=" ", flush=True)
-        seen = same_picture.check(case, files, lights[1], CLOSE, supersample=4, spp=1024, folder=output)
+        seen = same_picture.check(case, files, lights[1], CLOSER, spp=2304, folder=output)
         report["pictures"][case.name] = seen
         wrong += same_picture.failures(case.name, seen)
         print(same_picture.text(seen), flush=True)

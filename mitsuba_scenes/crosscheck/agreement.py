@@ -37,9 +37,7 @@ class Agreement:
         return {**asdict(self), "holds": self.holds, "text": str(self)}
 
     def __str__(self) -> str:
-        return (
-            f"median {self.median:.1e}, 99 % below {self.p99:.1e}, largest {self.largest:.1e} ({self.pixels} pixels)"
-        )
+        return f"median {self.median:.1e}, 99 % below {self.p99:.1e}, largest {self.largest:.1e} ({self.pixels} pixels)"
 
 
 def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:

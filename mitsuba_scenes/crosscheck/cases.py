@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +20,9 @@ from .realtime import surface_words
 
 SCAN = REPOSITORY.parent / "shared" / "data" / "afm" / "xenopeltis.gsf"
 SKINS = ("blazed", "elaphe", "xenopeltis")
+# Rays along each side of a pixel in pictures: a relief of few orders is bright in few places, which fewer rays miss,
+# but is quick to evaluate.
+FEW_ORDERS, MANY_ORDERS = 16, 6
 # The patch model with nothing added: what FLSS, the sources' method, computes on a GPU.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
@@ -28,14 +33,15 @@ class Case:
 
     name: str
     skin: dict
+    supersample: int
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
     """The presets, and a measured scan where it is present."""
-    chosen = [Case(name, preset_skin(name)) for name in SKINS]
+    chosen = [Case(name, preset_skin(name), FEW_ORDERS if name == "blazed" else MANY_ORDERS) for name in SKINS]
     if scan.exists():
         # A scan without periodic continuation has no orders, which is what FLSS works with.
-        chosen.append(Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}))
+        chosen.append(Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}, FEW_ORDERS))
     else:
         print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
     return chosen
@@ -64,12 +70,27 @@ def mirrored(case: Case, folder: Path) -> Case:
         "level": "none",
         "rotation": case.skin.get("rotation", 0.0),
     }
-    return Case(f"{case.name}, mirrored", skin)
+    return Case(f"{case.name}, mirrored", skin, case.supersample)
 
 
 def plugin(case: Case, **parameters) -> mi.BSDF:
     """The BSDF of the case, on one side."""
     return mi.load_dict({"type": "diffraction", **case.skin, **parameters})
+
+
+@contextmanager
+def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
+    """Turns the relief of the BSDF by so much, until the context ends; its tables stay."""
+    parameters = mi.traverse(bsdf)
+    # A copy: what the dictionary hands out changes with it.
+    rotation = mi.Float(parameters["rotation.value"])
+    parameters["rotation.value"] = rotation + degrees
+    parameters.update()
+    try:
+        yield
+    finally:
+        parameters["rotation.value"] = rotation
+        parameters.update()
 
 
 def bare_scene(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int, film: dict | None = None) -> dict:

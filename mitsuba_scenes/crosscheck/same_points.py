@@ -13,7 +13,7 @@ from ..scene import View
 from ..snake import SnakeFiles
 from . import points, realtime
 from .agreement import agreement
-from .cases import SAME_MODEL, Case, bare_scene, plugin
+from .cases import SAME_MODEL, Case, bare_scene, plugin, turned
 from .quadrature import Quadrature
 
 # Tables so exact that what is left is the single precision of the realtime renderer, whose series heed it too.
@@ -26,8 +26,6 @@ def check(case: Case, files: SnakeFiles, lights: list[Light], view: View, folder
     """The figures for each direction of the light, with the negative controls beside them."""
     skin = {**case.skin, **SAME_MODEL}
     bsdf = plugin(case, **SAME_MODEL, tolerance=TOLERANCE)
-    rotation = case.skin.get("rotation", 0.0) + CONTROL_ROTATION_DEG
-    rotated = plugin(case, **SAME_MODEL, tolerance=TOLERANCE, rotation=rotation)
     found = []
     for number, light in enumerate(lights, 1):
         exr = folder / f"points-{case.name}-{number}-flss.exr"
@@ -40,10 +38,9 @@ def check(case: Case, files: SnakeFiles, lights: list[Light], view: View, folder
         theirs = points.radiance(bsdf, at, quadrature)
         seconds = time.perf_counter() - start
         mi.Bitmap(theirs.astype(np.float32)).write(str(exr.with_name(f"points-{case.name}-{number}-mitsuba.exr")))
-        controls = {
-            "rotated": points.radiance(rotated, at, quadrature),
-            "sign of u": points.radiance(bsdf, points.mirrored(at), quadrature),
-        }
+        controls = {"sign of u": points.radiance(bsdf, points.mirrored(at), quadrature)}
+        with turned(bsdf, CONTROL_ROTATION_DEG):
+            controls["rotated"] = points.radiance(bsdf, at, quadrature)
         found.append(
             {
                 "light": vars(light),
