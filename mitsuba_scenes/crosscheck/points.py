@@ -31,7 +31,9 @@ class Points:
     # Directions to the camera and to the sun in the shading frame of the skin.
     to_camera: np.ndarray
     to_sun: np.ndarray
-    # Hit from above, and the sun is seen from there.
+    # There is skin.
+    seen: np.ndarray
+    # It is seen from above, and the sun from it.
     lit: np.ndarray
     # Away from silhouettes, rims of scales and edges of shadows.
     inside: np.ndarray
@@ -50,7 +52,7 @@ def points(scene: mi.Scene, light: Light, view: View) -> Points:
         found = [np.array(value).T for value in _hit(scene, light, place)]
     valid, distance, to_camera, to_sun, normal, shadowed = (f.reshape(shape + f.shape[1:]) for f in found)
     lit = valid & ~shadowed & (to_camera[..., 2] > 0) & (to_sun[..., 2] > 0)
-    return Points(to_camera, to_sun, lit, _eroded(lit) & _is_smooth(valid, distance, normal))
+    return Points(to_camera, to_sun, valid, lit, _eroded(lit) & _is_smooth(valid, distance, normal))
 
 
 def _hit(scene: mi.Scene, light: Light, place: mi.Point2f) -> tuple:
@@ -121,4 +123,4 @@ def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np
 def mirrored(at: Points) -> Points:
     """The points with the sign of u turned round: what they see is the relief h(−x, y)."""
     turn = np.array([-1, 1, 1], dtype=at.to_camera.dtype)
-    return Points(at.to_camera * turn, at.to_sun * turn, at.lit, at.inside)
+    return Points(at.to_camera * turn, at.to_sun * turn, at.seen, at.lit, at.inside)

@@ -68,6 +68,12 @@ def text(found: dict) -> str:
     return f"ΔE mean {delta_e['mean']:.2f}, 99 % below {delta_e['p99']:.1f}, FLIP {found['flip']['mean']:.3f}"
 
 
+def lines(found: dict) -> list[str]:
+    """What to print."""
+    controls = [f"  {name}: {text(of_control)}" for name, of_control in found["controls"].items()]
+    return [f"  {text(found)}", *controls]
+
+
 def failures(name: str, found: dict) -> list[str]:
     """What is not as it must be: pictures that differ, and controls that do not."""
     wrong = [] if found["holds"] else [f"{name}: the pictures differ, {text(found)}"]

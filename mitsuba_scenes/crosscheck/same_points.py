@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from pathlib import Path
 
 import mitsuba as mi
@@ -22,7 +23,7 @@ TOLERANCE = 1e-5
 CONTROL_ROTATION_DEG = 1.0
 
 
-def check(case: Case, files: SnakeFiles, lights: list[Light], view: View, folder: Path) -> list[dict]:
+def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, folder: Path) -> list[dict]:
     """The figures for each direction of the light, with the negative controls beside them."""
     skin = {**case.skin, **SAME_MODEL}
     bsdf = plugin(case, **SAME_MODEL, tolerance=TOLERANCE)
@@ -52,6 +53,15 @@ def check(case: Case, files: SnakeFiles, lights: list[Light], view: View, folder
             }
         )
     return found
+
+
+def lines(found: list[dict]) -> list[str]:
+    """What to print."""
+    printed = []
+    for figures in found:
+        controls = ", ".join(f"{name} {of_control['median']:.1e}" for name, of_control in figures["controls"].items())
+        printed.append(f"  sun at {figures['light']['azimuth_deg']:g}°: {figures['text']}; medians of {controls}")
+    return printed
 
 
 def failures(name: str, found: list[dict]) -> list[str]:
