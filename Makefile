@@ -10,7 +10,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds of one package at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool test test-rust test-python lint format demo bench docs clean help
+.PHONY: all setup plugin tool test test-rust test-python lint format demo crosscheck bench docs clean help
 
 all: plugin
 
@@ -19,7 +19,8 @@ help:
 	@echo "make tool     build target/release/sunbeam"
 	@echo "make test     build and run every test"
 	@echo "make lint     check formatting and lints; make format mends the former"
-	@echo "make demo     render the snake, results in out/"
+	@echo "make demo     render the snake and compare the renderers, results in out/"
+	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
 	@echo "make bench | docs | clean"
 
 setup: $(READY)
@@ -37,7 +38,7 @@ plugin: $(READY)
 
 # The command line tool, target/release/sunbeam.
 tool:
-	$(CARGO) build --release --bin sunbeam
+	$(CARGO) build --release --bin sunbeam --features gpu
 
 test: test-rust test-python
 
@@ -61,6 +62,9 @@ format: $(READY)
 	.venv/bin/ruff check --fix
 	.venv/bin/ruff format
 	.venv/bin/clang-format -i cpp_shim/*.cpp cpp_shim/*.h
+
+crosscheck: plugin tool
+	$(PY) -m mitsuba_scenes.crosscheck
 
 demo: plugin tool
 	$(PY) -m mitsuba_scenes.demo

@@ -1,4 +1,4 @@
-"""Renders the skins, a sweep of the light and a scan into out/: what `make demo` shows of Mitsuba."""
+"""What `make demo` shows: the skins, a sweep of the light and a scan in Mitsuba, and both renderers compared."""
 
 from __future__ import annotations
 
@@ -16,6 +16,8 @@ import mitsuba as mi
 
 from . import picture
 from .contact_sheet import contact_sheet
+from .crosscheck.cases import SCAN
+from .crosscheck.run import Disagreement, crosscheck, insist
 from .environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
 from .light import Light
 from .render import EXPOSURE_STOPS
@@ -23,7 +25,6 @@ from .scene import View
 from .skin import preset_skin, scanned_skin, skin_bsdf
 from .snake import snake_files
 
-SCAN = REPOSITORY.parent / "shared" / "data" / "afm" / "xenopeltis.gsf"
 SKINS = ("blazed", "elaphe", "xenopeltis")
 SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
 
@@ -77,6 +78,9 @@ def main(words: list[str] | None = None) -> int:
     options = parser.parse_args(words)
     try:
         make(options.output, options.variant, View(*options.resolution), options.spp)
+    except Disagreement as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return 1
     except (SetupError, picture.PictureError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
@@ -117,9 +121,21 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
                 "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
             }
     contact_sheet(sheet, output / "contact-sheet.png", view.width)
+    # Before the comparison, which needs the GPU or its software fallback: the pictures are there without them.
+    write_report(report, output, start)
+    print(f"{count} pictures, contact-sheet.png and report.json are in {output} ({report['seconds']:.0f} s)")
+    if not mi.is_spectral:
+        print(f"NOT CHECKED: {variant} has no wavelengths, so the renderers are not compared", flush=True)
+        return
+    print("holding the path tracer and the realtime renderer against each other", flush=True)
+    report["crosscheck"] = crosscheck(output / "crosscheck")
+    write_report(report, output, start)
+    insist(report["crosscheck"])
+
+
+def write_report(report: dict, output: Path, start: float) -> None:
     report["seconds"] = time.perf_counter() - start
     (output / "report.json").write_text(json.dumps(report, indent=1, default=str) + "\n")
-    print(f"{count} pictures, contact-sheet.png and report.json are in {output} ({report['seconds']:.0f} s)")
 
 
 if __name__ == "__main__":

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import subprocess
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from .environment import REPOSITORY, SetupError
+from .environment import REPOSITORY
+from .tool import TOOL, sunbeam
 
-TOOL = REPOSITORY / "target" / "release" / "sunbeam"
 FOLDER = REPOSITORY / "target" / "scenes"
 
 
@@ -26,14 +26,9 @@ def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDE
     Files that are older than the tool are made again.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
-    if not tool.exists():
-        raise SetupError(f"the command line tool {tool} is missing: run `make tool`")
-    made = tool.stat().st_mtime
+    made = tool.stat().st_mtime if tool.exists() else math.inf
     if all(path.exists() and path.stat().st_mtime > made for path in (files.mesh, files.pigment)):
         return files
     folder.mkdir(parents=True, exist_ok=True)
-    command = [tool, "snake", "-o", files.mesh, "--resolution", f"{resolution:g}", "--pigment", files.pigment]
-    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
-    if done.returncode != 0:
-        raise SetupError(f"`sunbeam snake` failed: {done.stderr.strip() or done.returncode}")
+    sunbeam("snake", "-o", files.mesh, "--resolution", f"{resolution:g}", "--pigment", files.pigment, tool=tool)
     return files

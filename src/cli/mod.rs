@@ -4,6 +4,7 @@
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
 mod brdf_map;
+mod compare;
 mod eval;
 mod evaluate;
 mod height_field;
@@ -50,6 +51,7 @@ enum Command {
     #[cfg(feature = "gpu")]
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
+    Compare(compare::CompareArgs),
 }
 
 /// Runs the subcommand that the process was given.
@@ -67,6 +69,7 @@ pub fn run() -> ExitCode {
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
+        Command::Compare(args) => compare::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,0 +1,34 @@
+"""Holds the path tracer and the realtime renderer against each other: pixel by pixel, to the eye, method by method."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from ..environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
+from .cases import SCAN
+from .run import Disagreement, crosscheck, insist
+
+
+def main(words: list[str] | None = None) -> int:
+    """The command line; 0, 1 where the renderers disagree, or 2 with one line that says what is wrong."""
+    parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.crosscheck", description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, default=REPOSITORY / "out" / "crosscheck")
+    parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")
+    parser.add_argument("--scan", type=Path, default=SCAN, help="a measured height field")
+    options = parser.parse_args(words)
+    try:
+        use_variant(options.variant)
+        insist(crosscheck(options.output, options.scan))
+    except Disagreement as error:
+        print(f"{parser.prog}: {error}", file=sys.stderr)
+        return 1
+    except (SetupError, ValueError) as error:
+        print(f"{parser.prog}: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,102 @@
+"""The surfaces, lights and views on which the renderers are compared, and what both are told of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+
+from ..environment import REPOSITORY
+from ..light import Light
+from ..scene import View, snake_scene
+from ..skin import KERATIN, preset_skin, scanned_skin
+from ..snake import SnakeFiles
+from ..tool import sunbeam
+from .realtime import surface_words
+
+SCAN = REPOSITORY.parent / "shared" / "data" / "afm" / "xenopeltis.gsf"
+SKINS = ("blazed", "elaphe", "xenopeltis")
+# Rays along each side of a pixel in pictures: a relief of few orders is bright in few places, which fewer rays miss,
+# but is quick to evaluate.
+FEW_ORDERS, MANY_ORDERS = 16, 6
+# The patch model with nothing added: what FLSS, the sources' method, computes on a GPU.
+SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
+
+
+@dataclass(frozen=True)
+class Case:
+    """A surface by name, as parameters of the plugin `diffraction`, which are the tool's too."""
+
+    name: str
+    skin: dict
+    supersample: int
+
+
+def cases(scan: Path = SCAN) -> list[Case]:
+    """The presets, and a measured scan where it is present."""
+    chosen = [Case(name, preset_skin(name), FEW_ORDERS if name == "blazed" else MANY_ORDERS) for name in SKINS]
+    if scan.exists():
+        # A scan without periodic continuation has no orders, which is what FLSS works with.
+        chosen.append(Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}, FEW_ORDERS))
+    else:
+        print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
+    return chosen
+
+
+def sun(azimuth_deg: float, elevation_deg: float) -> Light:
+    """Parallel light and no sky, which both renderers have."""
+    return Light(azimuth_deg, elevation_deg, sun="directional", sky=0)
+
+
+def mirrored(case: Case, folder: Path) -> Case:
+    """The same surface with x turned round, h(−x, y): the sign of u changes, and nothing else does."""
+    exr, npy = folder / f"{case.name}-relief.exr", folder / f"{case.name}-mirrored.npy"
+    folder.mkdir(parents=True, exist_ok=True)
+    surface = {name: value for name, value in case.skin.items() if name != "rotation"}
+    sunbeam("height-field", "-o", exr, *surface_words(surface))
+    bitmap = mi.Bitmap(str(exr))
+    # Pictures have their first row at the top, arrays theirs at y = 0.
+    heights = np.array(bitmap, dtype=np.float64).reshape(bitmap.height(), bitmap.width())[::-1]
+    # The pixel at x = 0 stays where it is.
+    np.save(npy, np.roll(heights[:, ::-1], 1, axis=1))
+    skin = {
+        "filename": str(npy),
+        "pixel_size": float(bitmap.metadata()["pixelSizeX_um"]),
+        "tiling": "periodic",
+        "level": "none",
+        "rotation": case.skin.get("rotation", 0.0),
+    }
+    return Case(f"{case.name}, mirrored", skin, case.supersample)
+
+
+def plugin(case: Case, **parameters) -> mi.BSDF:
+    """The BSDF of the case, on one side."""
+    return mi.load_dict({"type": "diffraction", **case.skin, **parameters})
+
+
+@contextmanager
+def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
+    """Turns the relief of the BSDF by so much, until the context ends; its tables stay."""
+    parameters = mi.traverse(bsdf)
+    # A copy: what the dictionary hands out changes with it.
+    rotation = mi.Float(parameters["rotation.value"])
+    parameters["rotation.value"] = rotation + degrees
+    parameters.update()
+    try:
+        yield
+    finally:
+        parameters["rotation.value"] = rotation
+        parameters.update()
+
+
+def bare_scene(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int, film: dict | None = None) -> dict:
+    """Snake, sun and camera without the ground; `film` replaces that of the view."""
+    scene = snake_scene(bsdf, files, light, view, spp)
+    del scene["ground"]
+    if film is not None:
+        scene["sensor"]["film"] = film
+    return scene

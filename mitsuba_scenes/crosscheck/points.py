@@ -1,0 +1,126 @@
+"""The same points: Mitsuba finds what each pixel's centre sees, and its BSDF is asked there, wavelength by wavelength.
+
+No sampling and no filter is left, so both renderers have to give the same numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ..light import Light
+from ..scene import View
+from .quadrature import Quadrature
+
+# Wavelengths that an interaction carries in a spectral variant.
+CARRIED = 4
+# Neighbouring pixels that see the same scale: the angle between their normals, and the step in distance as a share of
+# it. A scale's rim turns the normal by more; a step of 2 % is a tenth of the body's width.
+SMOOTH_DEG = 12.0
+SMOOTH_DISTANCE = 0.02
+
+
+@dataclass(frozen=True)
+class Points:
+    """What the pixels' centres see; arrays of shape (height, width, ...)."""
+
+    # Directions to the camera and to the sun in the shading frame of the skin.
+    to_camera: np.ndarray
+    to_sun: np.ndarray
+    # There is skin.
+    seen: np.ndarray
+    # It is seen from above, and the sun from it.
+    lit: np.ndarray
+    # Away from silhouettes, rims of scales and edges of shadows.
+    inside: np.ndarray
+
+
+def points(scene: mi.Scene, light: Light, view: View) -> Points:
+    """Traces a ray through the centre of each pixel, and one to the sun."""
+    rows, columns = np.mgrid[: view.height, : view.width]
+    x, y = (columns.ravel() + 0.5) / view.width, (rows.ravel() + 0.5) / view.height
+    shape = (view.height, view.width)
+    if mi.variant().startswith("scalar"):
+        found = [_hit(scene, light, mi.Point2f(a, b)) for a, b in zip(x.tolist(), y.tolist())]
+        found = [np.array([np.array(hit[i]) for hit in found]) for i in range(6)]
+    else:
+        place = mi.Point2f(x.astype(np.float32), y.astype(np.float32))
+        found = [np.array(value).T for value in _hit(scene, light, place)]
+    valid, distance, to_camera, to_sun, normal, shadowed = (f.reshape(shape + f.shape[1:]) for f in found)
+    lit = valid & ~shadowed & (to_camera[..., 2] > 0) & (to_sun[..., 2] > 0)
+    return Points(to_camera, to_sun, valid, lit, _eroded(lit) & _is_smooth(valid, distance, normal))
+
+
+def _hit(scene: mi.Scene, light: Light, place: mi.Point2f) -> tuple:
+    """Whether and how far off the surface is, directions to camera and sun, normal, and whether it is in shadow."""
+    ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, place, mi.Point2f(0.5))
+    si = scene.ray_intersect(ray)
+    to_sun = mi.Vector3f(*light.to_sun().tolist())
+    shadowed = scene.ray_test(si.spawn_ray(to_sun), si.is_valid())
+    return si.is_valid(), si.t, si.wi, si.to_local(to_sun), si.sh_frame.n, shadowed
+
+
+def _windows(values: np.ndarray) -> np.ndarray:
+    """The 3 x 3 neighbourhood of each pixel but the outermost, as (height − 2, width − 2, ..., 3, 3)."""
+    return np.lib.stride_tricks.sliding_window_view(values, (3, 3), axis=(0, 1))
+
+
+def _eroded(mask: np.ndarray) -> np.ndarray:
+    out = np.zeros_like(mask)
+    out[1:-1, 1:-1] = _windows(mask).all(axis=(-2, -1))
+    return out
+
+
+def _is_smooth(valid: np.ndarray, distance: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Whether the neighbourhood of a pixel lies on one smooth piece of the surface."""
+    valid = _eroded(valid)
+    centre = normal[1:-1, 1:-1, :, None, None]
+    turned = (_windows(normal) * centre).sum(axis=2).min(axis=(-2, -1)) < math.cos(math.radians(SMOOTH_DEG))
+    far = np.where(np.isfinite(distance), distance, 1e9)
+    stepped = np.ptp(_windows(far), axis=(-2, -1)) > SMOOTH_DISTANCE * far[1:-1, 1:-1]
+    out = valid.copy()
+    out[1:-1, 1:-1] &= ~turned & ~stepped
+    return out
+
+
+def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
+    """Linear sRGB (height, width, 3) of the points in the sun, black elsewhere; a white plane facing the sun is 1."""
+    wi, wo = at.to_camera[at.lit], at.to_sun[at.lit]
+    nm = quadrature.wavelengths_nm
+    colour = np.zeros((len(wi), 3))
+    for first in range(0, len(nm), CARRIED):
+        carried = nm[first : first + CARRIED]
+        # The last ones are repeated, and not counted.
+        values = _values(bsdf, wi, wo, np.resize(carried, CARRIED))[:, : len(carried)]
+        colour += math.pi * values @ quadrature.weights[first : first + CARRIED]
+    picture = np.zeros((*at.lit.shape, 3))
+    picture[at.lit] = colour
+    return picture
+
+
+def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np.ndarray:
+    """f_r times the cosine of wo, (points, wavelengths)."""
+    ctx = mi.BSDFContext()
+    if mi.variant().startswith("scalar"):
+        si = dr.zeros(mi.SurfaceInteraction3f)
+        si.wavelengths = nm.tolist()
+        values = []
+        for i, o in zip(wi.tolist(), wo.tolist()):
+            si.wi = i
+            values.append(np.array(bsdf.eval(ctx, si, o)))
+        return np.array(values)
+    si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
+    si.wi = mi.Vector3f(np.ascontiguousarray(wi.T))
+    # Arrays and not literals, so that all wavelengths share one kernel.
+    si.wavelengths = [mi.Float(np.full(len(wi), value, dtype=np.float32)) for value in nm]
+    return np.array(bsdf.eval(ctx, si, mi.Vector3f(np.ascontiguousarray(wo.T)))).T
+
+
+def mirrored(at: Points) -> Points:
+    """The points with the sign of u turned round: what they see is the relief h(−x, y)."""
+    turn = np.array([-1, 1, 1], dtype=at.to_camera.dtype)
+    return Points(at.to_camera * turn, at.to_sun * turn, at.seen, at.lit, at.inside)

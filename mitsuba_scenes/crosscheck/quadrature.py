@@ -1,0 +1,29 @@
+"""The sum over wavelengths that both renderers share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Quadrature:
+    """`wavelengths_nm` (n,), equally spaced, and `weights` (n, 3), which make linear sRGB of a reflectance at them."""
+
+    wavelengths_nm: np.ndarray
+    weights: np.ndarray
+
+    @staticmethod
+    def of_report(report: dict) -> Quadrature:
+        """What `sunbeam render` used, out of its report."""
+        found = report["quadrature"]
+        quadrature = Quadrature(np.array(found["wavelengths_nm"]), np.array(found["weights"]))
+        count = len(quadrature.wavelengths_nm)
+        if quadrature.weights.shape != (count, 3) or not np.allclose(quadrature.weights.sum(axis=0), 1, atol=1e-5):
+            raise ValueError(f"the report's {count} wavelengths do not have weights that sum to white")
+        return quadrature
+
+    @property
+    def step_nm(self) -> float:
+        return float(self.wavelengths_nm[1] - self.wavelengths_nm[0])

@@ -1,0 +1,42 @@
+"""The realtime renderer and the comparison of pictures, through the command line tool."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from ..light import Light
+from ..scene import View
+from ..tool import sunbeam
+
+
+def render(
+    output: Path, method: str, mesh: Path, skin: dict, light: Light, view: View, supersample: int = 1, **options
+) -> dict:
+    """Draws the snake on the GPU with the plugin's parameters `skin`, and returns the tool's report.
+
+    The light is the sun alone, in parallel; what the skin does not diffract is left out.
+    """
+    words = ["render", "-o", output, "--method", method, "--mesh", mesh, "--blend", "none", "--ground", "false"]
+    words += ["--size", f"{view.width}x{view.height}", "--supersample", supersample, "--fov", view.fov_deg]
+    for name, place in (("origin", view.origin_cm), ("target", view.target_cm)):
+        words += [f"--camera-{name}", ",".join(f"{x:.9g}" for x in place)]
+    words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
+    return json.loads(sunbeam(*words, *surface_words(skin), *_named(options)))
+
+
+def compare(a: Path, b: Path, **options) -> dict:
+    """The figures of `sunbeam compare`; `a` is the reference."""
+    return json.loads(sunbeam("compare", a, b, *_named(options)))
+
+
+def surface_words(skin: dict) -> list:
+    """The tool's arguments of the plugin's parameters."""
+    return _named({"height-field" if name == "filename" else name: value for name, value in skin.items()})
+
+
+def _named(options: dict) -> list:
+    words = []
+    for name, value in options.items():
+        words += [f"--{name.replace('_', '-')}", str(value).lower() if isinstance(value, bool) else value]
+    return words

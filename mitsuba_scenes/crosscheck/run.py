@@ -1,0 +1,72 @@
+"""All the checks, one after the other, on one set of views and lights."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+import mitsuba as mi
+
+from ..environment import SetupError
+from ..light import Light
+from ..scene import View
+from ..snake import snake_files
+from . import methods, same_picture, same_points
+from .cases import SCAN, cases, sun
+
+# A few scales of the back, so close that the speckle of the patch model is no smaller than a pixel.
+CLOSE = View(96, 64, fov_deg=8.0)
+# The middle of it, pixel for pixel: a picture takes hundreds of rays a pixel.
+CLOSER = View(48, 32, fov_deg=4.0)
+# The whole snake, as in the demonstration.
+WHOLE = View(72, 48)
+# Azimuth and elevation in degrees; each of them lights an order of the blazed grating in the close view.
+LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-90.0, 40.0), (-30.0, 25.0)))
+# Samples a pixel of path-traced pictures, that of the patch model and that of the ensemble, which has no speckle.
+SPP_PATCH, SPP_ENSEMBLE = 2304, 256
+# What the methods are compared on: a grating of few orders, and a skin.
+COMPARED = ("blazed", "xenopeltis")
+
+
+class Disagreement(Exception):
+    """The renderers do not agree, or a check would not have noticed; the message says where."""
+
+
+def crosscheck(output: Path, scan: Path = SCAN) -> dict:
+    """Runs the checks in the variant that is set, and returns the figures.
+
+    Writes `crosscheck.json` and the pictures; what failed is listed under "failures".
+    """
+    if not mi.is_spectral:
+        raise SetupError(f"the renderers are compared by wavelength: {mi.variant()} is not a spectral variant")
+    output.mkdir(parents=True, exist_ok=True)
+    start, files, chosen, wrong = time.perf_counter(), snake_files(), cases(scan), []
+    report = {"views": {"points": vars(CLOSE), "pictures": vars(CLOSER)}, "points": {}, "pictures": {}, "methods": {}}
+    for case in chosen:
+        print(f"{case.name}: the same points ...", flush=True)
+        found = report["points"][case.name] = same_points.check(case, files, LIGHTS, CLOSE, output)
+        wrong += same_points.failures(case.name, found)
+        print("\n".join(same_points.lines(found)), flush=True)
+        print(f"{case.name}: the same picture ...", flush=True)
+        seen = same_picture.check(case, files, LIGHTS[1], CLOSER, SPP_PATCH, output)
+        report["pictures"][case.name] = seen
+        wrong += same_picture.failures(case.name, seen)
+        print("\n".join(same_picture.lines(seen)), flush=True)
+    default = sun(Light.azimuth_deg, Light.elevation_deg)
+    for case in chosen:
+        if case.name in COMPARED:
+            print(f"{case.name}: every realtime method against the path-traced ensemble ...", flush=True)
+            compared = report["methods"][case.name] = methods.check(case, files, default, WHOLE, SPP_ENSEMBLE, output)
+            print("\n".join(methods.lines(compared)), flush=True)
+    report["failures"] = wrong
+    report["seconds"] = time.perf_counter() - start
+    (output / "crosscheck.json").write_text(json.dumps(report, indent=1, default=str) + "\n")
+    print(f"crosscheck.json and pictures are in {output} ({report['seconds']:.0f} s)")
+    return report
+
+
+def insist(report: dict) -> None:
+    """Raises Disagreement where something failed."""
+    if report["failures"]:
+        raise Disagreement("; ".join(report["failures"]))
