@@ -6,9 +6,13 @@
 mod brdf_map;
 mod eval;
 mod height_field;
+#[cfg(feature = "gpu")]
+mod method_args;
 mod png;
 mod query;
 mod reflector;
+#[cfg(feature = "gpu")]
+mod render;
 mod sample;
 mod service;
 mod snake;
@@ -40,6 +44,8 @@ enum Command {
     Sample(sample::SampleArgs),
     BrdfMap(brdf_map::BrdfMapArgs),
     HeightField(height_field::HeightFieldArgs),
+    #[cfg(feature = "gpu")]
+    Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
 }
 
@@ -54,6 +60,8 @@ pub fn run() -> ExitCode {
         Command::Sample(args) => sample::run(args),
         Command::BrdfMap(args) => brdf_map::run(args),
         Command::HeightField(args) => height_field::run(args),
+        #[cfg(feature = "gpu")]
+        Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
     };
     match outcome {

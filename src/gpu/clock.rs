@@ -1,12 +1,9 @@
 use super::{Gpu, GpuError};
 use std::time::Instant;
 
-/// How long the passes of one submission take on the GPU.
-///
-/// Each pass is a *span*, numbered from 0. Without timestamps there is only the wall clock around the whole submission,
-/// and its time is counted to the first span.
+/// How long a submission of one pass takes on the GPU: by timestamps before and after the pass, or by the wall clock
+/// around the submission (see [`Gpu::has_timestamps`]).
 pub(super) struct Clock {
-    spans: u32,
     timestamps: Option<Timestamps>,
 }
 
@@ -16,60 +13,58 @@ struct Timestamps {
     staging: wgpu::Buffer,
 }
 
+/// Two timestamps.
+const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
+
 impl Clock {
-    pub fn new(gpu: &Gpu, spans: u32) -> Self {
-        let bytes = u64::from(2 * spans) * u64::from(wgpu::QUERY_SIZE);
+    pub fn new(gpu: &Gpu) -> Self {
         let timestamps = gpu.has_timestamps().then(|| Timestamps {
             queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
                 ty: wgpu::QueryType::Timestamp,
-                count: 2 * spans,
+                count: 2,
             }),
             resolved: gpu.device().create_buffer(&wgpu::BufferDescriptor {
                 label: Some("timestamps"),
-                size: bytes,
+                size: BYTES,
                 usage: wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC,
                 mapped_at_creation: false,
             }),
-            staging: gpu.staging(bytes),
+            staging: gpu.staging(BYTES),
         });
-        Self { spans, timestamps }
+        Self { timestamps }
     }
 
-    /// For the descriptor of the compute pass that is this span.
-    pub fn compute(&self, span: u32) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+    /// For the descriptor of a compute pass.
+    pub fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::ComputePassTimestampWrites {
             query_set: &timestamps.queries,
-            beginning_of_pass_write_index: Some(2 * span),
-            end_of_pass_write_index: Some(2 * span + 1),
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
         })
     }
 
-    /// For the descriptor of the render pass that is this span.
-    pub fn render(&self, span: u32) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+    /// For the descriptor of a render pass.
+    pub fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::RenderPassTimestampWrites {
             query_set: &timestamps.queries,
-            beginning_of_pass_write_index: Some(2 * span),
-            end_of_pass_write_index: Some(2 * span + 1),
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
         })
     }
 
-    /// Submits the work, which must have every span in it, waits, and gives the spans' times in ms.
-    pub fn run(&self, gpu: &Gpu, mut encoder: wgpu::CommandEncoder) -> Result<Vec<f64>, GpuError> {
+    /// Submits the work, whose pass has this clock's timestamps, waits, and gives the time in ms.
+    pub fn run(&self, gpu: &Gpu, mut encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         let Some(timestamps) = &self.timestamps else {
             let start = Instant::now();
             gpu.run(encoder)?;
-            let mut spans = vec![0.0; self.spans as usize];
-            spans[0] = start.elapsed().as_secs_f64() * 1e3;
-            return Ok(spans);
+            return Ok(start.elapsed().as_secs_f64() * 1e3);
         };
-        encoder.resolve_query_set(&timestamps.queries, 0..2 * self.spans, &timestamps.resolved, 0);
-        encoder.copy_buffer_to_buffer(&timestamps.resolved, 0, &timestamps.staging, 0, timestamps.resolved.size());
+        encoder.resolve_query_set(&timestamps.queries, 0..2, &timestamps.resolved, 0);
+        encoder.copy_buffer_to_buffer(&timestamps.resolved, 0, &timestamps.staging, 0, BYTES);
         gpu.run(encoder)?;
         let ticks = gpu.read_staging(&timestamps.staging)?;
-        let ms_per_tick = f64::from(gpu.queue().get_timestamp_period()) * 1e-6;
-        let time = |bytes: &[u8]| bytemuck::pod_read_unaligned::<u64>(bytes);
-        let span = |pair: &[u8]| time(&pair[8..]).saturating_sub(time(&pair[..8])) as f64 * ms_per_tick;
-        Ok(ticks.chunks_exact(16).map(span).collect())
+        let [start, end] = bytemuck::pod_read_unaligned::<[u64; 2]>(&ticks);
+        Ok(end.saturating_sub(start) as f64 * f64::from(gpu.queue().get_timestamp_period()) * 1e-6)
     }
 }

@@ -151,9 +151,10 @@ impl Gpu {
         self.device.adapter_info().device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Whether times are those of the GPU's own clock; else they are wall-clock times around each submission.
+    /// Whether times are those of the GPU's own clock; else they are wall-clock times around each submission. A software
+    /// adapter is on the wall clock: llvmpipe has timestamps, but takes both of a compute pass after it.
     pub fn has_timestamps(&self) -> bool {
-        self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+        !self.is_software() && self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
     /// The first error since the last call, if any.

@@ -113,7 +113,8 @@ pub(super) struct FrameUniform {
     pub soil: [f32; 3],
     pub weight: f32,
     pub first: u32,
-    pub padding: [u32; 3],
+    pub ground: u32,
+    pub padding: [u32; 2],
 }
 
 #[cfg(test)]
@@ -153,7 +154,7 @@ mod tests {
                 "Frame",
                 fields!(
                     FrameUniform: origin, width, forward, height, across, share, down, pigment_scale, to_sun, blend,
-                    place, rotation, soil, weight, first
+                    place, rotation, soil, weight, first, ground
                 ),
             ),
         ] {

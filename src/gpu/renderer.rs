@@ -83,26 +83,21 @@ impl Renderer {
         for sample in 0..view.samples() {
             let uniform = view.uniform(target.size(), sample)?;
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
-            let chosen = self.find(gpu, scene, target, &bindings, &mut report.gpu_ms)?;
+            report.gpu_ms.raster += self.rasterise(gpu, scene, target, &bindings)?;
+            let (ms, chosen) = self.find(gpu, target, &bindings)?;
+            report.gpu_ms.locate += ms;
             let spent = shader.run(gpu, &bindings.shade, chosen)?;
             report.gpu_ms.shade += spent.gpu_ms;
             report.submissions += spent.submissions;
             report.answered += u64::from(chosen);
-            self.finish(gpu, target, &bindings, &mut report.gpu_ms)?;
+            report.gpu_ms.resolve += self.finish(gpu, target, &bindings)?;
         }
         Ok(report)
     }
 
-    /// Makes the queries of a sample; gives how many need an answer.
-    fn find(
-        &self,
-        gpu: &Gpu,
-        scene: &Scene,
-        target: &Target,
-        bindings: &Bindings,
-        times: &mut StageTimes,
-    ) -> Result<u32, GpuError> {
-        let clock = Clock::new(gpu, 2);
+    /// Which triangle each pixel sees; the time in ms.
+    fn rasterise(&self, gpu: &Gpu, scene: &Scene, target: &Target, bindings: &Bindings) -> Result<f64, GpuError> {
+        let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("raster"),
@@ -117,7 +112,7 @@ impl Renderer {
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
                 stencil_ops: None,
             }),
-            timestamp_writes: clock.render(0),
+            timestamp_writes: clock.render(),
             occlusion_query_set: None,
             multiview_mask: None,
         });
@@ -125,23 +120,27 @@ impl Renderer {
         pass.set_bind_group(0, &bindings.raster, &[]);
         pass.draw(0..scene.corners(), 0..1);
         drop(pass);
-        encoder.clear_buffer(&target.chosen_count, 0, None);
-        over_pixels(&mut encoder, &self.locate, &bindings.locate, target, clock.compute(1));
-        let count = gpu.staging(target.chosen_count.size());
-        encoder.copy_buffer_to_buffer(&target.chosen_count, 0, &count, 0, count.size());
-        let spans = clock.run(gpu, encoder)?;
-        times.raster += spans[0];
-        times.locate += spans[1];
-        Ok(bytemuck::pod_read_unaligned(&gpu.read_staging(&count)?))
+        clock.run(gpu, encoder)
     }
 
-    /// Adds a sample's radiance to the picture.
-    fn finish(&self, gpu: &Gpu, target: &Target, bindings: &Bindings, times: &mut StageTimes) -> Result<(), GpuError> {
-        let clock = Clock::new(gpu, 1);
+    /// Makes the queries of a sample; the time in ms, and how many need an answer.
+    fn find(&self, gpu: &Gpu, target: &Target, bindings: &Bindings) -> Result<(f64, u32), GpuError> {
+        let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
-        over_pixels(&mut encoder, &self.resolve, &bindings.resolve, target, clock.compute(0));
-        times.resolve += clock.run(gpu, encoder)?[0];
-        Ok(())
+        encoder.clear_buffer(&target.chosen_count, 0, None);
+        over_pixels(&mut encoder, &self.locate, &bindings.locate, target, clock.compute());
+        let count = gpu.staging(target.chosen_count.size());
+        encoder.copy_buffer_to_buffer(&target.chosen_count, 0, &count, 0, count.size());
+        let ms = clock.run(gpu, encoder)?;
+        Ok((ms, bytemuck::pod_read_unaligned(&gpu.read_staging(&count)?)))
+    }
+
+    /// Adds a sample's radiance to the picture; the time in ms.
+    fn finish(&self, gpu: &Gpu, target: &Target, bindings: &Bindings) -> Result<f64, GpuError> {
+        let clock = Clock::new(gpu);
+        let mut encoder = gpu.encoder();
+        over_pixels(&mut encoder, &self.resolve, &bindings.resolve, target, clock.compute());
+        clock.run(gpu, encoder)
     }
 }
 

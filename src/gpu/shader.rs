@@ -164,7 +164,7 @@ impl Shader {
 
     /// Answers the first `count` of the chosen queries, in as many submissions as their time asks for.
     pub(super) fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, count: u32) -> Result<Spent, GpuError> {
-        let clock = Clock::new(gpu, 1);
+        let clock = Clock::new(gpu);
         let mut spent = Spent::default();
         let mut first = 0;
         while first < count {
@@ -212,7 +212,7 @@ impl Shader {
         encoder.clear_buffer(&self.cut_short, 0, None);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("shade"),
-            timestamp_writes: clock.compute(0),
+            timestamp_writes: clock.compute(),
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, bindings, &[]);
@@ -221,7 +221,7 @@ impl Shader {
         drop(pass);
         let cut_short = gpu.staging(self.cut_short.size());
         encoder.copy_buffer_to_buffer(&self.cut_short, 0, &cut_short, 0, cut_short.size());
-        let ms = clock.run(gpu, encoder)?[0];
+        let ms = clock.run(gpu, encoder)?;
         Ok((ms, gpu.read_staging(&cut_short)?.iter().any(|&byte| byte != 0)))
     }
 }

@@ -110,6 +110,8 @@ pub struct View {
     pub camera: Camera,
     pub light: Light,
     pub blend: Blend,
+    /// Whether there is a ground, a plane of [`SOIL`] at z = 0.
+    pub ground: bool,
     /// Turns the grating against the tangent, in degrees.
     pub rotation_deg: f64,
     /// Rays along each side of a pixel, 1 to 64, in the middles of equal squares; their mean is the pixel.
@@ -122,6 +124,7 @@ impl Default for View {
             camera: Camera::default(),
             light: Light::default(),
             blend: Blend::default(),
+            ground: true,
             rotation_deg: 0.0,
             supersample: 1,
         }
@@ -182,7 +185,8 @@ impl View {
             soil: SOIL,
             weight: 1.0 / self.samples() as f32,
             first: u32::from(sample == 0),
-            padding: [0; 3],
+            ground: u32::from(self.ground),
+            padding: [0; 2],
         })
     }
 }

@@ -24,6 +24,8 @@ struct Frame {
     weight: f32,
     // 1 for the first sample, which replaces the previous picture.
     first: u32,
+    // 1: there is a ground.
+    ground: u32,
 }
 
 const FRAME_PHYSICAL: u32 = 0u;

@@ -108,8 +108,8 @@ fn locate(@builtin(global_invocation_id) id: vec3<u32>) {
     var query: Query;
     let ground = -frame.origin.z / ray.z;
     let p = frame.origin + ground * ray;
-    let on_ground = ray.z < 0.0 && frame.origin.z > 0.0 && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND));
-    if on_ground && ground < skin.distance {
+    let in_front = frame.ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
+    if in_front && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND)) && ground < skin.distance {
         query = locate_ground(vec3<f32>(p.xy, 0.0), -ray);
     } else if skin.triangle != TRACE_NONE {
         query = locate_skin(skin, -ray);
