@@ -134,7 +134,7 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
 }
 
 /// The direction at the middle of a pixel, `None` outside the disc. Row 0 is the top.
-fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
+pub fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
     let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
     let (x, y) = (place(column), -place(row));
     let z_squared = 1.0 - x * x - y * y;
@@ -142,7 +142,7 @@ fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
 }
 
 /// The exposure at which [`CLIPPED`] of the pixels exceed 1 in some channel; 1 for a black map.
-fn automatic_exposure(map: impl Iterator<Item = [f64; 3]>) -> f64 {
+pub fn automatic_exposure(map: impl Iterator<Item = [f64; 3]>) -> f64 {
     let mut largest: Vec<f64> = map.map(|rgb| rgb[0].max(rgb[1]).max(rgb[2])).filter(|v| *v > 0.0).collect();
     largest.sort_by(f64::total_cmp);
     let at = ((1.0 - CLIPPED) * largest.len() as f64) as usize;

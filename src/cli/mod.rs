@@ -3,20 +3,26 @@
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
-mod brdf_map;
+pub mod brdf_map;
 mod eval;
 mod height_field;
 #[cfg(feature = "gpu")]
 mod method_args;
+#[cfg(feature = "gpu")]
+pub mod picture;
 mod png;
 mod query;
 mod reflector;
 #[cfg(feature = "gpu")]
 mod render;
 mod sample;
+#[cfg(feature = "gpu")]
+pub mod scene_args;
 mod service;
 mod snake;
 mod surface_args;
+#[cfg(feature = "viewer")]
+mod view;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -47,6 +53,8 @@ enum Command {
     #[cfg(feature = "gpu")]
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
+    #[cfg(feature = "viewer")]
+    View(view::ViewArgs),
 }
 
 /// Runs the subcommand that the process was given.
@@ -63,6 +71,8 @@ pub fn run() -> ExitCode {
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
+        #[cfg(feature = "viewer")]
+        Command::View(args) => view::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -89,8 +89,7 @@ impl Gpu {
     /// [`GpuError::NoAdapter`] where none is of a kind allowed.
     pub fn choose(choice: AdapterChoice, adapters: &[wgpu::Adapter]) -> Result<&wgpu::Adapter, GpuError> {
         let kind = |adapter: &&wgpu::Adapter| adapter.get_info().device_type;
-        let allowed =
-            |adapter: &&wgpu::Adapter| choice == AdapterChoice::Any || kind(adapter) == wgpu::DeviceType::Cpu;
+        let allowed = |adapter: &&wgpu::Adapter| choice == AdapterChoice::Any || kind(adapter) == wgpu::DeviceType::Cpu;
         adapters.iter().filter(allowed).min_by_key(|adapter| rank(kind(adapter))).ok_or_else(|| {
             let wanted = if choice == AdapterChoice::Software { "software" } else { "usable" };
             let found = adapters.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", ");
