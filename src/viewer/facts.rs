@@ -23,6 +23,8 @@ pub struct MethodFacts {
 pub struct PictureFacts {
     size: (u32, u32),
     ms: f64,
+    /// Whether no finer one follows.
+    finest: bool,
     answered: u64,
     stages: [(&'static str, f64); 4],
 }
@@ -33,12 +35,13 @@ impl From<&Picture> for PictureFacts {
         Self {
             size: picture.target.size(),
             ms: picture.ms,
+            finest: picture.finest,
             answered: picture.report.answered,
             stages: [
-                ("raster", times.raster),
-                ("locate", times.locate),
-                ("shade", times.shade),
-                ("resolve", times.resolve),
+                ("  raster", times.raster),
+                ("  locate", times.locate),
+                ("  shade", times.shade),
+                ("  resolve", times.resolve),
             ],
         }
     }
@@ -54,15 +57,19 @@ impl Facts {
         };
         if let Some(picture) = &self.picture {
             let (width, height) = picture.size;
-            line(ui, "Picture", format!("{width} × {height}, {} answered", picture.answered));
+            line(ui, "Picture", format!("{width} × {height}{}", if picture.finest { "" } else { ", draft" }));
+            line(ui, "Lit samples", picture.answered.to_string());
             line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
+            ui.weak(if self.timestamps { "of which by the GPU's clock" } else { "of which by the wall clock" });
             for (stage, ms) in picture.stages {
-                line(ui, if self.timestamps { "  GPU" } else { "  wall clock" }, format!("{stage} {ms:.2} ms"));
+                line(ui, stage, format!("{ms:.2} ms"));
             }
+            ui.separator();
         }
         if let Some(method) = &self.method {
-            line(ui, "Method", format!("{}, built in {:.2} s", method.name, method.build_seconds));
-            line(ui, "Its data", format!("{:.2} MB", method.bytes as f64 * 1e-6));
+            line(ui, "Method", method.name.to_owned());
+            line(ui, "  built in", format!("{:.2} s", method.build_seconds));
+            line(ui, "  data", format!("{:.2} MB", method.bytes as f64 * 1e-6));
         }
         ui.label(format!("{}{}", self.adapter, if self.software { " (software)" } else { "" }));
     }

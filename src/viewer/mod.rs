@@ -86,14 +86,20 @@ fn choose(
 
 /// What went wrong, and what to do about it.
 fn explained(error: eframe::Error) -> Box<dyn Error> {
-    const DISPLAY: &str = "a window needs a display: set DISPLAY to an X server's, for instance with xvfb-run";
+    let no_display = |error: String| {
+        // Before the last colon winit names a line of its own source.
+        let reason = error.rsplit(": ").next().unwrap_or_default();
+        format!(
+            "there is no display to open a window on ({}); set DISPLAY, or use xvfb-run",
+            reason.trim_end_matches('.')
+        )
+        .into()
+    };
     match error {
-        eframe::Error::WinitEventLoop(error) => format!("{DISPLAY} ({error})").into(),
-        eframe::Error::Winit(error) => format!("{DISPLAY} ({error})").into(),
+        eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
+        eframe::Error::Winit(error) => no_display(error.to_string()),
         eframe::Error::Wgpu(WgpuError::CustomNativeAdapterSelectionError(reason)) => reason.into(),
         eframe::Error::Wgpu(error) => error.into(),
         eframe::Error::AppCreation(error) => error,
-        #[allow(unreachable_patterns)] // Other features of eframe have other errors.
-        other => other.to_string().into(),
     }
 }

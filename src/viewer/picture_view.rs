@@ -79,7 +79,7 @@ pub fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     painter.line_segment([viewer - vec2(4.0, 0.0), viewer + vec2(4.0, 0.0)], cross);
     painter.line_segment([viewer - vec2(0.0, 4.0), viewer + vec2(0.0, 4.0)], cross);
     let theta = map.wi[2].clamp(-1.0, 1.0).acos().to_degrees();
-    let text = format!("θi {theta:.0}°  ×{:.2e}", map.exposure);
+    let text = format!("θi {theta:.0}°, white at {:.2} /sr", 1.0 / map.exposure);
     let font = egui::FontId::proportional(11.0);
     painter.text(place.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, text, font, Color32::WHITE);
 }

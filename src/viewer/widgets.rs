@@ -1,6 +1,6 @@
 //! Widgets that several panels use.
 
-use eframe::egui::{self, ComboBox, DragValue, Ui, emath::Numeric};
+use eframe::egui::{Align2, ComboBox, DragValue, Sense, TextStyle, Ui, emath::Numeric, vec2};
 use std::ops::RangeInclusive;
 
 /// A choice among values with names.
@@ -24,7 +24,7 @@ pub fn choice<T: Copy + PartialEq>(
 /// A number.
 pub fn number<N: Numeric>(ui: &mut Ui, label: &str, value: &mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) {
     row(ui, label, |ui| {
-        ui.add(DragValue::new(value).range(range).speed(speed).suffix(suffix.to_owned()).max_decimals(4));
+        ui.add(drag(value, range, speed, suffix));
     });
 }
 
@@ -45,7 +45,7 @@ pub fn optional<N: Numeric>(
         }
         match value {
             Some(number) => {
-                ui.add(DragValue::new(number).range(range).speed(speed).suffix(suffix.to_owned()).max_decimals(4));
+                ui.add(drag(number, range, speed, suffix));
             }
             None => {
                 ui.weak("auto");
@@ -64,12 +64,20 @@ pub fn switch(ui: &mut Ui, label: &str, value: &mut bool) {
 /// A label with something on its right.
 pub fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
     ui.horizontal(|ui| {
-        let (at, _) =
-            ui.allocate_exact_size(egui::vec2(LABEL_POINTS, ui.spacing().interact_size.y), egui::Sense::hover());
-        ui.put(at, egui::Label::new(label).halign(egui::Align::Min).truncate());
+        let size = vec2(LABEL_POINTS, ui.spacing().interact_size.y);
+        let (place, _) = ui.allocate_exact_size(size, Sense::hover());
+        let (font, colour) = (TextStyle::Body.resolve(ui.style()), ui.visuals().text_color());
+        ui.painter_at(place).text(place.left_center(), Align2::LEFT_CENTER, label, font, colour);
         add(ui);
     });
 }
 
 /// Width of the labels.
-const LABEL_POINTS: f32 = 108.0;
+const LABEL_POINTS: f32 = 112.0;
+/// Digits behind the point of numbers that have any.
+const DECIMALS: usize = 4;
+
+fn drag<'a, N: Numeric>(value: &'a mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) -> DragValue<'a> {
+    let drag = DragValue::new(value).range(range).speed(speed).suffix(suffix.to_owned());
+    if N::INTEGRAL { drag } else { drag.max_decimals(DECIMALS) }
+}
