@@ -1,5 +1,6 @@
 use super::Outcome;
 use super::method_args::MethodArgs;
+use super::realtime::Realtime;
 use super::scene_args::{KERATIN, SceneArgs, Size};
 use super::surface_args::SurfaceArgs;
 use crate::viewer::{Orbit, Settings, Start, Sun, run as open};
@@ -48,15 +49,13 @@ pub fn run(args: &ViewArgs) -> Outcome {
     if !(0.1..=4.0).contains(&args.scale) {
         return Err(format!("parameter \"scale\" is {}, but must be 0.1 to 4", args.scale).into());
     }
-    let surface = args.surface.config()?;
+    let (kind, options, surface) = Realtime::new(&args.method, &args.surface)?.into_parts();
     // Whatever is wrong with it is better said before there is a window.
     surface.height_field()?;
-    let options = args.method.options();
-    options.validate()?;
     let view = args.scene.view(args.supersample)?;
     let settings = Settings {
         surface,
-        kind: args.method.kind,
+        kind,
         options,
         index: Some(args.surface.index()?.unwrap_or(KERATIN)),
         orbit: Orbit::from(&view.camera),

@@ -85,7 +85,6 @@ fn without_source(surface: &SurfaceConfig) -> SurfaceConfig {
         pixel_size: None,
         max_height: None,
         level: None,
-        tiling: None,
         ..surface.clone()
     }
 }

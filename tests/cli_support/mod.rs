@@ -1,4 +1,5 @@
 //! Running the binary and judging what it says.
+#![allow(dead_code)] // Each binary uses some of it.
 
 use serde_json::Value;
 use std::f64::consts::TAU;
