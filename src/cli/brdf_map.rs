@@ -205,7 +205,7 @@ fn on_gpu(_: &BrdfMapArgs, _: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
 }
 
 /// The direction at the middle of a pixel, `None` outside the disc. Row 0 is the top.
-fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
+pub fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
     let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
     let (x, y) = (place(column), -place(row));
     let z_squared = 1.0 - x * x - y * y;

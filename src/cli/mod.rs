@@ -3,12 +3,14 @@
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
-mod brdf_map;
+pub mod brdf_map;
 mod compare;
 mod eval;
 mod evaluate;
 mod height_field;
 mod method_args;
+#[cfg(feature = "gpu")]
+pub mod picture;
 mod png;
 mod query;
 #[cfg(feature = "gpu")]
@@ -17,9 +19,13 @@ mod reflector;
 #[cfg(feature = "gpu")]
 mod render;
 mod sample;
+#[cfg(feature = "gpu")]
+pub mod scene_args;
 mod service;
 mod snake;
 mod surface_args;
+#[cfg(feature = "viewer")]
+mod view;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -52,6 +58,8 @@ enum Command {
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
     Compare(compare::CompareArgs),
+    #[cfg(feature = "viewer")]
+    View(view::ViewArgs),
 }
 
 /// Runs the subcommand that the process was given.
@@ -70,6 +78,8 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
         Command::Compare(args) => compare::run(args),
+        #[cfg(feature = "viewer")]
+        Command::View(args) => view::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -61,6 +61,12 @@ impl Realtime {
         Ok(Self { kind, options: method.options(Asked::ColourOnGpu)?, config: surface.realtime_config(kind)? })
     }
 
+    /// What is to be built, for who builds it later, and other things after it.
+    #[cfg(feature = "viewer")]
+    pub fn into_parts(self) -> (MethodKind, MethodOptions, SurfaceConfig) {
+        (self.kind, self.options, self.config)
+    }
+
     /// Makes the method's data and uploads it. `index` is the refractive index, `None` to reflect everything.
     pub fn build(&self, gpu: &Gpu, index: Option<ComplexIndex>) -> Result<(Shader, MethodReport), Box<dyn Error>> {
         let Self { kind, options, config } = self;
