@@ -4,6 +4,7 @@
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
 mod brdf_map;
+mod compare;
 mod eval;
 mod height_field;
 mod method_args;
@@ -48,6 +49,7 @@ enum Command {
     #[cfg(feature = "gpu")]
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
+    Compare(compare::CompareArgs),
 }
 
 /// Runs the subcommand that the process was given.
@@ -64,6 +66,7 @@ pub fn run() -> ExitCode {
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
+        Command::Compare(args) => compare::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
