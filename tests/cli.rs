@@ -46,8 +46,7 @@ fn wrong_arguments_end_with_status_2_and_one_line_that_names_them() {
         (&["eval", "--conserve-energy", "maybe"], &["maybe", "--conserve-energy"]),
         (&["eval", "--k", "3"], &["\"k\"", "\"eta\""]),
         (&["eval", "--eta", "-1"], &["\"eta\"", "-1"]),
-        (&["eval", "--method", "nmm"], &["nmm", "not available yet", "exact, table"]),
-        (&["brdf-map", "--method", "magic", "-o", "a.exr"], &["magic", "exact, table"]),
+        (&["brdf-map", "--method", "magic", "-o", "a.exr"], &["magic", "exact, table, flss, nmm, pq, stam"]),
         (&["brdf-map", "--preset", "flat"], &["--output"]),
         (&["brdf-map", "--preset", "flat", "-o", "a.exr", "--theta-i", "90"], &["theta-i", "90"]),
         (&["brdf-map", "--preset", "flat", "-o", "no/such/a.exr", "--size", "1"], &["no/such/a.exr"]),
@@ -276,12 +275,15 @@ fn a_blaze_lit_along_the_normal_is_bright_on_the_left() {
     let folder = tempfile::tempdir().unwrap();
     let (map, picture) = (folder.path().join("map.exr"), folder.path().join("map.png"));
     let size = 61;
-    for method in ["table", "exact"] {
+    for method in ["table", "exact", "flss", "pq", "nmm"] {
+        // nmm takes its wavelengths by the direction.
+        let own: &[&str] = if method == "nmm" { &["--weighted"] } else { &["--lambda-step", "20"] };
         let (map, picture) = (map.to_str().unwrap(), picture.to_str().unwrap());
         let arguments = ["brdf-map", "--preset", "blazed", "--coherence-length", "20", "-o", map, "--png", picture];
-        let rest = ["--size", "61", "--method", method, "--lambda-step", "20"];
+        let rest = [&["--size", "61", "--method", method], own].concat();
         let report: Value = serde_json::from_str(&succeeded(run(&[&arguments[..], &rest].concat(), ""))).unwrap();
-        assert_eq!(report["wavelengths"], json!(21));
+        assert_eq!(report["method"], json!(method));
+        assert_eq!(report["wavelengths"], if method == "nmm" { Value::Null } else { json!(21) });
         let image = read_exr(map);
         assert_eq!(image.len(), size * size);
         let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;

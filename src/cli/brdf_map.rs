@@ -1,15 +1,17 @@
-use super::reflector::{Method, Reflector};
+use super::method_args::{Asked, Method, MethodArgs};
+use super::reflector::Reflector;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use serde::Serialize;
+use std::error::Error;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_encode};
+use sunbeam::methods::MethodKind;
 use sunbeam::reflectance::Vec3;
 
 /// Accepted sides of the map in pixels.
 const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
-/// Accepted steps in nm: coarser ones do not make white, finer ones only take time.
-const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 
 /// Write a map of the reflectance over the outgoing hemisphere, in colour
 ///
@@ -29,23 +31,50 @@ pub struct BrdfMapArgs {
     /// Factor before the picture is encoded [default: so that 1 % of the disc's pixels are clipped]
     #[arg(long, allow_negative_numbers = true)]
     exposure: Option<f64>,
-    /// exact (direct double-precision sum) or table; flss, nmm, pq and stam are not available yet
-    #[arg(long, default_value = "table")]
-    method: Method,
     /// Angle of wi with the normal in degrees, in [0, 90)
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     theta_i: f64,
     /// Azimuth of wi in degrees from +x towards +y
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     phi_i: f64,
+    /// Where it is computed
+    #[arg(long, value_enum, default_value_t = Backend::Cpu)]
+    backend: Backend,
+    /// With --backend gpu the GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
+    #[cfg(feature = "gpu")]
+    #[arg(long, value_name = "any|software")]
+    adapter: Option<sunbeam::gpu::AdapterChoice>,
     /// Pixels along each side
     #[arg(long, value_name = "PIXELS", default_value_t = 256)]
     size: usize,
-    /// Step between wavelengths in nm, 0.1 to 20
-    #[arg(long, value_name = "NM", default_value_t = 5.0, allow_negative_numbers = true)]
-    lambda_step: f64,
+    #[command(flatten)]
+    method: MethodArgs,
     #[command(flatten)]
     surface: SurfaceArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Backend {
+    Cpu,
+    /// In single precision; the methods flss, nmm, pq and stam
+    Gpu,
+}
+
+/// The values of pixels, black outside the disc.
+struct Map {
+    rgb: Vec<[f64; 3]>,
+    /// `None` where they depend on the directions.
+    wavelengths: Option<usize>,
+    /// Seconds for all directions, when the method's data was there.
+    seconds: f64,
+    gpu: Option<GpuReport>,
+}
+
+/// What the GPU took.
+#[derive(Serialize)]
+struct GpuReport {
+    adapter: String,
+    gpu_ms: f64,
 }
 
 #[derive(Serialize)]
@@ -58,10 +87,15 @@ struct Report<'a> {
     exposure: Option<f64>,
     size: usize,
     wi: Vec3,
-    wavelengths: usize,
+    method: &'static str,
+    /// `None` where they depend on the directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wavelengths: Option<usize>,
     /// Largest value of each channel, 1/sr.
     max: [f64; 3],
     seconds: f64,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    gpu: Option<GpuReport>,
 }
 
 impl BrdfMapArgs {
@@ -77,9 +111,6 @@ impl BrdfMapArgs {
         }
         if !SIZE.contains(&self.size) {
             return refuse("size", &self.size, "1 to 16384 pixels");
-        }
-        if !LAMBDA_STEP_NM.contains(&self.lambda_step) {
-            return refuse("lambda-step", &self.lambda_step, "0.1 to 20 nm");
         }
         match self.exposure {
             Some(exposure) if !(exposure.is_finite() && exposure > 0.0) => {
@@ -98,13 +129,12 @@ impl BrdfMapArgs {
 /// Runs `sunbeam brdf-map`.
 pub fn run(args: &BrdfMapArgs) -> Outcome {
     args.check()?;
-    let spectrum = SpectralToRgb::visible(args.lambda_step)?;
-    let reflector = Reflector::new(&args.surface, args.method)?;
-    let start = std::time::Instant::now();
-    let (wi, size) = (args.wi(), args.size);
+    let size = args.size;
     let pixels: Vec<Option<Vec3>> = (0..size * size).map(|i| outgoing(i % size, i / size, size)).collect();
-    let map = reflector.map(&pixels, |wo| wo.map_or([0.0; 3], |wo| spectrum.rgb_of(|nm| reflector.f(wi, wo, nm))));
-    let seconds = start.elapsed().as_secs_f64();
+    let Map { rgb: map, wavelengths, seconds, gpu } = match args.backend {
+        Backend::Cpu => on_cpu(args, &pixels)?,
+        Backend::Gpu => on_gpu(args, &pixels)?,
+    };
     write_exr(&args.output, size, &map)?;
     let mut exposure = None;
     if let Some(path) = &args.png {
@@ -124,11 +154,55 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
         png: &args.png,
         exposure,
         size,
-        wi,
-        wavelengths: spectrum.weights().len(),
+        wi: args.wi(),
+        method: args.method.method().name(),
+        wavelengths,
         max,
         seconds,
+        gpu,
     })
+}
+
+fn on_cpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+    let method = args.method.method();
+    let options = args.method.options(Asked::Colour)?;
+    let spectrum = SpectralToRgb::visible(options.lambda_step_nm)?;
+    let reflector = Reflector::new(&args.surface, method, &options, false)?;
+    let wi = args.wi();
+    let start = Instant::now();
+    let rgb = reflector.map(pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.rgb(wi, wo, &spectrum)));
+    let seconds = start.elapsed().as_secs_f64();
+    let by_direction = matches!(method, Method::Source(MethodKind::Nmm | MethodKind::Stam));
+    Ok(Map { rgb, wavelengths: (!by_direction).then(|| spectrum.weights().len()), seconds, gpu: None })
+}
+
+#[cfg(feature = "gpu")]
+fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+    use super::realtime::{self, Realtime};
+    use sunbeam::gpu::Query;
+
+    let realtime = Realtime::new(&args.method, &args.surface)?;
+    let index = args.surface.index()?;
+    let gpu = realtime::open(args.adapter)?;
+    let (shader, report) = realtime.build(&gpu, index)?;
+    let single = |w: Vec3| w.map(|c| c as f32);
+    let wi = single(args.wi());
+    // Below the surface, which answers zero.
+    let outside = [0.0, 0.0, -1.0];
+    let start = Instant::now();
+    let queries: Vec<Query> = pixels.iter().map(|wo| Query::new(wi, wo.map_or(outside, single))).collect();
+    let answers = shader.evaluate(&gpu, &queries)?;
+    Ok(Map {
+        rgb: answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect(),
+        wavelengths: report.wavelengths(),
+        seconds: start.elapsed().as_secs_f64(),
+        gpu: Some(GpuReport { adapter: gpu.adapter(), gpu_ms: answers.gpu_ms }),
+    })
+}
+
+#[cfg(not(feature = "gpu"))]
+fn on_gpu(_: &BrdfMapArgs, _: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+    Err("--backend gpu is not in this build; `cargo build --release --features gpu` has it".into())
 }
 
 /// The direction at the middle of a pixel, `None` outside the disc. Row 0 is the top.

@@ -1,6 +1,7 @@
 use super::Outcome;
+use super::method_args::{Asked, MethodArgs};
 use super::query::{Numbers, direction, parse};
-use super::reflector::{Method, Reflector};
+use super::reflector::Reflector;
 use super::service::serve;
 use super::surface_args::SurfaceArgs;
 use serde::{Deserialize, Serialize};
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 /// Each line {"wi":[x,y,z],"wo":[x,y,z],"wavelength":nm} is answered by {"f":…,"pdf":…} in order. f is the reflectance
 /// f_r in 1/sr, without the cosine and with the Fresnel reflectance where --eta is given; it is 0 unless both
 /// directions lie above the surface. pdf is the density of `sunbeam sample` per solid angle, which belongs to the
-/// tables and is given with every method; null for wavelengths that the tables do not hold (360 to 830 nm).
+/// tables and is given with every method; null for wavelengths that the tables do not hold (360 to 830 nm). flss, nmm, pq and stam answer for 380 to 780 nm.
 ///
 /// With an array of wavelengths f is an array too, and pdf the mean over the wavelengths carried: one number, as one
 /// direction is sampled for all of them (hero wavelength, balance heuristic).
@@ -19,9 +20,8 @@ use serde::{Deserialize, Serialize};
 /// in its place and the rest go on.
 #[derive(clap::Args)]
 pub struct EvalArgs {
-    /// exact (direct double-precision sum) or table; flss, nmm, pq and stam are not available yet
-    #[arg(long, default_value = "table")]
-    method: Method,
+    #[command(flatten)]
+    method: MethodArgs,
     #[command(flatten)]
     surface: SurfaceArgs,
 }
@@ -42,7 +42,8 @@ struct Answer {
 
 /// Runs `sunbeam eval`.
 pub fn run(args: &EvalArgs) -> Outcome {
-    let reflector = Reflector::new(&args.surface, args.method)?;
+    let options = args.method.options(Asked::Spectrum)?;
+    let reflector = Reflector::new(&args.surface, args.method.method(), &options, true)?;
     serve(&reflector, |line| answer(&reflector, line))
 }
 

@@ -1,92 +1,156 @@
-//! The arguments that choose a method of [`sunbeam::methods`] and tune it.
+//! The arguments that say how a surface is evaluated, the same for every subcommand that does.
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use serde::Serialize;
-use std::error::Error;
-use sunbeam::colour::SpectralToRgb;
-use sunbeam::config::SurfaceConfig;
-use sunbeam::methods::{Method, MethodKind, MethodOptions, Repeats, build};
+use super::surface_args::names;
+use std::str::FromStr;
+use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, MethodOptions, Repeats};
 use sunbeam::transform::Series;
 
-/// A method and its options.
+/// How the reflectance is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// The direct double-precision sum.
+    Exact,
+    /// The tables.
+    Table,
+    /// One of the sources' methods.
+    Source(MethodKind),
+}
+
+impl Method {
+    /// The name by which it is asked for.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::Table => "table",
+            Self::Source(kind) => kind.name(),
+        }
+    }
+
+    fn all() -> impl Iterator<Item = Self> {
+        [Self::Exact, Self::Table].into_iter().chain(MethodKind::ALL.map(Self::Source))
+    }
+}
+
+impl FromStr for Method {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        Self::all().find(|method| method.name() == name).ok_or_else(|| {
+            let available: Vec<_> = Self::all().map(Self::name).collect();
+            format!("unknown; available: {}", available.join(", "))
+        })
+    }
+}
+
+/// What a method is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asked {
+    /// Values at given wavelengths.
+    Spectrum,
+    /// Colours, for which it has wavelengths of its own.
+    Colour,
+}
+
+/// The method and its options.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArgs {
-    /// Equal steps of the wavelength, the wavelengths of orders, a finite number of tiles, or one spacing
-    #[arg(long = "method", value_name = "NAME", default_value = "flss", value_parser = kinds())]
-    pub kind: MethodKind,
-    /// Step between wavelengths in nm, 0.1 to 20, of flss and pq [default: 5]
+    /// exact (direct double-precision sum), table, or one of the sources' methods in single precision, which know a
+    /// single window in a fixed place over a tile that repeats: flss, nmm, pq, stam
+    #[arg(long, value_name = "NAME", default_value = "table")]
+    method: Method,
+    /// Step between wavelengths in nm, 0.1 to 20; not of nmm and stam [default: 5]
     #[arg(long, value_name = "NM", allow_negative_numbers = true)]
     lambda_step: Option<f64>,
-    /// Terms of the series [default: as many as --tolerance asks for]
+    /// Terms of the series of flss, nmm and pq, 1 to 256 [default: as many as the tolerance asks for]
     #[arg(long, value_name = "COUNT")]
     terms: Option<usize>,
-    /// Orders summed along each axis, of flss and nmm; the sources have 3 [default: as --tolerance asks for]
+    /// Orders that flss and nmm sum along each axis, 1 to 64; the sources have 3 [default: as many as the tolerance asks
+    /// for]
     #[arg(long, value_name = "COUNT")]
     neighbourhood: Option<usize>,
-    /// Series of the phase screen; the sources have taylor [default: chebyshev]
-    #[arg(long, value_parser = series())]
+    /// Series of flss, nmm and pq; the sources have taylor [default: chebyshev]
+    #[arg(long, value_parser = names::<Series, 2>(["chebyshev", "taylor"]))]
     series: Option<Series>,
-    /// Whether nmm weighs wavelengths by the part of the spectrum they stand for [default: false]
+    /// Let the wavelengths that nmm picks count by their distance, which the sources do not [default: false]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     weighted: Option<bool>,
-    /// Tiles along both axes, or along x and y, of pq [default: so that peaks are as bright as flss's]
-    #[arg(long, value_name = "P[,Q]", value_delimiter = ',', num_args = 1..=2)]
-    repeats: Vec<u32>,
-    /// Spacing in µm of stam [default: the dominant period along x]
+    /// How often the tile of pq repeats: one number, or two as in 26,1 for x and y [default: peaks as bright as those of
+    /// the coherence window]
+    #[arg(long, value_name = "P[,Q]", value_parser = repeats)]
+    repeats: Option<Repeats>,
+    /// Spacing of stam in µm [default: the dominant period along x]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
-    grating_period: Option<f64>,
-}
-
-/// The sum over wavelengths of a method that has equal steps.
-#[derive(Clone, Debug, Serialize)]
-pub struct Quadrature {
-    wavelengths_nm: Vec<f64>,
-    /// Linear sRGB; they sum to (1, 1, 1).
-    weights: Vec<[f64; 3]>,
+    period_um: Option<f64>,
 }
 
 impl MethodArgs {
-    /// The options that the arguments amount to; [`build`] validates them.
-    pub fn options(&self) -> MethodOptions {
+    /// The method.
+    pub fn method(&self) -> Method {
+        self.method
+    }
+
+    /// The options that the arguments amount to, validated; an argument without effect is refused.
+    pub fn options(&self, asked: Asked) -> Result<MethodOptions, String> {
+        let given = [
+            ("lambda_step_nm", "--lambda-step", self.lambda_step.is_some()),
+            ("terms", "--terms", self.terms.is_some()),
+            ("neighbourhood", "--neighbourhood", self.neighbourhood.is_some()),
+            ("series", "--series", self.series.is_some()),
+            ("weighted", "--weighted", self.weighted.is_some()),
+            ("repeats", "--repeats", self.repeats.is_some()),
+            ("period_um", "--period-um", self.period_um.is_some()),
+        ];
+        let heeded = match self.method {
+            Method::Exact | Method::Table => &["lambda_step_nm"],
+            Method::Source(kind) => kind.options(),
+        };
+        let heeds = |field: &str| {
+            let colour_only = ["lambda_step_nm", "weighted"].contains(&field);
+            heeded.contains(&field) && (asked == Asked::Colour || !colour_only)
+        };
+        if let Some((_, flag, _)) = given.iter().find(|(field, _, given)| *given && !heeds(field)) {
+            let takes: Vec<_> = given.iter().filter(|(field, _, _)| heeds(field)).map(|(_, flag, _)| *flag).collect();
+            let takes = if takes.is_empty() { "none of its kind".to_owned() } else { takes.join(", ") };
+            return Err(format!("{flag} has no effect here with --method {}, which takes {takes}", self.method.name()));
+        }
+        // Under the name that users gave it by; the others are called alike.
+        if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
+            return Err(format!("parameter \"lambda-step\" is {step}, but must be 0.1 to 20 nm"));
+        }
         let default = MethodOptions::default();
-        MethodOptions {
+        let options = MethodOptions {
             lambda_step_nm: self.lambda_step.unwrap_or(default.lambda_step_nm),
             terms: self.terms,
             neighbourhood: self.neighbourhood,
             series: self.series.unwrap_or(default.series),
             weighted: self.weighted.unwrap_or(default.weighted),
-            repeats: match self.repeats[..] {
-                [x, y] => Some(Repeats::Each([x, y])),
-                [both] => Some(Repeats::Both(both)),
-                _ => None,
-            },
-            period_um: self.grating_period,
-        }
-    }
-
-    /// Makes the method for a surface.
-    pub fn build(&self, surface: &SurfaceConfig) -> Result<Box<dyn Method>, Box<dyn Error>> {
-        let field = surface.height_field()?;
-        Ok(build(self.kind, &field, surface.coherence_length, surface.tolerance, &self.options())?)
-    }
-
-    /// The wavelengths and weights of the method; `None` where they depend on the directions.
-    pub fn quadrature(&self) -> Option<Quadrature> {
-        if !self.kind.options().contains(&"lambda_step_nm") {
-            return None;
-        }
-        let sum = SpectralToRgb::visible(self.options().lambda_step_nm).ok()?;
-        Some(Quadrature { wavelengths_nm: sum.wavelengths_nm().collect(), weights: sum.weights().to_vec() })
+            repeats: self.repeats,
+            period_um: self.period_um,
+        };
+        options.validate().map_err(|error| error.to_string())?;
+        Ok(options)
     }
 }
 
-fn kinds() -> impl TypedValueParser<Value = MethodKind> {
-    let find = |name: String| MethodKind::ALL.into_iter().find(|kind| kind.name() == name).ok_or("unknown method");
-    PossibleValuesParser::new(MethodKind::ALL.map(MethodKind::name)).try_map(find)
+fn repeats(text: &str) -> Result<Repeats, String> {
+    let number = |part: &str| part.trim().parse().map_err(|_| format!("{part:?} is not a whole number"));
+    match text.split_once(',') {
+        None => number(text).map(Repeats::Both),
+        Some((x, y)) => Ok(Repeats::Each([number(x)?, number(y)?])),
+    }
 }
 
-fn series() -> impl TypedValueParser<Value = Series> {
-    PossibleValuesParser::new(["chebyshev", "taylor"])
-        .map(|name| if name == "taylor" { Series::Taylor } else { Series::Chebyshev })
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeats_are_one_number_or_two() {
+        assert_eq!(repeats("26"), Ok(Repeats::Both(26)));
+        assert_eq!(repeats("26, 1"), Ok(Repeats::Each([26, 1])));
+        for wrong in ["", "x", "1,", "1,2,3", "-1", "1.5"] {
+            assert!(repeats(wrong).unwrap_err().contains("whole number"), "{wrong}");
+        }
+    }
 }

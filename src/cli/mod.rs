@@ -1,5 +1,5 @@
-//! The subcommands, one a file, and what they share: the surface ([`surface_args`]), the methods of evaluation
-//! ([`reflector`]) and the service that answers JSON lines ([`service`]).
+//! The subcommands, one a file, and what they share: the surface ([`surface_args`]), the method of evaluation
+//! ([`method_args`]), both together ([`reflector`]) and the service that answers JSON lines ([`service`]).
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
@@ -7,10 +7,11 @@ mod brdf_map;
 mod compare;
 mod eval;
 mod height_field;
-#[cfg(feature = "gpu")]
 mod method_args;
 mod png;
 mod query;
+#[cfg(feature = "gpu")]
+mod realtime;
 mod reflector;
 #[cfg(feature = "gpu")]
 mod render;

@@ -1,74 +1,101 @@
 //! A surface as evaluated by one of the methods.
 
+use super::method_args::Method;
 use super::surface_args::SurfaceArgs;
 use rayon::prelude::*;
 use std::error::Error;
-use std::str::FromStr;
-use sunbeam::reflectance::{ComplexIndex, Exact, Pair, Surface, Vec3, fresnel_unpolarised};
+use std::sync::Arc;
+use sunbeam::colour::SpectralToRgb;
+use sunbeam::methods::{self, MethodOptions};
+use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, Surface, Vec3, fresnel_unpolarised};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Largest tile for which direct sums run side by side; those of larger ones are parallel within, and side by side
 /// would need a lot of memory.
 const SIDE_BY_SIDE_PIXELS: usize = 1 << 16;
 
-/// How the reflectance is computed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Method {
-    /// The direct double-precision sum.
-    Exact,
-    /// The tables.
-    Table,
-}
+/// Wavelengths in nm that the sources' methods answer for.
+const VISIBLE_NM: std::ops::RangeInclusive<f64> = 380.0..=780.0;
 
-impl FromStr for Method {
-    type Err = String;
-
-    fn from_str(name: &str) -> Result<Self, String> {
-        match name {
-            "exact" => Ok(Self::Exact),
-            "table" => Ok(Self::Table),
-            "flss" | "nmm" | "pq" | "stam" => Err("not available yet; available: exact, table".to_owned()),
-            _ => Err("unknown; available: exact, table".to_owned()),
-        }
-    }
+/// What answers.
+enum Evaluator {
+    Exact(Box<Exact>),
+    Table(Arc<Surface>),
+    Source(Box<dyn methods::Method>),
 }
 
 /// A surface and the method that answers for it.
 pub struct Reflector {
-    surface: Surface,
-    exact: Option<Exact>,
+    evaluator: Evaluator,
+    /// The sampler, where it was asked for or is needed anyway.
+    surface: Option<Arc<Surface>>,
+    options: Options,
     index: Option<ComplexIndex>,
     side_by_side: bool,
 }
 
 impl Reflector {
-    /// Builds the tables; the exact method needs them too, for the energy scaling and the sampler's density.
-    pub fn new(args: &SurfaceArgs, method: Method) -> Result<Self, Box<dyn Error>> {
+    /// Builds what the method needs: the tables, which the exact method takes its energy scaling from, or the orders of
+    /// one of the sources' methods. The latter have no sampler of their own; `sampler` builds the tables too.
+    pub fn new(
+        args: &SurfaceArgs,
+        method: Method,
+        method_options: &MethodOptions,
+        sampler: bool,
+    ) -> Result<Self, Box<dyn Error>> {
         let index = args.index()?;
-        let config = args.config()?;
+        let config = match method {
+            Method::Exact | Method::Table => args.config()?,
+            Method::Source(kind) => args.patch_config(kind)?,
+        };
         let field = config.height_field()?;
         let options = config.options();
-        let surface = Surface::new(&field, &options)?;
-        let exact = (method == Method::Exact).then(|| Exact::new(&field, &options, surface.scale().cloned()));
+        let surface = || Surface::new(&field, &options).map(Arc::new);
         let (nx, ny) = field.size();
-        let side_by_side = exact.is_none() || nx * ny <= SIDE_BY_SIDE_PIXELS;
-        Ok(Self { surface, exact, index, side_by_side })
-    }
-
-    /// The tables.
-    pub fn surface(&self) -> &Surface {
-        &self.surface
+        let (evaluator, surface) = match method {
+            Method::Exact => {
+                let surface = surface()?;
+                (Evaluator::Exact(Box::new(Exact::new(&field, &options, surface.scale().cloned()))), Some(surface))
+            }
+            Method::Table => {
+                let surface = surface()?;
+                (Evaluator::Table(surface.clone()), Some(surface))
+            }
+            Method::Source(kind) => {
+                let built =
+                    methods::build(kind, &field, options.coherence_length_um, options.tolerance, method_options)?;
+                (Evaluator::Source(built), sampler.then(surface).transpose()?)
+            }
+        };
+        let side_by_side = method != Method::Exact || nx * ny <= SIDE_BY_SIDE_PIXELS;
+        Ok(Self { evaluator, surface, options, index, side_by_side })
     }
 
     /// `f_r` in 1/sr, the Fresnel reflectance included.
     pub fn f(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
-        let reflectance = self.index.map_or(1.0, |index| fresnel_unpolarised(pair.cos_half(), index));
-        reflectance
-            * match &self.exact {
-                Some(exact) => exact.eval(wi, wo, wavelength_nm),
-                None => self.surface.eval_pdf(wi, wo, wavelength_nm).f,
+        self.fresnel(&pair)
+            * match &self.evaluator {
+                Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
+                Evaluator::Table(surface) => surface.eval_pdf(wi, wo, wavelength_nm).f,
+                Evaluator::Source(method) => {
+                    let spectral = method.spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
+                    self.options.angular_factor(&pair) * f64::from(spectral)
+                }
             }
+    }
+
+    /// The integral of `f_r` over the visible spectrum in linear sRGB, by the method's own wavelengths where it has some,
+    /// else by those of `spectrum`.
+    pub fn rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
+        let Evaluator::Source(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.f(wi, wo, nm)) };
+        let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
+        let factor = self.fresnel(&pair) * self.options.angular_factor(&pair);
+        method.response(sum(&pair)).map(|channel| factor * f64::from(channel))
+    }
+
+    fn fresnel(&self, pair: &Pair) -> f64 {
+        self.index.map_or(1.0, |index| fresnel_unpolarised(pair.cos_half(), index))
     }
 
     /// Refuses wavelengths that the method cannot answer for.
@@ -76,22 +103,31 @@ impl Reflector {
         if wavelengths_nm.is_empty() {
             return Err("\"wavelength\" is an empty array; at least one is needed".to_owned());
         }
-        for nm in wavelengths_nm {
-            if self.exact.is_some() && !(nm.is_finite() && *nm > 0.0) {
-                return Err(format!("\"wavelength\" is {nm} nm; it must be finite and positive"));
+        let range = match &self.evaluator {
+            Evaluator::Exact(_) => f64::MIN_POSITIVE..=f64::MAX,
+            Evaluator::Table(_) => WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM,
+            Evaluator::Source(_) => VISIBLE_NM,
+        };
+        match wavelengths_nm.iter().find(|nm| !range.contains(nm)) {
+            None => Ok(()),
+            Some(nm) if matches!(self.evaluator, Evaluator::Exact(_)) => {
+                Err(format!("\"wavelength\" is {nm} nm; it must be finite and positive"))
             }
-            if self.exact.is_none() && !tabulated(*nm) {
-                return Err(format!(
-                    "\"wavelength\" is {nm} nm; it must be in [{WAVELENGTH_MIN_NM}, {WAVELENGTH_MAX_NM}]"
-                ));
-            }
+            Some(nm) => Err(format!("\"wavelength\" is {nm} nm; it must be in [{}, {}]", range.start(), range.end())),
         }
-        Ok(())
     }
 
-    /// The density of the sampler for the wavelengths carried; `None` where it does not serve one of them.
+    /// The density of the sampler for the wavelengths carried; `None` where there is none or it does not serve one of
+    /// them.
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
-        wavelengths_nm.iter().all(|nm| tabulated(*nm)).then(|| self.surface.pdf(wi, wo, wavelengths_nm))
+        let tabulated = |nm: &f64| (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(nm);
+        let surface = self.surface.as_ref().filter(|_| wavelengths_nm.iter().all(tabulated))?;
+        Some(surface.pdf(wi, wo, wavelengths_nm))
+    }
+
+    /// A direction by the sampler, where there is one; see [`Surface::sample`].
+    pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
+        self.surface.as_ref()?.sample(wi, wavelengths_nm, u)
     }
 
     /// `answer` of every item in order, computed side by side where that is sensible.
@@ -104,6 +140,7 @@ impl Reflector {
     }
 }
 
-fn tabulated(wavelength_nm: f64) -> bool {
-    (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
+/// `wi + wo` as the methods take it.
+fn sum(pair: &Pair) -> [f32; 3] {
+    [pair.u, pair.v, pair.w].map(|component| component as f32)
 }

@@ -1,4 +1,5 @@
-use super::method_args::{MethodArgs, Quadrature};
+use super::method_args::MethodArgs;
+use super::realtime::{self, MethodReport, Realtime};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use ndarray::Array3;
@@ -7,10 +8,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Instant;
 use sunbeam::colour::{srgb_encode, tone_map};
-use sunbeam::gpu::{
-    AdapterChoice, Blend, Camera, Gpu, Light, Mesh, Optics, Query, Renderer, Scene, Shader, StageTimes, Target, View,
-};
-use sunbeam::methods::MethodOptions;
+use sunbeam::gpu::{AdapterChoice, Blend, Camera, Light, Mesh, Query, Renderer, Scene, StageTimes, Target, View};
 use sunbeam::reflectance::ComplexIndex;
 use sunbeam::snake::{PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
 
@@ -22,9 +20,7 @@ const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
 /// Draw the snake on the GPU, without a window
 ///
 /// The snake lies on dark soil in the sun, with camera, light and pigment as in the Mitsuba scenes: 1 unit is 1 cm, z is
-/// up. Light is direct sunlight alone, with sharp shadows and no sky. The method answers for a single window over a
-/// periodic tile, without energy scaling: --model, --tiling and --conserve-energy do not matter. Without --eta the skin
-/// is keratin, 1.56. The picture is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, what
+/// up. Light is direct sunlight alone, with sharp shadows and no sky. Without --eta the skin is keratin, 1.56. The picture is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, what
 /// it took and what was drawn as JSON.
 #[derive(clap::Args)]
 pub struct RenderArgs {
@@ -189,13 +185,8 @@ struct Report<'a> {
     /// Queries that the method answered, and in how many submissions.
     answered: u64,
     submissions: u32,
-    method: &'static str,
-    options: MethodOptions,
-    /// Of the method's data: seconds to make it, bytes on the GPU.
-    build_seconds: f64,
-    method_bytes: u64,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    quadrature: Option<Quadrature>,
+    #[serde(flatten)]
+    method: MethodReport,
     /// Wall clock of everything.
     seconds: f64,
 }
@@ -209,24 +200,17 @@ pub fn run(args: &RenderArgs) -> Outcome {
     if args.pairs.is_some() && args.supersample != 1 {
         return Err("parameter \"pairs\" needs --supersample 1: it is about the pixels' centres".into());
     }
-    let config = args.surface.config()?;
-    let optics = Optics {
-        index: Some(args.surface.index()?.unwrap_or(KERATIN)),
-        obliquity: config.obliquity,
-        shadowing: config.shadowing,
-    };
+    let realtime = Realtime::new(&args.method, &args.surface)?;
+    let index = args.surface.index()?.unwrap_or(KERATIN);
     let view = args.scene.view(args.supersample)?;
-    // Before the tables, which take longer.
-    let gpu = Gpu::open(args.adapter.map_or_else(AdapterChoice::from_env, Ok)?)?;
+    // Before what takes longer.
+    let gpu = realtime::open(args.adapter)?;
     let Size(width, height) = args.size;
     let target = Target::new(&gpu, width, height)?;
 
-    let build = Instant::now();
-    let method = args.method.build(&config)?;
-    let build_seconds = build.elapsed().as_secs_f64();
+    let (shader, method) = realtime.build(&gpu, Some(index))?;
     let (mesh, pigment) = args.scene.mesh()?;
     let scene = Scene::new(&gpu, &mesh, &pigment)?;
-    let shader = Shader::new(&gpu, &*method, &optics)?;
     let renderer = Renderer::new(&gpu)?;
     // Drivers finish compiling when a pipeline is first used; a picture of one pixel keeps that out of the times.
     renderer.draw(&gpu, &scene, &shader, &Target::new(&gpu, 1, 1)?, &View { supersample: 1, ..view })?;
@@ -252,11 +236,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
         gpu_clock: if gpu.has_timestamps() { "timestamps" } else { "wall clock" },
         answered: drawn.answered,
         submissions: drawn.submissions,
-        method: args.method.kind.name(),
-        options: args.method.options(),
-        build_seconds,
-        method_bytes: shader.bytes(),
-        quadrature: args.method.quadrature(),
+        method,
         seconds: start.elapsed().as_secs_f64(),
     })
 }

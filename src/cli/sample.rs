@@ -1,9 +1,11 @@
 use super::Outcome;
+use super::method_args::Method;
 use super::query::{Numbers, direction, parse, unit_cube};
-use super::reflector::{Method, Reflector};
+use super::reflector::Reflector;
 use super::service::serve;
 use super::surface_args::SurfaceArgs;
 use serde::{Deserialize, Serialize};
+use sunbeam::methods::MethodOptions;
 use sunbeam::reflectance::Vec3;
 
 /// Sample outgoing directions for JSON lines on stdin
@@ -40,7 +42,7 @@ struct Answer {
 
 /// Runs `sunbeam sample`.
 pub fn run(args: &SampleArgs) -> Outcome {
-    let reflector = Reflector::new(&args.surface, Method::Table)?;
+    let reflector = Reflector::new(&args.surface, Method::Table, &MethodOptions::default(), true)?;
     serve(&reflector, |line| answer(&reflector, line))
 }
 
@@ -50,7 +52,7 @@ fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
     let u = unit_cube("u", &query.u)?;
     let wavelengths = query.wavelength.as_slice();
     reflector.check_wavelengths(wavelengths)?;
-    Ok(match reflector.surface().sample(wi, wavelengths, u) {
+    Ok(match reflector.sample(wi, wavelengths, u) {
         Some(sample) => Answer {
             wo: Some(sample.wo),
             pdf: sample.pdf,

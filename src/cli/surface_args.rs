@@ -4,9 +4,11 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use serde::Deserialize;
 use serde::de::IntoDeserializer;
 use serde::de::value::{Error as NameError, StrDeserializer};
+use std::error::Error;
 use std::path::PathBuf;
 use sunbeam::config::{ConfigError, SurfaceConfig};
 use sunbeam::height_field::{Level, Preset};
+use sunbeam::methods::MethodKind;
 use sunbeam::reflectance::{ComplexIndex, Obliquity};
 use sunbeam::table::{Model, Tiling};
 
@@ -92,6 +94,21 @@ impl SurfaceArgs {
         Ok(config)
     }
 
+    /// As [`SurfaceArgs::config`] for one of the sources' methods, which know one window in a fixed place over a tile
+    /// that repeats, and no energy scaling: these are the defaults, and what asks for anything else is refused.
+    pub fn patch_config(&self, kind: MethodKind) -> Result<SurfaceConfig, Box<dyn Error>> {
+        let wrong = [
+            (self.model == Some(Model::Ensemble), "one window in a fixed place", "--model", "patch"),
+            (self.tiling == Some(Tiling::Aperiodic), "a tile that repeats", "--tiling", "periodic"),
+            (self.conserve_energy == Some(true), "no energy scaling", "--conserve-energy", "false"),
+        ];
+        if let Some((_, knows, flag, value)) = wrong.iter().find(|(wrong, ..)| *wrong) {
+            return Err(format!("--method {kind} knows {knows}: {flag} must be {value}").into());
+        }
+        let patch = Self { model: Some(Model::Patch), tiling: Some(Tiling::Periodic), ..self.clone() };
+        Ok(Self { conserve_energy: Some(false), ..patch }.config()?)
+    }
+
     /// The refractive index, `None` for a surface that reflects everything.
     pub fn index(&self) -> Result<Option<ComplexIndex>, String> {
         let (least, most) = INDEX_PARTS;
@@ -114,7 +131,7 @@ fn preset_names() -> impl TypedValueParser<Value = Preset> {
 }
 
 /// A parser for a choice among names that the library reads too.
-fn names<T, const N: usize>(accepted: [&'static str; N]) -> impl TypedValueParser<Value = T>
+pub fn names<T, const N: usize>(accepted: [&'static str; N]) -> impl TypedValueParser<Value = T>
 where
     T: for<'de> Deserialize<'de> + Clone + Send + Sync + 'static,
 {

@@ -24,16 +24,17 @@ pub fn bessel_j(x: f32, count: usize, values: &mut [f32; TERMS_MAX]) {
     values[(start + 1).min(count)..count].fill(0.0);
     let step = 2.0 / x;
     let (mut above, mut here, mut evens) = (0.0f32, 1.0f32, 0.0f32);
-    for k in (1..=start).rev() {
+    for k in (2..=start).rev().step_by(2) {
         if k < count {
             values[k] = here;
         }
-        if k % 2 == 0 {
-            evens += here;
+        evens += here;
+        let odd = k as f32 * step * here - above;
+        if k - 1 < count {
+            values[k - 1] = odd;
         }
-        let below = k as f32 * step * here - above;
-        above = here;
-        here = below;
+        let below = (k - 1) as f32 * step * odd - here;
+        (above, here) = (odd, below);
     }
     values[0] = here;
     let scale = 1.0 / (here + 2.0 * evens);

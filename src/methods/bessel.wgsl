@@ -1,4 +1,5 @@
-// Twin of bessel.rs.
+// Twin of bessel.rs. Loops are unrolled, here and in orders.wgsl: llvmpipe ends all loops of an invocation after 65535
+// passes in total. A multiple of four values is written.
 
 const TERMS_MAX: u32 = 256u;
 const SMALL_ARGUMENT: f32 = 1e-3;
@@ -21,20 +22,25 @@ fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
     var above = 0.0;
     var here = 1.0;
     var evens = 0.0;
-    for (var k = start; k > 0u; k--) {
+    for (var k = start; k > 0u; k -= 2u) {
         if k < count {
             (*values)[k] = here;
         }
-        if k % 2u == 0u {
-            evens += here;
+        evens += here;
+        let odd = f32(k) * step * here - above;
+        if k - 1u < count {
+            (*values)[k - 1u] = odd;
         }
-        let below = f32(k) * step * here - above;
-        above = here;
+        let below = f32(k - 1u) * step * odd - here;
+        above = odd;
         here = below;
     }
     (*values)[0] = here;
     let scale = 1.0 / (here + 2.0 * evens);
-    for (var k = 0u; k < min(count, start + 1u); k++) {
+    for (var k = 0u; k < min(count, start + 1u); k += 4u) {
         (*values)[k] *= scale;
+        (*values)[k + 1u] *= scale;
+        (*values)[k + 2u] *= scale;
+        (*values)[k + 3u] *= scale;
     }
 }

@@ -6,8 +6,9 @@ use crate::height_field::HeightField;
 use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
-use std::f32::consts::TAU;
-use std::f64::consts::{PI, SQRT_2};
+use rustfft::num_complex::Complex32;
+use std::f32::consts::{FRAC_1_SQRT_2, TAU};
+use std::f64::consts::PI;
 
 /// Most orders along each axis that are summed at a place.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
@@ -21,6 +22,9 @@ const W_MAX: f64 = 2.0;
 /// Where the Gaussian of an amplitude is below e⁻⁴⁰, single precision has nothing left of its square beside others.
 pub(super) const FAINT: f32 = 40.0;
 
+/// Terms that the shader sums in one pass of its loop.
+const TERMS_MULTIPLE: usize = 8;
+
 /// How the orders lie, for the shaders.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -31,7 +35,7 @@ pub(super) struct OrderGrid {
     pub sharpness: [f32; 2],
     /// Largest |jx| and |jy| that are held; 0 along an axis of one pixel, where there are no others.
     pub reach: [i32; 2],
-    /// Number of terms, even.
+    /// Number of terms, a multiple of [`TERMS_MULTIPLE`]; those past the ones asked for are zero.
     pub terms: u32,
     /// 0 for Chebyshev, 1 for Taylor.
     pub series: u32,
@@ -65,7 +69,8 @@ impl Orders {
         options: &MethodOptions,
     ) -> Result<Self, MethodError> {
         let transform = TermTransform::<f32>::new(field, options.series);
-        let terms = term_count(transform.half_range_um(), tolerance, options)?.next_multiple_of(2);
+        let count = term_count(transform.half_range_um(), tolerance, options)?;
+        let terms = count.next_multiple_of(TERMS_MULTIPLE);
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
         let s_um = coherence_length_um / 4.0;
@@ -95,7 +100,7 @@ impl Orders {
             neighbourhood: neighbourhood as u32,
             _pad: 0,
         };
-        Ok(Self { grid, terms: pack(&transform, [nx, ny], reach, terms) })
+        Ok(Self { grid, terms: pack(&transform, [nx, ny], reach, count) })
     }
 
     /// The terms as the shaders read them.
@@ -124,22 +129,21 @@ impl Orders {
         let x = TAU * w / wavelength_um * self.grid.half_range_um;
         let count = self.grid.terms as usize;
         let mut weights = [0.0; TERMS_MAX];
-        if self.grid.series == 0 {
+        let factor = if self.grid.series == 0 {
             bessel_j(x, count, &mut weights);
-            weights[1..count].iter_mut().for_each(|weight| *weight *= 2.0);
+            2.0
         } else {
-            let mut power_over_factorial = 1.0;
             weights[0] = 1.0;
+            let mut power_over_factorial = 1.0;
             for (n, weight) in weights[..count].iter_mut().enumerate().skip(1) {
                 power_over_factorial *= x / n as f32;
                 *weight = power_over_factorial;
             }
-        }
+            1.0
+        };
         // iⁿ, less the i of the odd ones.
-        for (n, weight) in weights[..count].iter_mut().enumerate() {
-            if n & 2 != 0 {
-                *weight = -*weight;
-            }
+        for (n, weight) in weights[..count].iter_mut().enumerate().skip(1) {
+            *weight *= if n & 2 == 0 { factor } else { -factor };
         }
         weights
     }
@@ -237,20 +241,22 @@ fn neighbourhood(
     Ok(needed)
 }
 
-/// The terms of the orders up to `reach`, two at a time.
-fn pack(transform: &TermTransform<f32>, pixels: [usize; 2], reach: [usize; 2], terms: usize) -> Vec<[f32; 4]> {
-    let (pairs, width) = (terms / 2, 2 * reach[0] + 1);
+/// The first `count` terms of the orders up to `reach`, two at a time.
+fn pack(transform: &TermTransform<f32>, pixels: [usize; 2], reach: [usize; 2], count: usize) -> Vec<[f32; 4]> {
+    let (pairs, width) = (count.next_multiple_of(TERMS_MULTIPLE) / 2, 2 * reach[0] + 1);
     let mut packed = vec![[0.0f32; 4]; width * (reach[1] + 1) * pairs];
     let bin = |j: i64, n: usize| j.rem_euclid(n as i64) as usize;
-    let share = |j: i64, n: usize| if j != 0 && 2 * j.unsigned_abs() as usize == n { 1.0 / SQRT_2 } else { 1.0 };
-    for pair in 0..pairs {
-        let (even, odd) = rayon::join(|| transform.term(2 * pair), || transform.term(2 * pair + 1));
+    let share = |j: i64, n: usize| if j != 0 && 2 * j.unsigned_abs() as usize == n { FRAC_1_SQRT_2 } else { 1.0 };
+    for pair in 0..count.div_ceil(2) {
+        let odd = || if 2 * pair + 1 < count { Some(transform.term(2 * pair + 1)) } else { None };
+        let (even, odd) = rayon::join(|| transform.term(2 * pair), odd);
         packed.par_chunks_mut(width * pairs).enumerate().for_each(|(jy, row)| {
             for (column, order) in row.chunks_mut(pairs).enumerate() {
                 let (jx, jy) = (column as i64 - reach[0] as i64, jy as i64);
                 let from = bin(jy, pixels[1]) * pixels[0] + bin(jx, pixels[0]);
-                let share = (share(jx, pixels[0]) * share(jy, pixels[1])) as f32;
-                order[pair] = [even[from].re, even[from].im, odd[from].re, odd[from].im].map(|part| part * share);
+                let share = share(jx, pixels[0]) * share(jy, pixels[1]);
+                let odd = odd.as_ref().map_or(Complex32::ZERO, |odd| odd[from]);
+                order[pair] = [even[from].re, even[from].im, odd.re, odd.im].map(|part| part * share);
             }
         });
     }

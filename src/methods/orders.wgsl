@@ -32,9 +32,6 @@ fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
     let x = TAU * w / wavelength_um * grid.half_range_um;
     if grid.series == 0u {
         bessel_j(x, grid.terms, &term_weights);
-        for (var n = 1u; n < grid.terms; n++) {
-            term_weights[n] *= 2.0;
-        }
     } else {
         var power_over_factorial = 1.0;
         term_weights[0] = 1.0;
@@ -43,23 +40,32 @@ fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
             term_weights[n] = power_over_factorial;
         }
     }
-    for (var n = 0u; n < grid.terms; n++) {
-        if (n & 2u) != 0u {
-            term_weights[n] = -term_weights[n];
-        }
+    let factor = select(1.0, 2.0, grid.series == 0u);
+    let constant = term_weights[0];
+    for (var n = 0u; n < grid.terms; n += 4u) {
+        term_weights[n] *= factor;
+        term_weights[n + 1u] *= factor;
+        term_weights[n + 2u] *= -factor;
+        term_weights[n + 3u] *= -factor;
     }
+    term_weights[0] = constant;
+}
+
+fn weight_pair(even: u32) -> vec4<f32> {
+    return vec2<f32>(term_weights[even], term_weights[even + 1u]).xxyy;
 }
 
 fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
-    let pairs = grid.terms / 2u;
     let sign = select(1, -1, order.y < 0);
     let row = (sign * order.y) * (2 * grid.reach.x + 1);
-    let first = u32(row + sign * order.x + grid.reach.x) * pairs;
+    var pair = u32(row + sign * order.x + grid.reach.x) * (grid.terms / 2u);
     var sum = vec4<f32>();
-    for (var pair = 0u; pair < pairs; pair++) {
-        let even = term_weights[2u * pair];
-        let odd = term_weights[2u * pair + 1u];
-        sum += order_terms[first + pair] * vec4<f32>(even, even, odd, odd);
+    for (var n = 0u; n < grid.terms; n += 8u) {
+        sum += order_terms[pair] * weight_pair(n);
+        sum += order_terms[pair + 1u] * weight_pair(n + 2u);
+        sum += order_terms[pair + 2u] * weight_pair(n + 4u);
+        sum += order_terms[pair + 3u] * weight_pair(n + 6u);
+        pair += 4u;
     }
     return vec2<f32>(sum.x - f32(sign) * sum.w, f32(sign) * sum.y + sum.z);
 }

@@ -49,7 +49,7 @@ impl Default for Options {
 
 impl Options {
     /// `O·M` of a pair of directions.
-    pub(super) fn angular_factor(&self, pair: &Pair) -> f64 {
+    pub fn angular_factor(&self, pair: &Pair) -> f64 {
         pair.obliquity(self.obliquity) * if self.shadowing { pair.shadowing() } else { 1.0 }
     }
 }

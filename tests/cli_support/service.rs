@@ -1,5 +1,5 @@
 //! Asking the service that answers JSON lines, and judging its answers.
-
+#![allow(dead_code)] // Each binary uses some of them.
 use crate::cli_support::{run, succeeded};
 use serde_json::Value;
 use std::f64::consts::TAU;

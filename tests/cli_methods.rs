@@ -1,0 +1,64 @@
+//! The sources' methods on the command line.
+
+mod cli_support;
+#[path = "cli_support/service.rs"]
+mod service;
+
+use cli_support::refused;
+use serde_json::{Value, json};
+use service::{directions, eval};
+
+#[test]
+fn what_a_method_does_not_know_or_heed_is_refused() {
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["eval", "--method", "flss", "--model", "ensemble"], &["flss", "--model must be patch"]),
+        (&["eval", "--method", "pq", "--conserve-energy", "true"], &["pq", "--conserve-energy must be false"]),
+        (&["eval", "--method", "nmm", "--tiling", "aperiodic"], &["nmm", "--tiling must be periodic"]),
+        (&["eval", "--terms", "9"], &["--terms", "--method table", "none"]),
+        (&["eval", "--method", "flss", "--lambda-step", "5"], &["--lambda-step", "flss", "--terms, --neighbourhood"]),
+        (&["brdf-map", "--method", "stam", "--repeats", "3", "-o", "a.exr"], &["--repeats", "stam", "--period-um"]),
+        (&["brdf-map", "--method", "nmm", "--lambda-step", "5", "-o", "a.exr"], &["--lambda-step", "--weighted"]),
+        (&["eval", "--method", "flss", "--terms", "257"], &["\"terms\"", "257", "1 to 256"]),
+        (&["eval", "--method", "flss", "--series", "fourier"], &["fourier", "chebyshev, taylor"]),
+        (&["eval", "--method", "pq", "--repeats", "2.5"], &["2.5", "whole number"]),
+        (&["eval", "--method", "stam", "--preset", "flat"], &["no period", "period_um"]),
+    ];
+    for (arguments, mentioned) in cases {
+        let message = refused(arguments);
+        assert!(mentioned.iter().all(|part| message.contains(part)), "{arguments:?}: {message}");
+    }
+}
+
+#[test]
+fn the_sources_methods_answer_for_a_patch() {
+    let pairs: Vec<_> = directions(40).zip(directions(80).skip(40)).collect();
+    let lines: Vec<String> =
+        pairs.iter().map(|(wi, wo)| json!({"wi": wi, "wo": wo, "wavelength": [380, 550, 780]}).to_string()).collect();
+    // A short window of a short tile, so that most pairs are lit.
+    let surface =
+        ["--preset", "sinusoidal", "--period", "1.3", "--coherence-length", "2.5", "--eta", "0.2", "--k", "3"];
+    let patch = [&surface[..], &["--model", "patch", "--conserve-energy", "false"]].concat();
+    let exact = eval(&[&patch[..], &["--method", "exact"]].concat(), &lines);
+    let largest =
+        |answers: &[Value], c: usize| answers.iter().map(|answer| answer["f"][c].as_f64().unwrap()).fold(0.0, f64::max);
+    for method in ["flss", "nmm"] {
+        let found = eval(&[&surface[..], &["--method", method]].concat(), &lines);
+        for (found, direct) in found.iter().zip(&exact) {
+            assert_eq!(found["pdf"], direct["pdf"], "one sampler serves both");
+            for c in 0..3 {
+                let (f, truth) = (found["f"][c].as_f64().unwrap(), direct["f"][c].as_f64().unwrap());
+                // Amplitudes are cut at a tenth of the tolerance, 1e-3, of those of far and perhaps brighter orders.
+                let brightest = largest(&exact, c);
+                let allowed = 1e-3 * (truth * brightest).sqrt() + 1e-6 * brightest;
+                assert!((f - truth).abs() < allowed, "{method}: {f} {truth} {brightest}");
+            }
+        }
+    }
+    for arguments in [&["--method", "pq", "--repeats", "2,3"][..], &["--method", "stam", "--period-um", "1.3"]] {
+        let found = eval(&[&surface[..], arguments].concat(), &lines);
+        assert!((0..3).all(|c| largest(&found, c) > 0.0), "{arguments:?}");
+    }
+    let line = r#"{"wi":[0,0,1],"wo":[0,0,1],"wavelength":[550,800]}"#;
+    let answer = &eval(&["--preset", "flat", "--method", "flss"], &[line])[0];
+    assert!(answer["error"].as_str().unwrap().contains("[380, 780]"), "{answer}");
+}
