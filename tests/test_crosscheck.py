@@ -119,7 +119,7 @@ def test_the_variants_see_the_same_points(files, relief):
 
 def test_points_inside_are_lit_and_away_from_the_rim(files, relief):
     use_variant("llvm_ad_spectral")
-    _, at = points_of(relief, files, light=cases.sun(90.0, 60.0), view=View(96, 64, fov_deg=14.0))
+    _, at = points_of(relief, files, light=cases.sun(90.0, 60.0), view=View(96, 64, fov_deg=20.0))
     assert 0 < at.inside.sum() < at.lit.sum() < at.seen.sum() < at.seen.size
     assert not (at.inside & ~at.lit).any()
     assert not at.inside[[0, -1]].any()
