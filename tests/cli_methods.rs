@@ -1,7 +1,6 @@
 //! The sources' methods on the command line.
 
 mod cli_support;
-
 #[path = "cli_support/service.rs"]
 mod service;
 

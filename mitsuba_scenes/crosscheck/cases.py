@@ -23,6 +23,8 @@ SKINS = ("blazed", "elaphe", "xenopeltis")
 # Rays along each side of a pixel in pictures: a relief of few orders is bright in few places, which fewer rays miss,
 # but is quick to evaluate.
 FEW_ORDERS, MANY_ORDERS = 16, 6
+# Parameters that say what the relief is.
+RELIEF = ("preset", "period", "height", "filename", "pixel_size", "max_height", "tiling", "level")
 # The patch model with nothing added: what FLSS, the sources' method, computes on a GPU.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
@@ -63,13 +65,9 @@ def mirrored(case: Case, folder: Path) -> Case:
     heights = np.array(bitmap, dtype=np.float64).reshape(bitmap.height(), bitmap.width())[::-1]
     # The pixel at x = 0 stays where it is.
     np.save(npy, np.roll(heights[:, ::-1], 1, axis=1))
-    skin = {
-        "filename": str(npy),
-        "pixel_size": float(bitmap.metadata()["pixelSizeX_um"]),
-        "tiling": "periodic",
-        "level": "none",
-        "rotation": case.skin.get("rotation", 0.0),
-    }
+    pixel_um = float(bitmap.metadata()["pixelSizeX_um"])
+    kept = {name: value for name, value in case.skin.items() if name not in RELIEF}
+    skin = {**kept, "filename": str(npy), "pixel_size": pixel_um, "tiling": "periodic", "level": "none"}
     return Case(f"{case.name}, mirrored", skin, case.supersample)
 
 

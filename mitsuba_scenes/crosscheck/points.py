@@ -6,7 +6,7 @@ No sampling and no filter is left, so both renderers have to give the same numbe
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import drjit as dr
 import mitsuba as mi
@@ -120,7 +120,12 @@ def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np
     return np.array(bsdf.eval(ctx, si, mi.Vector3f(np.ascontiguousarray(wo.T)))).T
 
 
-def mirrored(at: Points) -> Points:
-    """The points with the sign of u turned round: what they see is the relief h(−x, y)."""
-    turn = np.array([-1, 1, 1], dtype=at.to_camera.dtype)
-    return Points(at.to_camera * turn, at.to_sun * turn, at.seen, at.lit, at.inside)
+def mirrored(at: Points, rotation_deg: float) -> Points:
+    """The points with the sign of u turned round in the frame of a relief so rotated: what they see is h(−x, y)."""
+    angle = math.radians(rotation_deg)
+    x = np.array([math.cos(angle), math.sin(angle), 0.0])
+
+    def turned(directions: np.ndarray) -> np.ndarray:
+        return (directions - 2 * (directions @ x)[..., None] * x).astype(directions.dtype)
+
+    return replace(at, to_camera=turned(at.to_camera), to_sun=turned(at.to_sun))

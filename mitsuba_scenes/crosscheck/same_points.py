@@ -39,7 +39,8 @@ def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, fo
         theirs = points.radiance(bsdf, at, quadrature)
         seconds = time.perf_counter() - start
         mi.Bitmap(theirs.astype(np.float32)).write(str(exr.with_name(f"points-{case.name}-{number}-mitsuba.exr")))
-        controls = {"sign of u": points.radiance(bsdf, points.mirrored(at), quadrature)}
+        mirrored = points.mirrored(at, case.skin.get("rotation", 0.0))
+        controls = {"sign of u": points.radiance(bsdf, mirrored, quadrature)}
         with turned(bsdf, CONTROL_ROTATION_DEG):
             controls["rotated"] = points.radiance(bsdf, at, quadrature)
         found.append(

@@ -4,8 +4,8 @@
 //! - [`SpectralToRgb`]: weights that turn samples of a reflectance-like function over wavelength,
 //!   seen in D65, into linear sRGB; a function that is 1 everywhere is exactly the white (1, 1, 1).
 //! - [`xyz_to_linear_srgb`], [`linear_srgb_to_xyz`], [`srgb_encode`], [`srgb_decode`].
-//! - [`automatic_exposure`]: the brightness at which a picture is shown.
 //! - [`tone_map`]: radiance to what a screen can show.
+//! - [`automatic_exposure`]: the brightness at which a picture is shown.
 //! - [`xyz_to_lab`], [`linear_srgb_to_lab`] and [`ciede2000`].
 //!
 //! XYZ is relative throughout: the D65 white has Y = 1.

@@ -239,6 +239,41 @@ fn next_queries(planned: u32, some: u32, ms: f64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::AdapterChoice;
+    use crate::height_field::Preset;
+    use crate::methods::{MethodKind, MethodOptions, build};
+    use crate::reflectance::Options;
+    use crate::table::Model;
+
+    /// Roundings of single precision, in another order.
+    const TOLERANCE: f32 = 1e-5;
+
+    #[test]
+    fn the_parts_of_an_answer_add_up_to_it() {
+        let gpu = match Gpu::open(AdapterChoice::from_env().unwrap()) {
+            Ok(gpu) => gpu,
+            Err(error) => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {error} ***\n"),
+        };
+        let field = Preset::Sinusoidal.build(None, None).unwrap();
+        let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+        let direction = |x: f32, y: f32| [x, y, (1.0 - x * x - y * y).sqrt()];
+        let queries: Vec<Query> = (0..200)
+            .map(|i| Query::new(direction(0.3, 1e-3), direction(-0.9 + 0.008 * i as f32, -1e-3)))
+            .chain([Query::new(direction(0.3, 0.0), direction(-0.3, 0.0))])
+            .collect();
+        for kind in MethodKind::ALL {
+            let method = build(kind, &field, &surface, &MethodOptions::default()).unwrap();
+            let shader = Shader::new(&gpu, &*method, &Optics::default()).unwrap();
+            let whole = shader.evaluate(&gpu, &queries).unwrap();
+            shader.parts.set(7);
+            let parts = shader.evaluate(&gpu, &queries).unwrap();
+            assert_eq!((whole.submissions, parts.submissions), (1, 7), "{kind}");
+            assert!(whole.reflectances.as_flattened().iter().any(|value| *value > 0.0), "{kind}");
+            for (a, b) in parts.reflectances.as_flattened().iter().zip(whole.reflectances.as_flattened()) {
+                assert!((a - b).abs() <= TOLERANCE * b.abs().max(1.0), "{kind}: {a} and {b}");
+            }
+        }
+    }
 
     #[test]
     fn submissions_grow_to_the_time_aimed_at_and_shrink_at_once() {

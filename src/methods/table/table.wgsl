@@ -90,7 +90,7 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
 
 fn response(q: vec3<f32>) -> vec3<f32> {
     let radius = length(q.xy);
-    if !is_query(q) {
+    if !is_query(q) || response_part != 0u {
         return vec3<f32>();
     }
     let turn = turns(q.xy);

@@ -1,0 +1,250 @@
+"""The two renderers agree at the same points, and the comparison notices where they do not."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from conftest import use_variant
+
+from mitsuba_scenes import snake
+from mitsuba_scenes.crosscheck import __main__ as command
+from mitsuba_scenes.crosscheck import cases, methods, points, realtime, run, same_picture, same_points, spectral
+from mitsuba_scenes.crosscheck.agreement import FEWEST_PIXELS, agreement
+from mitsuba_scenes.crosscheck.cases import SAME_MODEL, Case, plugin
+from mitsuba_scenes.crosscheck.quadrature import Quadrature
+from mitsuba_scenes.environment import SetupError
+from mitsuba_scenes.light import Light
+from mitsuba_scenes.scene import View
+
+SPECTRAL = ["llvm_ad_spectral", "scalar_spectral"]
+# As close as the command's view, with a third of its pixels.
+SMALL = View(56, 38, fov_deg=5.0)
+# What single precision leaves between the variants, which trace rays with different code.
+VARIANTS_RTOL = 2e-3
+# Mean of a white plane: 256 pixels of 100 samples in bands of their own.
+NOISE = 0.01
+
+
+@pytest.fixture(scope="module")
+def files():
+    return snake.snake_files()
+
+
+@pytest.fixture(scope="module")
+def relief(tmp_path_factory):
+    """A small, smooth, random relief that is no square, and repeats: every sign and both axes count."""
+    path = tmp_path_factory.mktemp("reliefs") / "rough.npy"
+    rng = np.random.default_rng(5)
+    waves = np.fft.rfft2(rng.normal(size=(36, 50)))
+    waves[6:-6], waves[:, 8:] = 0, 0
+    heights = np.fft.irfft2(waves, s=(36, 50))
+    np.save(path, 0.3 * heights / np.ptp(heights))
+    skin = {"filename": str(path), "pixel_size": 0.1, "tiling": "periodic", "coherence_length": 20.0, "rotation": 30.0}
+    return Case("rough", skin, supersample=2)
+
+
+@pytest.fixture
+def realtime_runs(files, tmp_path):
+    """Skips where there is no adapter, not even a software one; any other failure is one."""
+    try:
+        realtime.render(tmp_path / "a.exr", "stam", files.mesh, {"preset": "blazed"}, run.LIGHTS[0], View(8, 8))
+    except SetupError as error:
+        if "GPU adapter" in str(error):
+            pytest.skip(str(error))
+        raise
+
+
+@pytest.fixture(params=SPECTRAL)
+def spectral_variant(request):
+    use_variant(request.param)
+    return request.param
+
+
+def equal_weights(count=81, step=5.0):
+    """A sum over wavelengths with smooth weights of its own."""
+    nm = 380 + step * np.arange(count)
+    weights = np.exp(-(((nm[:, None] - [610, 550, 450]) / 40) ** 2))
+    return Quadrature(nm, weights / weights.sum(axis=0))
+
+
+def points_of(case, files, light=run.LIGHTS[1], view=SMALL):
+    bsdf = plugin(case, **SAME_MODEL)
+    return bsdf, points.points(mi.load_dict(cases.bare_scene(bsdf, files, light, view, 1)), light, view)
+
+
+@pytest.mark.parametrize("name", ["blazed", "rough"])
+def test_both_renderers_give_the_same_points(realtime_runs, files, relief, tmp_path, name):
+    use_variant("llvm_ad_spectral")
+    case = relief if name == "rough" else Case("blazed", {"preset": "blazed"}, supersample=1)
+    view = SMALL if name == "rough" else run.CLOSE
+    found = same_points.check(case, files, run.LIGHTS[1:], view, tmp_path)
+    # Each direction of the light, with both controls noticed.
+    assert len(found) == 2
+    assert same_points.failures(case.name, found) == []
+    for figures in found:
+        assert figures["holds"]
+        assert set(figures["controls"]) == {"rotated", "sign of u"}
+        assert all(control["median"] > 100 * figures["median"] for control in figures["controls"].values())
+    assert len(same_points.lines(found)) == 2
+
+
+def test_both_renderers_give_the_same_picture(realtime_runs, files, relief, tmp_path):
+    use_variant("llvm_ad_spectral")
+    case = Case(relief.name, relief.skin, supersample=8)
+    found = same_picture.check(case, files, run.LIGHTS[1], View(24, 16, fov_deg=2.0), 1024, tmp_path)
+    assert same_picture.failures(case.name, found) == [], same_picture.lines(found)
+
+
+def test_the_table_of_methods_has_every_method(realtime_runs, files, relief, tmp_path):
+    use_variant("llvm_ad_spectral")
+    found = methods.check(relief, files, run.LIGHTS[0], View(24, 16), 16, tmp_path)
+    against = found["against_the_reference"]
+    assert list(against) == [*methods.METHODS, methods.ENERGY_KEPT]
+    assert all(against[name]["gpu_ms"] > 0 and against[name]["build_s"] >= 0 for name in methods.METHODS)
+    # Only the skin counts.
+    assert 0 < against["flss"]["pixels"] < 24 * 16
+    assert len(methods.lines(found)) == 2 + len(against)
+    assert (tmp_path / "methods-rough.png").stat().st_size > 0
+
+
+def test_the_variants_see_the_same_points(files, relief):
+    found = []
+    for variant in SPECTRAL:
+        use_variant(variant)
+        bsdf, at = points_of(relief, files, view=View(24, 16, fov_deg=5.0))
+        found.append((points.radiance(bsdf, at, equal_weights(9, 50.0)), at))
+    (one, at), (other, _) = found
+    assert at.inside.sum() > FEWEST_PIXELS
+    assert agreement(one, other, at.inside).median < VARIANTS_RTOL
+
+
+def test_points_inside_are_lit_and_away_from_the_rim(files, relief):
+    use_variant("llvm_ad_spectral")
+    _, at = points_of(relief, files, light=cases.sun(90.0, 60.0), view=View(96, 64, fov_deg=20.0))
+    assert 0 < at.inside.sum() < at.lit.sum() < at.seen.sum() < at.seen.size
+    assert not (at.inside & ~at.lit).any()
+    assert not at.inside[[0, -1]].any()
+    for step in (-1, 1):
+        for axis in (0, 1):
+            assert not (at.inside & ~np.roll(at.lit, step, axis)).any()
+
+
+def test_a_mirrored_relief_is_the_sign_of_u(files, relief, tmp_path):
+    use_variant("llvm_ad_spectral")
+    bsdf, at = points_of(relief, files)
+    turned_round = plugin(cases.mirrored(relief, tmp_path), **SAME_MODEL)
+    weights = equal_weights()
+    found = agreement(
+        points.radiance(bsdf, points.mirrored(at, 30.0), weights), points.radiance(turned_round, at, weights), at.inside
+    )
+    assert found.holds, found
+    assert not agreement(
+        points.radiance(bsdf, at, weights), points.radiance(turned_round, at, weights), at.inside
+    ).holds
+
+
+def test_a_turned_relief_turns_back(spectral_variant, relief):
+    bsdf = plugin(relief, **SAME_MODEL)
+
+    def rotation():
+        return float(np.array(mi.traverse(bsdf)["rotation.value"]).item())
+
+    with cases.turned(bsdf, 1.0):
+        assert rotation() == 31.0
+    assert rotation() == 30.0
+
+
+def test_a_white_plane_is_white_in_bands(spectral_variant):
+    light = Light(azimuth_deg=30, elevation_deg=90, sun="directional", sky=0)
+    view, weights = View(16, 16, origin_cm=(0, -0.1, 5), target_cm=(0, 0, 0), fov_deg=10), equal_weights()
+    sensor = {**view.sensor(100), "film": spectral.film(view, weights)}
+    plane = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}
+    scene = {"type": "scene", "integrator": {"type": "path"}, "sensor": sensor, "plane": plane, **light.emitters()}
+    colours = spectral.colours(np.array(mi.render(mi.load_dict(scene)), dtype=np.float64), weights)
+    assert colours.shape == (16, 16, 3)
+    np.testing.assert_allclose(colours.mean(axis=(0, 1)), 1.0, rtol=NOISE)
+
+
+def test_agreement_is_relative_to_the_colour_and_to_nothing_dark():
+    rng = np.random.default_rng(3)
+    a = rng.uniform(0.5, 1, (20, 20, 3))
+    everywhere = np.ones((20, 20), dtype=bool)
+    found = agreement(a, a * 1.0005, everywhere)
+    assert found.holds
+    assert found.median == pytest.approx(0.0005, rel=1e-3)
+    assert not agreement(a, a * 1.002, everywhere).holds
+    # One pixel in fifty is more than the hundredth part.
+    wrong = a.copy()
+    wrong[::5, ::10] *= 1.5
+    assert not agreement(a, wrong, everywhere).holds
+    # What is dark in both does not count; what is dark in one does.
+    dark = np.where(np.arange(20)[:, None, None] < 10, a, 1e-5)
+    assert agreement(dark, dark * np.where(dark < 1e-3, 2, 1), everywhere).pixels == 200
+    assert not agreement(dark, a, everywhere).holds
+
+
+@pytest.mark.parametrize("brightness", [0.0, 1.0, np.nan])
+def test_pictures_that_show_nothing_are_refused(brightness):
+    few = np.zeros((20, 20), dtype=bool)
+    few[0] = True
+    with pytest.raises(ValueError, match=r"pixels are lit|not finite"):
+        agreement(np.full((20, 20, 3), brightness), np.full((20, 20, 3), brightness), few)
+
+
+def test_what_fails_is_named():
+    good = {"light": {"azimuth_deg": 5.0}, "holds": True, "text": "fine"}
+    bad = {**good, "holds": False, "text": "off"}
+    controls = {"rotated": {"holds": False, "text": "seen"}}
+    assert same_points.failures("skin", [{**good, "controls": controls}]) == []
+    differ, unnoticed = same_points.failures("skin", [{**bad, "controls": {"rotated": good}}])
+    assert all(part in differ for part in ("skin", "off", "5°"))
+    assert all(part in unnoticed for part in ("rotated", "fine"))
+    with pytest.raises(run.Disagreement, match="off"):
+        run.insist({"failures": [differ]})
+    run.insist({"failures": []})
+
+
+def test_limits_of_pictures_are_all_heeded():
+    fine = {"delta_e_2000": {"mean": 0.5, "p99": 3.0}, "flip": {"mean": 0.01}}
+    assert same_picture.holds(fine)
+    for part, figure, value in [("delta_e_2000", "mean", 3.0), ("delta_e_2000", "p99", 20.0), ("flip", "mean", 0.2)]:
+        assert not same_picture.holds({**fine, part: {**fine[part], figure: value}})
+
+
+@pytest.mark.parametrize("change", [{"weights": [[1, 1, 1]]}, {"weights": [[0.5, 0.5, 0.4]] * 2}])
+def test_a_quadrature_that_is_none_is_refused(change):
+    fine = {"wavelengths_nm": [500.0, 510.0], "weights": [[0.5, 0.5, 0.5]] * 2}
+    assert Quadrature.of_report({"quadrature": fine}).step_nm == 10.0
+    with pytest.raises(ValueError, match="white"):
+        Quadrature.of_report({"quadrature": {**fine, **change}})
+
+
+def test_parameters_become_the_tool_s_arguments():
+    words = realtime.surface_words({"filename": "a.npy", "pixel_size": 0.1, "conserve_energy": False})
+    assert words == ["--height-field", "a.npy", "--pixel-size", 0.1, "--conserve-energy", "false"]
+
+
+def test_a_missing_scan_is_said_aloud(capsys, tmp_path):
+    names = [case.name for case in cases.cases(tmp_path / "none.gsf")]
+    assert names == list(cases.SKINS)
+    assert "NOT CHECKED" in capsys.readouterr().out
+
+
+def test_the_command_ends_with_what_it_found(monkeypatch, capsys, tmp_path):
+    outcomes = iter([{"failures": []}, {"failures": ["elaphe differs"]}, SetupError("no tool")])
+
+    def outcome(*_):
+        found = next(outcomes)
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    monkeypatch.setattr(command, "crosscheck", outcome)
+    assert [command.main(["-o", str(tmp_path)]) for _ in range(3)] == [0, 1, 2]
+    said = capsys.readouterr().err
+    assert all(part in said for part in ("elaphe differs", "no tool"))
+
+
+def test_variants_without_wavelengths_are_refused(tmp_path):
+    use_variant("scalar_rgb")
+    with pytest.raises(SetupError, match="scalar_rgb"):
+        run.crosscheck(tmp_path)
