@@ -36,15 +36,15 @@ plugin: $(READY)
 		{ cp target/release/libsunbeam.so $(PLUGIN).new && mv $(PLUGIN).new $(PLUGIN); }
 	@echo "plugin: $(CURDIR)/$(PLUGIN)"
 
-# The command line tool, target/release/sunbeam.
+# The command line tool with the GPU renderer and its window, target/release/sunbeam.
 tool:
-	$(CARGO) build --release --bin sunbeam --features gpu
+	$(CARGO) build --release --bin sunbeam --features viewer
 
 test: test-rust test-python
 
 # In the release profile, which the plugin is built in too: one set of dependencies serves both.
-test-rust:
-	$(CARGO) test --release
+test-rust: $(READY)
+	$(CARGO) test --release --features viewer
 
 test-python: plugin tool
 	$(PY) -m pytest
@@ -53,6 +53,7 @@ lint: $(READY)
 	$(CARGO) fmt --check
 	$(CARGO) clippy --release --all-targets -- -D warnings
 	$(CARGO) clippy --release --all-targets --features mitsuba -- -D warnings
+	$(CARGO) clippy --release --all-targets --features viewer -- -D warnings
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
 	.venv/bin/clang-format --dry-run -Werror cpp_shim/*.cpp cpp_shim/*.h

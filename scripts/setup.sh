@@ -22,24 +22,38 @@ as_root() {
     fi
 }
 
-# install_one WHAT PACKAGE…: installs the first of the packages that this release of Debian or Ubuntu has.
-install_one() {
+# try_install WHAT PACKAGE…: installs the first of the packages that this release of Debian or Ubuntu has.
+lists_fresh=
+try_install() {
     local what="$1" package
     shift
-    if command -v apt-get >/dev/null && as_root true; then
+    command -v apt-get >/dev/null && as_root true || return 1
+    if [ -z "$lists_fresh" ]; then
         as_root apt-get update -qq || say "the package lists could not be refreshed; going on with the old ones"
-        for package in "$@"; do
-            if apt-cache show "$package" >/dev/null 2>&1; then
-                say "installing the Debian package $package ($what)"
-                as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$package" &&
-                    return
-            fi
-        done
+        lists_fresh=1
     fi
-    fail "$what is missing. As root: apt-get install $1 (or its equivalent elsewhere), then try again"
+    for package in "$@"; do
+        if apt-cache show "$package" >/dev/null 2>&1; then
+            say "installing the Debian package $package ($what)"
+            as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "$package" &&
+                return
+        fi
+    done
+    return 1
 }
 
-say "1/4 compilers"
+# install_one WHAT PACKAGE…: the same for what nothing works without.
+install_one() {
+    try_install "$@" ||
+        fail "$1 is missing. As root: apt-get install $2 (or its equivalent elsewhere), then try again"
+}
+
+# want WHAT PACKAGE: the same for what only the GPU renderer and its window need.
+want() {
+    try_install "$@" || say "note: $1 is missing (as root: apt-get install $2); its tests are skipped without"
+}
+
+say "1/5 compilers"
 command -v cargo >/dev/null || fail "cargo is missing. See https://rustup.rs"
 command -v "${CXX:-c++}" >/dev/null || install_one "a C++17 compiler" g++
 for component in rustfmt clippy; do
@@ -49,7 +63,7 @@ for component in rustfmt clippy; do
     fi
 done
 
-say "2/4 Python"
+say "2/5 Python"
 command -v "$PYTHON" >/dev/null || fail "$PYTHON is missing; set PYTHON to an interpreter of version 3.9 or newer"
 "$PYTHON" -c 'import sys; sys.exit(sys.version_info < (3, 9))' ||
     fail "$PYTHON is $("$PYTHON" --version 2>&1), but 3.9 or newer is needed; set PYTHON to another interpreter"
@@ -58,11 +72,11 @@ if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
     "$PYTHON" -m venv --clear .venv
 fi
 
-say "3/4 Python packages (about 200 MB the first time)"
+say "3/5 Python packages (about 200 MB the first time)"
 .venv/bin/python -m pip install --quiet --disable-pip-version-check --only-binary=:all: -r requirements.lock
 
 # LLVM 15 loads and then fails in code generation, so this asks for code and not for a file.
-say "4/4 LLVM"
+say "4/5 LLVM"
 llvm_works() {
     .venv/bin/python -c '
 import drjit as dr
@@ -73,6 +87,22 @@ assert dr.all(dr.minimum(a, b) == a) and dr.all(dr.maximum(a, b) == b)' >/dev/nu
 if ! llvm_works; then
     install_one "an LLVM of version 16 or newer as a library" libllvm19 libllvm20 libllvm18 libllvm17 libllvm16
     llvm_works || fail "Dr.Jit cannot use the LLVM it finds; set DRJIT_LIBLLVM_PATH to a libLLVM of version 16 or newer"
+fi
+
+# The software adapter, which tests draw on; the libraries that the window loads when it opens; what its test drives it
+# with.
+say "5/5 the GPU renderer and its window"
+if [ "$(uname)" = Linux ]; then
+    has_library() { .venv/bin/python -c 'import ctypes, sys; ctypes.CDLL(sys.argv[1])' "$1" 2>/dev/null; }
+    has_library libvulkan.so.1 || want "the Vulkan loader" libvulkan1
+    compgen -G '/usr/share/vulkan/icd.d/lvp_icd*.json' >/dev/null ||
+        want "Mesa's software Vulkan driver" mesa-vulkan-drivers
+    has_library libX11-xcb.so.1 || want "the X client library" libx11-xcb1
+    has_library libXcursor.so.1 || want "the X library for cursors" libxcursor1
+    has_library libXi.so.6 || want "the X library for input" libxi6
+    has_library libxkbcommon-x11.so.0 || want "the X library for keyboards" libxkbcommon-x11-0
+    command -v Xvfb >/dev/null || want "an X server without a screen" xvfb
+    command -v xdotool >/dev/null || want "a hand for X" xdotool
 fi
 
 touch .venv/.ready

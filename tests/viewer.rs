@@ -185,7 +185,7 @@ fn a_window_draws_turns_the_sun_and_saves_what_it_shows() {
 fn without_a_display_there_is_one_line_and_status_2() {
     for (display, mentioned) in [(None, "DISPLAY"), (Some(":1234567"), "DISPLAY")] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_sunbeam"));
-        command.args(["view", "--preset", "flat"]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
+        command.args(["view", "--method", "stam"]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
         command.env_remove("WAYLAND_SOCKET");
         if let Some(display) = display {
             command.env("DISPLAY", display);

@@ -38,10 +38,10 @@ impl From<&Picture> for PictureFacts {
             finest: picture.finest,
             answered: picture.report.answered,
             stages: [
-                ("  raster", times.raster),
-                ("  locate", times.locate),
-                ("  shade", times.shade),
-                ("  resolve", times.resolve),
+                ("raster", times.raster),
+                ("locate", times.locate),
+                ("shade", times.shade),
+                ("resolve", times.resolve),
             ],
         }
     }
@@ -60,17 +60,14 @@ impl Facts {
             line(ui, "Picture", format!("{width} × {height}{}", if picture.finest { "" } else { ", draft" }));
             line(ui, "Lit samples", picture.answered.to_string());
             line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
-            ui.weak(if self.timestamps { "of which by the GPU's clock" } else { "of which by the wall clock" });
-            for (stage, ms) in picture.stages {
-                line(ui, stage, format!("{ms:.2} ms"));
-            }
-            ui.separator();
+            let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.2}")).join(", ");
+            let clock = if self.timestamps { "GPU clock" } else { "wall clock" };
+            ui.weak(format!("{stages} ms by the {clock}"));
         }
         if let Some(method) = &self.method {
-            line(ui, "Method", method.name.to_owned());
+            line(ui, "Method", format!("{}, {:.2} MB", method.name, method.bytes as f64 * 1e-6));
             line(ui, "  built in", format!("{:.2} s", method.build_seconds));
-            line(ui, "  data", format!("{:.2} MB", method.bytes as f64 * 1e-6));
         }
-        ui.label(format!("{}{}", self.adapter, if self.software { " (software)" } else { "" }));
+        ui.weak(format!("{}{}", self.adapter, if self.software { ", software" } else { "" }));
     }
 }

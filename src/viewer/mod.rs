@@ -54,6 +54,11 @@ pub struct Start {
 /// # Errors
 /// No display, no adapter that can draw on it, or no device.
 pub fn run(start: Start) -> Result<(), Box<dyn Error>> {
+    // winit panics without it.
+    #[cfg(target_os = "linux")]
+    if xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {
+        return Err("libxkbcommon-x11 is missing: apt-get install libxkbcommon-x11-0 on Debian".into());
+    }
     let mut setup = WgpuSetupCreateNew::without_display_handle();
     let adapter = start.adapter;
     setup.instance_descriptor.backends = wgpu::Backends::all().with_env();
@@ -87,13 +92,10 @@ fn choose(
 /// What went wrong, and what to do about it.
 fn explained(error: eframe::Error) -> Box<dyn Error> {
     let no_display = |error: String| {
-        // Before the last colon winit names a line of its own source.
-        let reason = error.rsplit(": ").next().unwrap_or_default();
-        format!(
-            "there is no display to open a window on ({}); set DISPLAY, or use xvfb-run",
-            reason.trim_end_matches('.')
-        )
-        .into()
+        // winit begins with a line of its own source.
+        let reason = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map(|(_, reason)| reason);
+        let reason = reason.unwrap_or(&error).trim_end_matches('.');
+        format!("there is no display to open a window on ({reason}); set DISPLAY, or use xvfb-run").into()
     };
     match error {
         eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
