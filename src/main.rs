@@ -1,6 +1,8 @@
 //! The command line of `sunbeam`: a consumer of the library, like the Mitsuba plugin.
 
 mod cli;
+#[cfg(feature = "viewer")]
+mod viewer;
 
 use std::process::ExitCode;
 

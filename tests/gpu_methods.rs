@@ -9,7 +9,8 @@ use gpu_support::{gpu, query, worst};
 use sunbeam::gpu::{Gpu, Optics, Query, Shader};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{Method, MethodKind, MethodOptions, Repeats, build};
-use sunbeam::reflectance::{Obliquity, Pair};
+use sunbeam::reflectance::{Obliquity, Options, Pair};
+use sunbeam::table::Model;
 use sunbeam::transform::Series;
 
 /// Of the response, or of the floor where that is more. Both sides are single precision, in which the place among up to
@@ -51,7 +52,8 @@ fn twin(method: &dyn Method, queries: &[Query]) -> Vec<[f32; 3]> {
 
 fn compare(gpu: &Gpu, kind: MethodKind, name: Preset, options: &MethodOptions, count: usize) {
     let field = preset(name);
-    let method = build(kind, &field, 65.0, 1e-3, options).unwrap();
+    let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    let method = build(kind, &field, &surface, options).unwrap();
     let queries = pairs(count);
     let shader = Shader::new(gpu, &*method, &Optics::default()).unwrap();
     let answers = shader.evaluate(gpu, &queries).unwrap();
@@ -109,5 +111,14 @@ fn stam_is_its_twin() {
     let Some(gpu) = gpu() else { return };
     for name in [Preset::Blazed, Preset::Elaphe] {
         compare(&gpu, MethodKind::Stam, name, &MethodOptions::default(), 4000);
+    }
+}
+
+#[test]
+fn the_colour_table_is_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let options = MethodOptions { resolution: 0.7, ..MethodOptions::default() };
+    for name in [Preset::Flat, Preset::Blazed, Preset::Elaphe] {
+        compare(&gpu, MethodKind::Table, name, &options, 4000);
     }
 }

@@ -9,13 +9,18 @@ use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::methods::{Method, MethodError, MethodKind, MethodOptions, Repeats, build};
 use sunbeam::reflectance::{Exact, Options};
-use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
+use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Tiling};
 use sunbeam::transform::Series;
 
 const COHERENCE_UM: f64 = 65.0;
 
+/// What the sources' methods are made for.
+fn surface(coherence_length_um: f64, tolerance: f64) -> Options {
+    Options { coherence_length_um, tolerance, model: Model::Patch, conserve_energy: false, ..Options::default() }
+}
+
 fn method(kind: MethodKind, field: &HeightField, tolerance: f64, options: &MethodOptions) -> Box<dyn Method> {
-    build(kind, field, COHERENCE_UM, tolerance, options).unwrap()
+    build(kind, field, &surface(COHERENCE_UM, tolerance), options).unwrap()
 }
 
 fn oracle(field: &HeightField, model: Model) -> Exact {
@@ -105,7 +110,7 @@ fn few_orders_are_summed_once_each() {
         let field = relief(nx, ny, 0.3, 0.35, 0.3);
         for (coherence_um, neighbourhood) in [(1.0, Some(64)), (3.0, Some(63)), (3.0, None)] {
             let options = MethodOptions { neighbourhood, ..options() };
-            let flss = build(MethodKind::Flss, &field, coherence_um, 1e-5, &options).unwrap();
+            let flss = build(MethodKind::Flss, &field, &surface(coherence_um, 1e-5), &options).unwrap();
             let exact = Exact::new(
                 &field,
                 &Options { model: Model::Patch, coherence_length_um: coherence_um, ..Options::default() },
@@ -276,7 +281,7 @@ fn stam_has_its_orders_where_the_grating_has() {
         assert_eq!(method.response([(0.37 / d) as f32, 0.0, 1.0]), [0.0; 3]);
     }
     // So long a window that its Gaussian is narrow against the colours.
-    let long = build(MethodKind::Stam, &field, 1e3, 1e-3, &options()).unwrap();
+    let long = build(MethodKind::Stam, &field, &surface(1e3, 1e-3), &options()).unwrap();
     let fine = SpectralToRgb::visible(0.1).unwrap();
     for u in [0.2, 0.24, 0.55, 0.8] {
         let q = [u, 0.1, 1.2];
@@ -295,10 +300,10 @@ fn no_query_gives_anything_but_finite_numbers() {
     let deep = relief(17, 13, 0.1, 0.1, 12.0);
     let fields = [preset(Preset::Flat), preset(Preset::Lamellar), waves(24, 18, 0.065, 0.07, 0.5), deep];
     for field in &fields {
-        for kind in MethodKind::ALL {
+        for kind in MethodKind::ALL.into_iter().filter(|kind| kind.is_patch_only()) {
             for coherence_um in [1.0, 65.0, 1e4] {
                 let options = MethodOptions { period_um: Some(1.0), ..options() };
-                let method = build(kind, field, coherence_um, 1e-2, &options).unwrap();
+                let method = build(kind, field, &surface(coherence_um, 1e-2), &options).unwrap();
                 for i in 0..odd.len().pow(3) {
                     let q = [odd[i % odd.len()], odd[i / odd.len() % odd.len()], odd[i / odd.len().pow(2)]];
                     let rgb = method.response(q);
@@ -320,10 +325,11 @@ fn no_query_gives_anything_but_finite_numbers() {
 #[test]
 fn what_a_method_cannot_do_is_said() {
     let (flat, xenopeltis) = (preset(Preset::Flat), waves(24, 18, 0.065, 0.07, 0.8));
-    let refused = |kind, field: &HeightField, options: MethodOptions| match build(kind, field, 65.0, 1e-3, &options) {
-        Err(error) => error.to_string(),
-        Ok(_) => panic!("accepted {options:?}"),
-    };
+    let refused =
+        |kind, field: &HeightField, options: MethodOptions| match build(kind, field, &surface(65.0, 1e-3), &options) {
+            Err(error) => error.to_string(),
+            Ok(_) => panic!("accepted {options:?}"),
+        };
     for (name, options) in [
         ("lambda_step_nm", MethodOptions { lambda_step_nm: 0.0, ..options() }),
         ("lambda_step_nm", MethodOptions { lambda_step_nm: f64::NAN, ..options() }),
@@ -332,22 +338,32 @@ fn what_a_method_cannot_do_is_said() {
         ("neighbourhood", MethodOptions { neighbourhood: Some(65), ..options() }),
         ("repeats", MethodOptions { repeats: Some(Repeats::Each([1, 0])), ..options() }),
         ("period_um", MethodOptions { period_um: Some(-1.0), ..options() }),
+        ("resolution", MethodOptions { resolution: 0.1, ..options() }),
     ] {
         let message = refused(MethodKind::Flss, &flat, options);
         assert!(message.contains(name) && message.contains("must be"), "{message}");
+    }
+    for (parameter, options) in [
+        ("model", Options { model: Model::Ensemble, ..surface(65.0, 1e-3) }),
+        ("tiling", Options { tiling: Tiling::Aperiodic, ..surface(65.0, 1e-3) }),
+        ("conserve_energy", Options { conserve_energy: true, ..surface(65.0, 1e-3) }),
+    ] {
+        let error = build(MethodKind::Nmm, &flat, &options, &MethodOptions::default()).err();
+        assert!(matches!(error, Some(MethodError::Unsupported { parameter: p, .. }) if p == parameter), "{error:?}");
     }
     assert!(refused(MethodKind::Stam, &flat, options()).contains("period_um"));
     let taylor = MethodOptions { series: Series::Taylor, ..options() };
     assert!(refused(MethodKind::Flss, &relief(4, 4, 0.1, 0.1, 3.0), taylor).contains("chebyshev"));
     assert!(refused(MethodKind::Pq, &relief(4, 4, 0.1, 0.1, 20.0), options()).contains("too deep"));
     for (coherence, tolerance) in [(0.0, 1e-3), (f64::NAN, 1e-3), (65.0, 1.0)] {
-        let error = build(MethodKind::Flss, &xenopeltis, coherence, tolerance, &options()).err();
+        let error = build(MethodKind::Flss, &xenopeltis, &surface(coherence, tolerance), &options()).err();
         assert!(matches!(error, Some(MethodError::OutOfRange { .. })), "{error:?}");
     }
-    let error = build(MethodKind::Flss, &preset(Preset::Elaphe), 1.0, 1e-3, &options()).err();
+    let error = build(MethodKind::Flss, &preset(Preset::Elaphe), &surface(1.0, 1e-3), &options()).err();
     assert!(matches!(error, Some(MethodError::TooWide { limit: 64, .. })), "{error:?}");
     let large = HeightField::new(ndarray::Array2::zeros((4000, 4000)), 0.1, 0.1).unwrap();
-    let error = build(MethodKind::Flss, &large, 65.0, 1e-3, &MethodOptions { terms: Some(20), ..options() }).err();
+    let error =
+        build(MethodKind::Flss, &large, &surface(65.0, 1e-3), &MethodOptions { terms: Some(20), ..options() }).err();
     assert!(matches!(error, Some(MethodError::TooLarge { .. })), "{error:?}");
     let read: MethodOptions = serde_json::from_str(r#"{"series":"taylor","repeats":[3,4],"terms":39}"#).unwrap();
     let expected = Repeats::Each([3, 4]);

@@ -21,7 +21,7 @@ from . import points, realtime, spectral
 from .cases import Case, bare_scene, plugin
 from .quadrature import Quadrature
 
-METHODS = ("flss", "nmm", "pq", "stam")
+METHODS = ("flss", "nmm", "pq", "stam", "table")
 # Rays along each side of a pixel: with fewer, the speckle of the patch model hides what the methods differ by.
 SUPERSAMPLE = 4
 # The path tracer's default.
@@ -37,7 +37,8 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     pictures, reports = {}, {}
     for method in METHODS:
         pictures[method] = folder / f"methods-{case.name}-{method}.exr"
-        skin = {**case.skin, **REFERENCE, "model": "patch"}
+        # The sources' methods know no ensemble.
+        skin = {**case.skin, **REFERENCE, "model": "ensemble" if method == "table" else "patch"}
         reports[method] = realtime.render(pictures[method], method, files.mesh, skin, light, view, SUPERSAMPLE)
     # The sum over wavelengths is that of the full-spectrum method.
     quadrature = Quadrature.of_report(reports["flss"])

@@ -7,7 +7,6 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_encode};
-use sunbeam::methods::MethodKind;
 use sunbeam::reflectance::Vec3;
 
 /// Accepted sides of the map in pixels.
@@ -56,7 +55,7 @@ pub struct BrdfMapArgs {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Backend {
     Cpu,
-    /// In single precision; the methods flss, nmm, pq and stam
+    /// In single precision; the methods flss, nmm, pq, stam and table
     Gpu,
 }
 
@@ -172,8 +171,8 @@ fn on_cpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Er
     let start = Instant::now();
     let rgb = reflector.map(pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.rgb(wi, wo, &spectrum)));
     let seconds = start.elapsed().as_secs_f64();
-    let by_direction = matches!(method, Method::Source(MethodKind::Nmm | MethodKind::Stam));
-    Ok(Map { rgb, wavelengths: (!by_direction).then(|| spectrum.weights().len()), seconds, gpu: None })
+    let steps = !matches!(method, Method::Realtime(kind) if !kind.options().contains(&"lambda_step_nm"));
+    Ok(Map { rgb, wavelengths: steps.then(|| spectrum.weights().len()), seconds, gpu: None })
 }
 
 #[cfg(feature = "gpu")]
@@ -206,7 +205,7 @@ fn on_gpu(_: &BrdfMapArgs, _: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
 }
 
 /// The direction at the middle of a pixel, `None` outside the disc. Row 0 is the top.
-fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
+pub fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
     let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
     let (x, y) = (place(column), -place(row));
     let z_squared = 1.0 - x * x - y * y;

@@ -2,7 +2,7 @@
 
 use super::surface_args::names;
 use std::str::FromStr;
-use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, MethodOptions, Repeats};
+use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, MethodOptions, RESOLUTION, Repeats};
 use sunbeam::transform::Series;
 
 /// How the reflectance is computed.
@@ -10,10 +10,10 @@ use sunbeam::transform::Series;
 pub enum Method {
     /// The direct double-precision sum.
     Exact,
-    /// The tables.
+    /// The spectral tables; on the GPU the colour table.
     Table,
-    /// One of the sources' methods.
-    Source(MethodKind),
+    /// A method of colours in single precision: one of the sources', or the colour table.
+    Realtime(MethodKind),
 }
 
 impl Method {
@@ -22,12 +22,22 @@ impl Method {
         match self {
             Self::Exact => "exact",
             Self::Table => "table",
-            Self::Source(kind) => kind.name(),
+            Self::Realtime(MethodKind::Table) => "colour-table",
+            Self::Realtime(kind) => kind.name(),
+        }
+    }
+
+    /// The method of that name on the GPU; `None` where it has none.
+    pub fn on_gpu(self) -> Option<MethodKind> {
+        match self {
+            Self::Exact => None,
+            Self::Table => Some(MethodKind::Table),
+            Self::Realtime(kind) => Some(kind),
         }
     }
 
     fn all() -> impl Iterator<Item = Self> {
-        [Self::Exact, Self::Table].into_iter().chain(MethodKind::ALL.map(Self::Source))
+        [Self::Exact, Self::Table].into_iter().chain(MethodKind::ALL.map(Self::Realtime))
     }
 }
 
@@ -49,14 +59,17 @@ pub enum Asked {
     Spectrum,
     /// Colours, for which it has wavelengths of its own.
     Colour,
+    /// Colours, on the GPU.
+    ColourOnGpu,
 }
 
 /// The method and its options.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArgs {
-    /// exact (direct double-precision sum), table, or one of the sources' methods in single precision, which know a
-    /// single window in a fixed place over a tile that repeats: flss, nmm, pq, stam
+    /// exact (direct double-precision sum), table (on the GPU that of colours), colour-table (the same on the CPU), or
+    /// one of the sources' methods in single precision, which know a single window in a fixed place over a tile that
+    /// repeats: flss, nmm, pq, stam
     #[arg(long, value_name = "NAME", default_value = "table")]
     method: Method,
     /// Step between wavelengths in nm, 0.1 to 20; not of nmm and stam [default: 5]
@@ -82,6 +95,9 @@ pub struct MethodArgs {
     /// Spacing of stam in µm [default: the dominant period along x]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     period_um: Option<f64>,
+    /// Times the samples of the colour table along each axis, 0.25 to 4 [default: 1]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    table_resolution: Option<f64>,
 }
 
 impl MethodArgs {
@@ -100,14 +116,19 @@ impl MethodArgs {
             ("weighted", "--weighted", self.weighted.is_some()),
             ("repeats", "--repeats", self.repeats.is_some()),
             ("period_um", "--period-um", self.period_um.is_some()),
+            ("resolution", "--table-resolution", self.table_resolution.is_some()),
         ];
-        let heeded = match self.method {
-            Method::Exact | Method::Table => &["lambda_step_nm"],
-            Method::Source(kind) => kind.options(),
+        if self.method == Method::Realtime(MethodKind::Table) && asked == Asked::Spectrum {
+            return Err("--method colour-table has no values by wavelength; use table".to_owned());
+        }
+        let heeded = match (self.method, asked) {
+            (Method::Table, Asked::ColourOnGpu) => MethodKind::Table.options(),
+            (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
+            (Method::Realtime(kind), _) => kind.options(),
         };
         let heeds = |field: &str| {
             let colour_only = ["lambda_step_nm", "weighted"].contains(&field);
-            heeded.contains(&field) && (asked == Asked::Colour || !colour_only)
+            heeded.contains(&field) && (asked != Asked::Spectrum || !colour_only)
         };
         if let Some((_, flag, _)) = given.iter().find(|(field, _, given)| *given && !heeds(field)) {
             let takes: Vec<_> = given.iter().filter(|(field, _, _)| heeds(field)).map(|(_, flag, _)| *flag).collect();
@@ -118,6 +139,9 @@ impl MethodArgs {
         if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
             return Err(format!("parameter \"lambda-step\" is {step}, but must be 0.1 to 20 nm"));
         }
+        if let Some(factor) = self.table_resolution.filter(|factor| !RESOLUTION.contains(factor)) {
+            return Err(format!("parameter \"table-resolution\" is {factor}, but must be 0.25 to 4"));
+        }
         let default = MethodOptions::default();
         let options = MethodOptions {
             lambda_step_nm: self.lambda_step.unwrap_or(default.lambda_step_nm),
@@ -127,6 +151,7 @@ impl MethodArgs {
             weighted: self.weighted.unwrap_or(default.weighted),
             repeats: self.repeats,
             period_um: self.period_um,
+            resolution: self.table_resolution.unwrap_or(default.resolution),
         };
         options.validate().map_err(|error| error.to_string())?;
         Ok(options)

@@ -3,11 +3,14 @@
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
-mod brdf_map;
+pub mod brdf_map;
 mod compare;
 mod eval;
+mod evaluate;
 mod height_field;
 mod method_args;
+#[cfg(feature = "gpu")]
+pub mod picture;
 mod png;
 mod query;
 #[cfg(feature = "gpu")]
@@ -16,9 +19,13 @@ mod reflector;
 #[cfg(feature = "gpu")]
 mod render;
 mod sample;
+#[cfg(feature = "gpu")]
+pub mod scene_args;
 mod service;
 mod snake;
 mod surface_args;
+#[cfg(feature = "viewer")]
+mod view;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -43,6 +50,7 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     Eval(eval::EvalArgs),
+    Evaluate(evaluate::EvaluateArgs),
     Sample(sample::SampleArgs),
     BrdfMap(brdf_map::BrdfMapArgs),
     HeightField(height_field::HeightFieldArgs),
@@ -50,6 +58,8 @@ enum Command {
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
     Compare(compare::CompareArgs),
+    #[cfg(feature = "viewer")]
+    View(view::ViewArgs),
 }
 
 /// Runs the subcommand that the process was given.
@@ -60,6 +70,7 @@ pub fn run() -> ExitCode {
     };
     let outcome = match &cli.command {
         Command::Eval(args) => eval::run(args),
+        Command::Evaluate(args) => evaluate::run(args),
         Command::Sample(args) => sample::run(args),
         Command::BrdfMap(args) => brdf_map::run(args),
         Command::HeightField(args) => height_field::run(args),
@@ -67,6 +78,8 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
         Command::Compare(args) => compare::run(args),
+        #[cfg(feature = "viewer")]
+        Command::View(args) => view::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,6 +1,6 @@
 //! A method on the GPU, for the subcommands that have one there.
 
-use super::method_args::{Asked, Method, MethodArgs};
+use super::method_args::{Asked, MethodArgs};
 use super::surface_args::SurfaceArgs;
 use serde::Serialize;
 use std::error::Error;
@@ -54,11 +54,17 @@ impl MethodReport {
 impl Realtime {
     /// What the arguments amount to, validated.
     pub fn new(method: &MethodArgs, surface: &SurfaceArgs) -> Result<Self, Box<dyn Error>> {
-        let Method::Source(kind) = method.method() else {
+        let Some(kind) = method.method().on_gpu() else {
             let has = MethodKind::ALL.map(MethodKind::name).join(", ");
             return Err(format!("--method {} is not on the GPU, which has {has}", method.method().name()).into());
         };
-        Ok(Self { kind, options: method.options(Asked::Colour)?, config: surface.patch_config(kind)? })
+        Ok(Self { kind, options: method.options(Asked::ColourOnGpu)?, config: surface.realtime_config(kind)? })
+    }
+
+    /// What is to be built, for who builds it later, and other things after it.
+    #[cfg(feature = "viewer")]
+    pub fn into_parts(self) -> (MethodKind, MethodOptions, SurfaceConfig) {
+        (self.kind, self.options, self.config)
     }
 
     /// Makes the method's data and uploads it. `index` is the refractive index, `None` to reflect everything.
@@ -66,7 +72,7 @@ impl Realtime {
         let Self { kind, options, config } = self;
         let start = Instant::now();
         let field = config.height_field()?;
-        let method = methods::build(*kind, &field, config.coherence_length, config.tolerance, options)?;
+        let method = methods::build(*kind, &field, &config.options(), options)?;
         let build_seconds = start.elapsed().as_secs_f64();
         let optics = Optics { index, obliquity: config.obliquity, shadowing: config.shadowing };
         let shader = Shader::new(gpu, &*method, &optics)?;

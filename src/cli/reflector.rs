@@ -14,14 +14,14 @@ use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 /// would need a lot of memory.
 const SIDE_BY_SIDE_PIXELS: usize = 1 << 16;
 
-/// Wavelengths in nm that the sources' methods answer for.
+/// Wavelengths in nm that the methods of colours answer for.
 const VISIBLE_NM: std::ops::RangeInclusive<f64> = 380.0..=780.0;
 
 /// What answers.
 enum Evaluator {
     Exact(Box<Exact>),
     Table(Arc<Surface>),
-    Source(Box<dyn methods::Method>),
+    Realtime(Box<dyn methods::Method>),
 }
 
 /// A surface and the method that answers for it.
@@ -46,7 +46,7 @@ impl Reflector {
         let index = args.index()?;
         let config = match method {
             Method::Exact | Method::Table => args.config()?,
-            Method::Source(kind) => args.patch_config(kind)?,
+            Method::Realtime(kind) => args.realtime_config(kind)?,
         };
         let field = config.height_field()?;
         let options = config.options();
@@ -61,10 +61,9 @@ impl Reflector {
                 let surface = surface()?;
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
-            Method::Source(kind) => {
-                let built =
-                    methods::build(kind, &field, options.coherence_length_um, options.tolerance, method_options)?;
-                (Evaluator::Source(built), sampler.then(surface).transpose()?)
+            Method::Realtime(kind) => {
+                let built = methods::build(kind, &field, &options, method_options)?;
+                (Evaluator::Realtime(built), sampler.then(surface).transpose()?)
             }
         };
         let side_by_side = method != Method::Exact || nx * ny <= SIDE_BY_SIDE_PIXELS;
@@ -78,17 +77,24 @@ impl Reflector {
             * match &self.evaluator {
                 Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
                 Evaluator::Table(surface) => surface.eval_pdf(wi, wo, wavelength_nm).f,
-                Evaluator::Source(method) => {
+                Evaluator::Realtime(method) => {
                     let spectral = method.spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
                     self.options.angular_factor(&pair) * f64::from(spectral)
                 }
             }
     }
 
+    /// What the relief alone answers: `S/λ²` in 1/sr, `f_r` without `R·O·M` (an energy scaling, where there is one,
+    /// stays in).
+    pub fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
+        self.f(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
+    }
+
     /// The integral of `f_r` over the visible spectrum in linear sRGB, by the method's own wavelengths where it has some,
     /// else by those of `spectrum`.
     pub fn rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
-        let Evaluator::Source(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.f(wi, wo, nm)) };
+        let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.f(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = self.fresnel(&pair) * self.options.angular_factor(&pair);
         method.response(sum(&pair)).map(|channel| factor * f64::from(channel))
@@ -106,7 +112,7 @@ impl Reflector {
         let range = match &self.evaluator {
             Evaluator::Exact(_) => f64::MIN_POSITIVE..=f64::MAX,
             Evaluator::Table(_) => WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM,
-            Evaluator::Source(_) => VISIBLE_NM,
+            Evaluator::Realtime(_) => VISIBLE_NM,
         };
         match wavelengths_nm.iter().find(|nm| !range.contains(nm)) {
             None => Ok(()),

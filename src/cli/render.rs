@@ -1,21 +1,14 @@
 use super::method_args::MethodArgs;
+use super::picture;
 use super::realtime::{self, MethodReport, Realtime};
+use super::scene_args::{KERATIN, SceneArgs, Size};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use ndarray::Array3;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::time::Instant;
-use sunbeam::colour::{srgb_encode, tone_map};
-use sunbeam::gpu::{AdapterChoice, Blend, Camera, Light, Mesh, Query, Renderer, Scene, StageTimes, Target, View};
-use sunbeam::reflectance::ComplexIndex;
-use sunbeam::snake::{PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
-
-/// Refractive index of keratin, which scales are made of.
-const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
-/// Pixels of the pigment texture along and around the body.
-const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
+use sunbeam::gpu::{AdapterChoice, Query, Renderer, Scene, StageTimes, Target, View};
 
 /// Draw the snake on the GPU, without a window
 ///
@@ -52,116 +45,6 @@ pub struct RenderArgs {
     scene: SceneArgs,
     #[command(flatten)]
     surface: SurfaceArgs,
-}
-
-/// What is seen, from where, in which light.
-#[derive(clap::Args)]
-#[command(next_help_heading = "Scene")]
-struct SceneArgs {
-    /// Another mesh than the snake: triangles with normals and texture coordinates (.ply)
-    #[arg(long, value_name = "FILE", conflicts_with = "resolution")]
-    mesh: Option<PathBuf>,
-    /// Times the cells of the snake in each direction
-    #[arg(long, value_name = "FACTOR", default_value_t = 4.0, allow_negative_numbers = true)]
-    resolution: f64,
-    /// Whether there is a ground
-    #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
-    ground: bool,
-    /// How the pigment below the relief shows: physical (diffuse, weighted by what is not reflected), sources (mixed with
-    /// the diffraction colour at a fixed --share), none
-    #[arg(long, value_name = "MODE", default_value = "physical")]
-    blend: Blend,
-    /// Share of the diffraction colour with --blend sources, 0 to 1 [default: 0.5]
-    #[arg(long, allow_negative_numbers = true)]
-    share: Option<f32>,
-    /// Turns the grating against the tangent
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
-    rotation: f64,
-    /// Where the camera is
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    camera_origin: Option<Point>,
-    /// What is in the middle of the picture
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
-    camera_target: Option<Point>,
-    /// Horizontal field of view
-    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true)]
-    fov: f64,
-    /// Where the sun is, counter-clockwise seen from above, from +x
-    #[arg(long, value_name = "DEGREES", default_value_t = -150.0, allow_negative_numbers = true)]
-    light_azimuth: f64,
-    /// How high the sun is above the ground
-    #[arg(long, value_name = "DEGREES", default_value_t = 40.0, allow_negative_numbers = true)]
-    light_elevation: f64,
-    /// The direction to the sun, instead of the two angles
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["light_azimuth", "light_elevation"])]
-    light_from: Option<Point>,
-}
-
-#[derive(Clone, Copy)]
-struct Size(u32, u32);
-
-impl FromStr for Size {
-    type Err = &'static str;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-        sides.map(|(width, height)| Self(width, height)).ok_or("it must be two whole numbers, such as 384x256")
-    }
-}
-
-#[derive(Clone, Copy)]
-struct Point([f64; 3]);
-
-impl FromStr for Point {
-    type Err = &'static str;
-
-    fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let numbers: Option<Vec<f64>> =
-            text.split(',').map(|part| part.trim().parse().ok().filter(|number: &f64| number.is_finite())).collect();
-        let point = numbers.and_then(|numbers| numbers.try_into().ok());
-        point.map(Self).ok_or("it must be three numbers, such as 1,0,2.5")
-    }
-}
-
-impl SceneArgs {
-    fn view(&self, supersample: u32) -> Result<View, Box<dyn std::error::Error>> {
-        let camera = Camera::default();
-        let blend = match (self.blend, self.share) {
-            (Blend::Sources { .. }, Some(share)) => Blend::Sources { share },
-            (_, Some(_)) => return Err("parameter \"share\" needs --blend sources".into()),
-            (blend, None) => blend,
-        };
-        Ok(View {
-            camera: Camera {
-                origin: self.camera_origin.map_or(camera.origin, |point| point.0),
-                target: self.camera_target.map_or(camera.target, |point| point.0),
-                fov_deg: self.fov,
-            },
-            light: match self.light_from {
-                Some(point) => Light::from_direction(point.0)?,
-                None => Light::from_angles(self.light_azimuth, self.light_elevation)?,
-            },
-            blend,
-            ground: self.ground,
-            rotation_deg: self.rotation,
-            supersample,
-        })
-    }
-
-    /// The mesh, and the snake's pigment for its texture coordinates.
-    fn mesh(&self) -> Result<(Mesh, PigmentTexture), Box<dyn std::error::Error>> {
-        if !(self.resolution.is_finite() && self.resolution > 0.0) {
-            let found = self.resolution;
-            return Err(format!("parameter \"resolution\" is {found}, but must be finite and positive").into());
-        }
-        let options = SnakeOptions::default().with_resolution(self.resolution);
-        let pigment = pigment_texture(&options, PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
-        let mesh = match &self.mesh {
-            Some(path) => Mesh::read_ply(path)?,
-            None => Mesh::from(&SnakeMesh::build(&options)?),
-        };
-        Ok((mesh, pigment))
-    }
 }
 
 #[derive(Serialize)]
@@ -217,7 +100,10 @@ pub fn run(args: &RenderArgs) -> Outcome {
     let drawn = renderer.draw(&gpu, &scene, &shader, &target, &view)?;
 
     let picture = target.read_picture(&gpu)?;
-    write(args, &picture)?;
+    picture::write_exr(&args.output, args.size, &picture)?;
+    if let Some(path) = &args.png {
+        picture::write_png(path, args.size, &picture, args.exposure)?;
+    }
     if let Some(path) = &args.pairs {
         write_pairs(path, args.size, &target.read_queries(&gpu)?)?;
     }
@@ -239,19 +125,6 @@ pub fn run(args: &RenderArgs) -> Outcome {
         method,
         seconds: start.elapsed().as_secs_f64(),
     })
-}
-
-/// Writes the EXR, and the PNG where one is wanted.
-fn write(args: &RenderArgs, picture: &[[f32; 3]]) -> Outcome {
-    let (width, height) = (args.size.0 as usize, args.size.1 as usize);
-    exr::prelude::write_rgb_file(&args.output, width, height, |x, y| picture[y * width + x].into())
-        .map_err(|error| format!("{}: cannot be written: {error}", args.output.display()))?;
-    if let Some(path) = &args.png {
-        let shown = |pixel: &[f32; 3]| srgb_encode(tone_map(pixel.map(f64::from), args.exposure));
-        let bytes: Vec<u8> = picture.iter().flat_map(shown).map(|value| (255.0 * value).round() as u8).collect();
-        super::png::write(path, (width, height), png::ColorType::Rgb, &bytes)?;
-    }
-    Ok(())
 }
 
 fn write_pairs(path: &Path, Size(width, height): Size, queries: &[Query]) -> Outcome {

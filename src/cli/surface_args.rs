@@ -94,19 +94,23 @@ impl SurfaceArgs {
         Ok(config)
     }
 
-    /// As [`SurfaceArgs::config`] for one of the sources' methods, which know one window in a fixed place over a tile
-    /// that repeats, and no energy scaling: these are the defaults, and what asks for anything else is refused.
-    pub fn patch_config(&self, kind: MethodKind) -> Result<SurfaceConfig, Box<dyn Error>> {
+    /// As [`SurfaceArgs::config`] for a method of colours. None of them scales energy, and the sources' know one window in a
+    /// fixed place over a tile that repeats: these are the defaults, and what asks for anything else is refused.
+    pub fn realtime_config(&self, kind: MethodKind) -> Result<SurfaceConfig, Box<dyn Error>> {
+        let patch = kind.is_patch_only();
         let wrong = [
-            (self.model == Some(Model::Ensemble), "one window in a fixed place", "--model", "patch"),
-            (self.tiling == Some(Tiling::Aperiodic), "a tile that repeats", "--tiling", "periodic"),
+            (patch && self.model == Some(Model::Ensemble), "one window in a fixed place", "--model", "patch"),
+            (patch && self.tiling == Some(Tiling::Aperiodic), "a tile that repeats", "--tiling", "periodic"),
             (self.conserve_energy == Some(true), "no energy scaling", "--conserve-energy", "false"),
         ];
         if let Some((_, knows, flag, value)) = wrong.iter().find(|(wrong, ..)| *wrong) {
             return Err(format!("--method {kind} knows {knows}: {flag} must be {value}").into());
         }
-        let patch = Self { model: Some(Model::Patch), tiling: Some(Tiling::Periodic), ..self.clone() };
-        Ok(Self { conserve_energy: Some(false), ..patch }.config()?)
+        let unscaled = Self { conserve_energy: Some(false), ..self.clone() };
+        if patch {
+            return Ok(Self { model: Some(Model::Patch), tiling: Some(Tiling::Periodic), ..unscaled }.config()?);
+        }
+        Ok(unscaled.config()?)
     }
 
     /// The refractive index, `None` for a surface that reflects everything.

@@ -75,21 +75,27 @@ impl Gpu {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle().with_env();
         descriptor.backends = backends;
         let instance = wgpu::Instance::new(descriptor);
-        let mut adapters = pollster::block_on(instance.enumerate_adapters(backends));
-        let found = adapters.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", ");
-        if choice == AdapterChoice::Software {
-            adapters.retain(|adapter| adapter.get_info().device_type == wgpu::DeviceType::Cpu);
-        }
-        adapters.sort_by_key(|adapter| rank(adapter.get_info().device_type));
-        let Some(adapter) = adapters.first() else {
-            let wanted = if choice == AdapterChoice::Software { "software" } else { "usable" };
-            let found = if found.is_empty() { "none".to_owned() } else { found };
-            return Err(GpuError::NoAdapter { wanted: wanted.to_owned(), found });
-        };
+        let adapters = pollster::block_on(instance.enumerate_adapters(backends));
+        let adapter = Self::choose(choice, &adapters)?;
         let request = adapter.request_device(&Self::device_descriptor(adapter));
         let (device, queue) = pollster::block_on(request)
             .map_err(|error| GpuError::NoDevice { adapter: adapter.get_info().name, reason: error.to_string() })?;
         Ok(Self::adopt(device, queue))
+    }
+
+    /// The adapter that [`Gpu::open`] would take of these.
+    ///
+    /// # Errors
+    /// [`GpuError::NoAdapter`] where none is of a kind allowed.
+    pub fn choose(choice: AdapterChoice, adapters: &[wgpu::Adapter]) -> Result<&wgpu::Adapter, GpuError> {
+        let kind = |adapter: &&wgpu::Adapter| adapter.get_info().device_type;
+        let allowed = |adapter: &&wgpu::Adapter| choice == AdapterChoice::Any || kind(adapter) == wgpu::DeviceType::Cpu;
+        adapters.iter().filter(allowed).min_by_key(|adapter| rank(kind(adapter))).ok_or_else(|| {
+            let wanted = if choice == AdapterChoice::Software { "software" } else { "usable" };
+            let found = adapters.iter().map(|adapter| adapter.get_info().name).collect::<Vec<_>>().join(", ");
+            let found = if found.is_empty() { "none".to_owned() } else { found };
+            GpuError::NoAdapter { wanted: wanted.to_owned(), found }
+        })
     }
 
     /// What is asked of an adapter: all it can do in size, since the tables of a method may be large, and timestamps.

@@ -29,6 +29,9 @@ pub enum GpuError {
     /// Loops that the adapter ends too early, however small the parts of an answer.
     #[error("the GPU adapter {adapter} cuts the method's loops short; use fewer terms or a smaller neighbourhood")]
     CutShort { adapter: String },
+    /// The flag of [`super::Shader::stop_when`] was set.
+    #[error("the work was stopped")]
+    Stopped,
     /// A value out of range.
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     Parameter { parameter: &'static str, found: String, accepted: &'static str },

@@ -5,6 +5,8 @@ use super::{Gpu, GpuError, program};
 use crate::methods::Method;
 use bytemuck::Zeroable;
 use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
 /// second or two, and a window that shares it should not stutter.
@@ -39,6 +41,7 @@ pub struct Shader {
     queries: Cell<u32>,
     /// In how many parts queries are answered.
     parts: Cell<u32>,
+    stop: Arc<AtomicBool>,
 }
 
 /// The answers of [`Shader::evaluate`].
@@ -86,7 +89,8 @@ impl Shader {
         let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
         let cut_short = gpu.storage("cut_short", size_of::<u32>() as u64)?;
         let (queries, parts) = (Cell::new(FIRST_QUERIES), Cell::new(1));
-        let shader = Self { pipeline, method, parameters, optics, range, bytes, cut_short, queries, parts };
+        let stop = Arc::default();
+        let shader = Self { pipeline, method, parameters, optics, range, bytes, cut_short, queries, parts, stop };
         // Drivers finish compiling when a pipeline is first used, which is not to be taken for the method's speed.
         shader.evaluate(gpu, &[Query::default()])?;
         shader.queries.set(FIRST_QUERIES);
@@ -101,6 +105,12 @@ impl Shader {
     /// Changes the optics of what is answered from now on.
     pub fn set_optics(&self, gpu: &Gpu, optics: &Optics) {
         gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&OpticsUniform::from(optics)));
+    }
+
+    /// Makes whatever is being answered or drawn end with [`GpuError::Stopped`] once the flag is set, after the
+    /// submission that is under way.
+    pub fn stop_when(&mut self, flag: Arc<AtomicBool>) {
+        self.stop = flag;
     }
 
     /// Changes the method's uniform: `MethodShader::uniform` of the same method over the same storage.
@@ -163,6 +173,9 @@ impl Shader {
             let mut longest_ms = 0.0f64;
             let mut cut_short = false;
             for part in 0..parts {
+                if self.stop.load(Ordering::Relaxed) {
+                    return Err(GpuError::Stopped);
+                }
                 let range = RangeUniform { first, count: some, part, parts, two: 2 };
                 let (ms, cut) = self.submit(gpu, &clock, bindings, &range)?;
                 spent.gpu_ms += ms;
@@ -229,6 +242,8 @@ mod tests {
     use crate::gpu::AdapterChoice;
     use crate::height_field::Preset;
     use crate::methods::{MethodKind, MethodOptions, build};
+    use crate::reflectance::Options;
+    use crate::table::Model;
 
     /// Roundings of single precision, in another order.
     const TOLERANCE: f32 = 1e-5;
@@ -240,13 +255,14 @@ mod tests {
             Err(error) => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {error} ***\n"),
         };
         let field = Preset::Sinusoidal.build(None, None).unwrap();
+        let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
         let direction = |x: f32, y: f32| [x, y, (1.0 - x * x - y * y).sqrt()];
         let queries: Vec<Query> = (0..200)
             .map(|i| Query::new(direction(0.3, 1e-3), direction(-0.9 + 0.008 * i as f32, -1e-3)))
             .chain([Query::new(direction(0.3, 0.0), direction(-0.3, 0.0))])
             .collect();
         for kind in MethodKind::ALL {
-            let method = build(kind, &field, 65.0, 1e-3, &MethodOptions::default()).unwrap();
+            let method = build(kind, &field, &surface, &MethodOptions::default()).unwrap();
             let shader = Shader::new(&gpu, &*method, &Optics::default()).unwrap();
             let whole = shader.evaluate(&gpu, &queries).unwrap();
             shader.parts.set(7);

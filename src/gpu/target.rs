@@ -119,6 +119,20 @@ impl Target {
         let contents = gpu.read(&self.queries, pixels(self.width, self.height) * size_of::<Query>() as u64)?;
         Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
     }
+
+    /// As [`Target::read_queries`] for one pixel, columns from the left.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], also for a pixel outside the picture, [`GpuError::Lost`].
+    pub fn read_query(&self, gpu: &Gpu, column: u32, row: u32) -> Result<Query, GpuError> {
+        let bytes = size_of::<Query>() as u64;
+        let index = u64::from(row) * u64::from(self.width) + u64::from(column);
+        let staging = gpu.staging(bytes);
+        let mut encoder = gpu.encoder();
+        encoder.copy_buffer_to_buffer(&self.queries, index * bytes, &staging, 0, bytes);
+        gpu.run(encoder)?;
+        Ok(bytemuck::pod_read_unaligned(&gpu.read_staging(&staging)?))
+    }
 }
 
 fn pixels(width: u32, height: u32) -> u64 {

@@ -5,8 +5,8 @@
 //! every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of model.md §2) is the caller's. Single
 //! precision throughout, as on the GPU; the oracle is [`crate::reflectance::Exact`].
 //!
-//! [`build`] makes one. They all evaluate a single window in a fixed place over a tile that repeats (`model = patch`,
-//! `tiling = periodic`), without energy scaling: the sources' methods know no other.
+//! [`build`] makes one. The sources' methods evaluate a single window in a fixed place over a tile that repeats (`model = patch`,
+//! `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings. None scales energy.
 
 mod bessel;
 mod colours;
@@ -16,16 +16,18 @@ mod options;
 mod orders;
 mod pq;
 mod stam;
+mod table;
 #[cfg(test)]
 mod twins;
 
 pub use bessel::TERMS_MAX;
 pub use flss::Flss;
 pub use nmm::Nmm;
-pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEATS_MAX, Repeats, build};
+pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEATS_MAX, RESOLUTION, Repeats, build};
 pub use orders::{NEIGHBOURHOOD_MAX, ORDERS_BYTES_MAX, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
+pub use table::{ColourTable, ColourTableOptions, ColourTableReport};
 
 use std::borrow::Cow;
 

@@ -7,9 +7,12 @@ use super::nmm::Nmm;
 use super::orders::NEIGHBOURHOOD_MAX;
 use super::pq::Pq;
 use super::stam::Stam;
+use super::{ColourTable, ColourTableOptions};
 use crate::colour::ColourError;
 use crate::config::{COHERENCE_LENGTH_UM, MAX_LENGTH_UM, TOLERANCE};
 use crate::height_field::HeightField;
+use crate::reflectance::Options;
+use crate::table::{Model, TableError, Tiling};
 use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -19,7 +22,10 @@ pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=20.0;
 /// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
 pub const REPEATS_MAX: u32 = 10_000;
 
-/// The methods of the sources (model.md §4).
+/// Accepted multiples of the colour table's samples along each of its axes.
+pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
+
+/// The methods of the sources (model.md §4), and ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MethodKind {
@@ -31,11 +37,13 @@ pub enum MethodKind {
     Pq,
     /// One spacing.
     Stam,
+    /// The integral over wavelength, tabulated.
+    Table,
 }
 
 impl MethodKind {
     /// Every kind, in the order in which messages list them.
-    pub const ALL: [Self; 4] = [Self::Flss, Self::Nmm, Self::Pq, Self::Stam];
+    pub const ALL: [Self; 5] = [Self::Flss, Self::Nmm, Self::Pq, Self::Stam, Self::Table];
 
     /// The name used on command lines.
     pub const fn name(self) -> &'static str {
@@ -44,6 +52,7 @@ impl MethodKind {
             Self::Nmm => "nmm",
             Self::Pq => "pq",
             Self::Stam => "stam",
+            Self::Table => "table",
         }
     }
 
@@ -54,7 +63,13 @@ impl MethodKind {
             Self::Nmm => &["terms", "neighbourhood", "series", "weighted"],
             Self::Pq => &["lambda_step_nm", "terms", "series", "repeats"],
             Self::Stam => &["period_um"],
+            Self::Table => &["resolution"],
         }
+    }
+
+    /// Whether the method is one of the sources': they evaluate a single window in a fixed place over a tile that repeats.
+    pub const fn is_patch_only(self) -> bool {
+        !matches!(self, Self::Table)
     }
 }
 
@@ -88,6 +103,9 @@ pub struct MethodOptions {
     /// The spacing in µm (default: the dominant period along x).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_um: Option<f64>,
+    /// Multiplies the colour table's samples along each of its axes, 0.25 to 4 (default: 1, which keeps 99 % of the
+    /// hemisphere within a ΔE₂₀₀₀ of 1).
+    pub resolution: f64,
 }
 
 impl Default for MethodOptions {
@@ -100,6 +118,7 @@ impl Default for MethodOptions {
             weighted: false,
             repeats: None,
             period_um: None,
+            resolution: 1.0,
         }
     }
 }
@@ -149,6 +168,10 @@ pub enum MethodError {
     TooLarge { needed_mb: f64, limit_mb: f64 },
     #[error("the surface has no period along x; give \"period_um\"")]
     NoPeriod,
+    #[error("the method {method} does not know {parameter} = {found}, only {accepted}")]
+    Unsupported { method: &'static str, parameter: &'static str, found: &'static str, accepted: &'static str },
+    #[error(transparent)]
+    Table(#[from] TableError),
     #[error(transparent)]
     Colour(#[from] ColourError),
 }
@@ -171,6 +194,7 @@ impl MethodOptions {
         for repeats in self.repeats.map(Repeats::xy).into_iter().flatten() {
             count("repeats", Some(repeats as usize), REPEATS_MAX as usize, "1 to 10000")?;
         }
+        in_range("resolution", self.resolution, &RESOLUTION, "0.25 to 4")?;
         match self.period_um {
             Some(found) if !(found > 0.0 && found <= MAX_LENGTH_UM) => {
                 Err(MethodError::OutOfRange { name: "period_um", found, accepted: "a length in µm in (0, 1e6]" })
@@ -180,26 +204,43 @@ impl MethodOptions {
     }
 }
 
-/// Makes a method for a surface with the coherence length (four standard deviations of the window) in µm. Numbers of
-/// terms and orders that are not given follow from the `tolerance`, a relative error.
+/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's. Numbers of terms and
+/// orders that are not given follow from the surface's `tolerance`, a relative error.
 ///
 /// # Errors
-/// A number out of range, or a relief that is more than the method can hold in single precision; see [`MethodError`].
+/// A number out of range, a model, tiling or energy scaling that the method does not know, or a relief that is more than it can
+/// hold in single precision; see [`MethodError`].
 pub fn build(
     kind: MethodKind,
     field: &HeightField,
-    coherence_length_um: f64,
-    tolerance: f64,
+    surface: &Options,
     options: &MethodOptions,
 ) -> Result<Box<dyn Method>, MethodError> {
     options.validate()?;
+    let (coherence_length_um, tolerance) = (surface.coherence_length_um, surface.tolerance);
     in_range("coherence_length", coherence_length_um, &COHERENCE_LENGTH_UM, "a length in µm in [1e-3, 1e5]")?;
     in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")?;
+    let unsupported =
+        |parameter, found, accepted| Err(MethodError::Unsupported { method: kind.name(), parameter, found, accepted });
+    if surface.conserve_energy {
+        return unsupported("conserve_energy", "true", "false");
+    }
+    if kind.is_patch_only() && surface.model != Model::Patch {
+        return unsupported("model", "ensemble", "patch");
+    }
+    if kind.is_patch_only() && surface.tiling != Tiling::Periodic {
+        return unsupported("tiling", "aperiodic", "periodic");
+    }
     Ok(match kind {
         MethodKind::Flss => Box::new(Flss::new(field, coherence_length_um, tolerance, options)?),
         MethodKind::Nmm => Box::new(Nmm::new(field, coherence_length_um, tolerance, options)?),
         MethodKind::Pq => Box::new(Pq::new(field, coherence_length_um, tolerance, options)?),
         MethodKind::Stam => Box::new(Stam::new(field, coherence_length_um, options)?),
+        MethodKind::Table => {
+            let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
+            let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution };
+            Box::new(ColourTable::build(field, &options)?)
+        }
     })
 }
 

@@ -5,8 +5,11 @@ use super::nmm::NmmUniform;
 use super::orders::OrderGrid;
 use super::pq::PqUniform;
 use super::stam::StamUniform;
+use super::table::{Ring, TableUniform};
 use super::{COMMON_WGSL, Method, MethodKind, MethodOptions, build};
 use crate::height_field::Preset;
+use crate::reflectance::Options;
+use crate::table::Model;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, TypeInner};
 use std::mem::{offset_of, size_of};
@@ -19,7 +22,8 @@ const ENTRY: &str = "
 
 fn methods() -> Vec<(MethodKind, Box<dyn Method>)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
-    let method = |kind| (kind, build(kind, &field, 65.0, 1e-3, &MethodOptions::default()).unwrap());
+    let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    let method = |kind| (kind, build(kind, &field, &surface, &MethodOptions::default()).unwrap());
     MethodKind::ALL.map(method).into()
 }
 
@@ -78,10 +82,25 @@ fn uniforms_lie_as_the_shaders_read_them() {
             MethodKind::Nmm => ("Nmm", layout!(NmmUniform, grid, line_width, _pad)),
             MethodKind::Pq => ("Pq", layout!(PqUniform, grid, repeats, wavelengths, _pad)),
             MethodKind::Stam => ("Stam", layout!(StamUniform, period_um, _pad0, _pad1, _pad2)),
+            MethodKind::Table => ("Table", layout!(TableUniform, knee_radius, growth, w_log, exponent_offset)),
         };
         assert_eq!(reflected(&module, name), expected);
         assert_eq!(method.shader().uniform.len(), expected.0, "{kind}");
-        if kind != MethodKind::Stam {
+        if kind == MethodKind::Table {
+            let expected: Layout = layout!(
+                Ring,
+                offset,
+                directions,
+                heights,
+                knots_per_w,
+                knots_per_efold,
+                knee_squared,
+                zero_squared,
+                _pad
+            );
+            assert_eq!(reflected(&module, "Ring"), expected);
+        }
+        if !matches!(kind, MethodKind::Stam | MethodKind::Table) {
             let expected: Layout = layout!(
                 OrderGrid,
                 extent_um,

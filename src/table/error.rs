@@ -1,7 +1,7 @@
 use thiserror::Error;
 
 /// Why tables were not built.
-#[derive(Debug, Error)]
+#[derive(Debug, PartialEq, Error)]
 pub enum TableError {
     #[error(
         "the tables would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a larger tolerance, \

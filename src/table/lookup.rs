@@ -1,6 +1,7 @@
 use super::lattice::{Lattice, LatticeAxis};
 use super::spline::cubic;
 use rustfft::num_complex::Complex64;
+use std::f64::consts::TAU;
 
 /// Number of κ bands for which every node keeps its mean power; they make the proposal of the sampler.
 pub const BANDS: usize = 6;
@@ -143,15 +144,15 @@ impl SpectralTable {
     /// Normalisation of the proposal, µm².
     pub fn proposal_norm(&self) -> f64 {
         let (sx, sy) = self.proposal_sigma();
-        self.lattice.x.period_um * self.lattice.y.period_um / (std::f64::consts::TAU * sx * sy)
+        self.lattice.x.period_um * self.lattice.y.period_um / (TAU * sx * sy)
     }
 
     /// Weight of each band in the proposal for outgoing directions over the whole hemisphere: the share of
     /// `[2π cosθi/λ, 2π(cosθi + 1)/λ]` that lies in it, `wavelength_um` in µm. Sums to one.
     pub fn band_weights(&self, cos_i: f64, wavelength_um: f64) -> [f64; BANDS] {
         let width = self.kappa_max / BANDS as f64;
-        let low = std::f64::consts::TAU * cos_i / wavelength_um / width;
-        let high = low + std::f64::consts::TAU / wavelength_um / width;
+        let low = TAU * cos_i / wavelength_um / width;
+        let high = low + TAU / wavelength_um / width;
         std::array::from_fn(|b| {
             let top = if b + 1 == BANDS { f64::INFINITY } else { b as f64 + 1.0 };
             (high.min(top) - low.max(b as f64)).max(0.0) / (high - low)
@@ -202,6 +203,38 @@ impl SpectralTable {
 }
 
 impl SpectralTable {
+    /// Largest κ (rad/µm) that occurs together with the frequency `f` (cycles/µm), since `|wi + wo| ≤ 2`.
+    pub(crate) fn kappa_limit(&self, f: [f64; 2]) -> f64 {
+        let radial = TAU * f[0].hypot(f[1]);
+        (self.kappa_max * self.kappa_max - radial * radial).max(0.0).sqrt()
+    }
+
+    /// The record that a look-up at `f` (cycles/µm) would find in a single node of weight one: the sum of the records around
+    /// it, each times its Gaussian; empty beyond the cutoff. [`NodeCurve`] reads it up to [`SpectralTable::kappa_limit`].
+    pub(crate) fn joined_record(&self, f: [f64; 2], sum: &mut Vec<f32>) {
+        sum.clear();
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
+        if px.abs() > x.cutoff || py.abs() > y.cutoff {
+            return;
+        }
+        let coefficients = (self.kappa_limit(f) / self.kappa_step) as usize + 4;
+        sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
+        for jy in taps(y, py) {
+            let ey = gaussian(py - jy as f64, y.sigma);
+            for jx in taps(x, px) {
+                let e = (ey * gaussian(px - jx as f64, x.sigma)) as f32;
+                let index = (jy + y.reach as i64) as usize * x.nodes() + (jx + x.reach as i64) as usize;
+                let start = 4 * self.offsets[index] as usize;
+                if start > 0 && e > 0.0 {
+                    for (sum, value) in sum.iter_mut().zip(&self.records[start..]) {
+                        *sum += e * value;
+                    }
+                }
+            }
+        }
+    }
+
     /// `S` at `position` (in nodes) from node values given by their row-major number, in place of the records.
     pub(super) fn combine(&self, position: [f64; 2], value: impl Fn(usize) -> Complex64) -> f64 {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
@@ -255,6 +288,16 @@ impl NodeCurve {
         let linear = kappa * table.kappa_knee * table.kappa_knee / squares;
         // Coefficient first + i belongs to the knot first + i − 1.
         Self { first, weights: std::array::from_fn(|i| cubic(t - (first + i) as f64 + 1.0)), factor, linear }
+    }
+
+    /// Number of the first of the four coefficients read, and their weights.
+    pub(crate) fn coefficients(&self) -> (usize, [f64; 4]) {
+        (self.first, self.weights)
+    }
+
+    /// Factors of the slope at κ = 0 (of powers) and of the spline in the record's formula.
+    pub(crate) fn factors(&self) -> (f64, Complex64) {
+        (self.linear, self.factor)
     }
 
     /// A node's power at this κ from its record (see [`SpectralTable`]); zero beyond the record's end. A spline may

@@ -21,6 +21,7 @@ mod lookup;
 mod order_sampler;
 mod spectrum;
 mod spline;
+pub(crate) use spline::cubic;
 
 pub use build::{DENSITY_FLOOR_UM2, TableReport, build};
 pub use error::TableError;

@@ -23,7 +23,7 @@ pub(super) fn prefilter(values: &mut [f64]) {
 }
 
 /// The cubic B-spline at `distance` knots from its centre.
-pub(super) fn cubic(distance: f64) -> f64 {
+pub(crate) fn cubic(distance: f64) -> f64 {
     let d = distance.abs();
     if d < 1.0 {
         2.0 / 3.0 - d * d * (1.0 - 0.5 * d)

@@ -1,5 +1,6 @@
 //! Asking the service that answers JSON lines, and judging its answers.
-#![allow(dead_code)] // Each binary uses some of them.
+#![allow(dead_code)] // Each binary uses some of it.
+
 use crate::cli_support::{run, succeeded};
 use serde_json::Value;
 use std::f64::consts::TAU;

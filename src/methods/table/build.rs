@@ -1,0 +1,265 @@
+//! Fills the rings and turns their samples into packed spline coefficients.
+
+use super::pack::{exponent_offset, pack};
+use super::path::{LANES, Path, Reading, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM, VisibleWeights};
+use super::rings::{RingPlan, Rings, W_LOG};
+use super::{ColourTable, ColourTableReport, Ring, TableUniform};
+use crate::config::{COHERENCE_LENGTH_UM, TOLERANCE};
+use crate::height_field::HeightField;
+use crate::methods::RESOLUTION;
+use crate::table::{Model, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM};
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use std::time::Instant;
+
+/// Most readings of joined records that filling may take: some seconds on two cores.
+const COST_MAX: f64 = 1.5e9;
+
+/// What a table is made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColourTableOptions {
+    /// Four standard deviations of the coherence window, in µm.
+    pub coherence_length_um: f64,
+    pub model: Model,
+    pub tiling: Tiling,
+    /// Relative error of the spectral table that the colours are made of.
+    pub tolerance: f64,
+    /// Multiplies the number of samples in each of the three directions, 0.25 to 4; 1 is within a ΔE₂₀₀₀ of 1 for 99 % of the pixels.
+    pub resolution: f64,
+}
+
+impl ColourTable {
+    /// Builds the table of `field`.
+    ///
+    /// # Errors
+    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
+    /// spectral table that would be too large.
+    pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, TableError> {
+        let start = Instant::now();
+        for (name, value, range, accepted) in [
+            ("coherence_length", options.coherence_length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm"),
+            ("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1"),
+            ("resolution", options.resolution, RESOLUTION, "0.25 to 4"),
+        ] {
+            if !range.contains(&value) {
+                return Err(TableError::OutOfRange { name, value, accepted });
+            }
+        }
+        let (plan, coherence_length_um) = fitting_plan(field, options);
+        let spectrum = Spectrum::new(
+            field,
+            options.model,
+            options.tiling,
+            coherence_length_um / 4.0,
+            2e3 / WAVELENGTH_MIN_NM,
+            options.tolerance,
+        );
+        let (table, _) = crate::table::build(&spectrum, options.tolerance)?;
+        let sigma = order_sigma(field, options.tiling, coherence_length_um);
+        let knee = knee(&spectrum);
+        let rings = fill(&table, &plan, sigma, knee);
+        Ok(assemble(&plan, rings, coherence_length_um, start))
+    }
+}
+
+/// Standard deviation in cycles/µm of the narrowest feature of S, that of an order's Gaussian.
+fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
+    let s = coherence_length_um / 4.0;
+    let window_um = match tiling {
+        Tiling::Periodic => s,
+        Tiling::Aperiodic => {
+            // A tapered scan is itself a window, whose autocorrelation is as wide as that of a Gaussian of a third of its width.
+            let (lx, ly) = field.extent_um();
+            s.powi(-2).hypot((0.35 * lx.max(ly)).powi(-2)).powf(-0.5)
+        }
+    };
+    1.0 / (TAU * window_um * 2f64.sqrt())
+}
+
+/// The plan of the rings, for the surface's coherence length or the largest whose table is small enough.
+fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f64) {
+    let (low, high) = field.range_um();
+    let mut coherence_length_um = options.coherence_length_um;
+    loop {
+        let sigma = order_sigma(field, options.tiling, coherence_length_um);
+        let plan = Rings::plan(sigma, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
+        let small = 4 * plan.words() + size_of::<Ring>() * plan.rings.len() <= ColourTable::LIMIT_BYTES;
+        if small && cost(&plan, sigma) <= COST_MAX {
+            return (plan, coherence_length_um);
+        }
+        coherence_length_um *= 0.95;
+    }
+}
+
+/// Readings that filling takes.
+fn cost(plan: &Rings, sigma: f64) -> f64 {
+    let along = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
+    plan.rings
+        .iter()
+        .map(|ring| {
+            (ring.directions * ring.heights()) as f64 * (ring.radius * along / (STEP_SIGMAS * sigma)).max(STEPS_MIN)
+        })
+        .sum()
+}
+
+/// The w at which the phase of the relief is about one radian at 0.5 µm: below, F falls as w².
+fn knee(spectrum: &Spectrum) -> f64 {
+    (0.5 / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
+}
+
+/// A ring's colours: `[direction][height][channel]`, B-spline coefficients.
+struct FilledRing {
+    knee_squared: f64,
+    zero_squared: f64,
+    coefficients: Vec<f32>,
+}
+
+fn fill(table: &SpectralTable, plan: &Rings, sigma: f64, knee: f64) -> Vec<FilledRing> {
+    let weights = VisibleWeights::new();
+    plan.rings
+        .chunk_by(|a, b| a.directions == b.directions)
+        .flat_map(|group| {
+            let path = Path::new(group, sigma);
+            let readings: Vec<Vec<Reading>> = group.iter().map(|ring| path.readings(table, ring, &weights)).collect();
+            let directions = group[0].directions;
+            let batches: Vec<Vec<f32>> = (0..directions.div_ceil(LANES))
+                .into_par_iter()
+                .map(|batch| path.integrate(table, &readings, group, batch * LANES))
+                .collect();
+            let mut start = 0;
+            let rings: Vec<FilledRing> = group
+                .iter()
+                .map(|ring| {
+                    let size = ring.heights() * 3 * LANES;
+                    let values = ring_values(&batches, start, ring);
+                    start += size;
+                    filled(ring, values, knee)
+                })
+                .collect();
+            rings
+        })
+        .collect()
+}
+
+/// One ring's samples, `[direction][height][channel]`, out of the batches' `[ring][height][channel][lane]`.
+fn ring_values(batches: &[Vec<f32>], start: usize, ring: &RingPlan) -> Vec<f32> {
+    let numbers = ring.heights() * 3;
+    let mut values = vec![0f32; ring.directions * numbers];
+    for (direction, to) in values.chunks_exact_mut(numbers).enumerate() {
+        let from = &batches[direction / LANES][start..];
+        for (number, to) in to.iter_mut().enumerate() {
+            *to = from[number * LANES + direction % LANES];
+        }
+    }
+    values
+}
+
+/// Samples of a ring to spline coefficients.
+fn filled(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FilledRing {
+    let (heights, numbers) = (ring.heights(), 3 * ring.heights());
+    let samples = ring.samples();
+    let total = |height: usize| -> f64 {
+        values.chunks_exact(numbers).flat_map(|v| &v[3 * height..3 * height + 3]).map(|v| f64::from(v.abs())).sum()
+    };
+    let knee_squared = knee * knee;
+    // What F has at the first sample beyond its square law, which bends by less than a factor of three up to the knee.
+    let near_knee = samples.partition_point(|w| *w < knee).min(heights - 1);
+    let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
+    let zero_squared = (samples[near_knee].powi(2) * fall - 3.0 * samples[0] * samples[0]).clamp(0.0, knee_squared);
+    for value in values.chunks_exact_mut(numbers) {
+        for (sample, w) in value.chunks_exact_mut(3).zip(&samples) {
+            let scale = ((w * w + knee_squared) / (w * w + zero_squared)) as f32;
+            sample.iter_mut().for_each(|channel| *channel *= scale);
+        }
+    }
+    let inverse = interpolation_inverse(ring);
+    let mut column = vec![[0f32; 3]; heights];
+    for value in values.chunks_exact_mut(numbers) {
+        for (i, column) in column.iter_mut().enumerate() {
+            *column = std::array::from_fn(|c| (0..heights).map(|j| inverse[i * heights + j] * value[3 * j + c]).sum());
+        }
+        value.copy_from_slice(column.as_flattened());
+    }
+    prefilter_around(&mut values, numbers);
+    FilledRing { knee_squared, zero_squared, coefficients: values }
+}
+
+/// The matrix from samples at [`RingPlan::samples`] to the coefficients of the cubic B-spline through them, row-major.
+fn interpolation_inverse(ring: &RingPlan) -> Vec<f32> {
+    let n = ring.heights();
+    let samples = ring.samples();
+    let basis = DMatrix::from_fn(n, n, |sample, coefficient| {
+        let y = ring.knot_position(samples[sample]);
+        crate::table::cubic(y - (coefficient as f64 - 1.0))
+    });
+    // Schoenberg and Whitney: each basis function has a sample of its own, so the inverse exists.
+    let inverse = basis.try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));
+    (0..n * n).map(|i| inverse[(i / n, i % n)] as f32).collect()
+}
+
+/// Replaces samples around a ring, rows of `numbers`, by the coefficients of the periodic cubic B-spline through them.
+fn prefilter_around(values: &mut [f32], numbers: usize) {
+    const POLE: f32 = -0.267_949_2;
+    let n = values.len() / numbers;
+    for number in 0..numbers {
+        // 0.27²⁴ is below the rounding of single precision; a ring has at least 16 directions.
+        let warm_up = 24.min(n);
+        let mut state = 0f32;
+        for i in n - warm_up..n {
+            state = values[i * numbers + number] + POLE * state;
+        }
+        for i in 0..n {
+            state = values[i * numbers + number] + POLE * state;
+            values[i * numbers + number] = state;
+        }
+        // The way back starts from what it would have come to after one turn.
+        let mut state = 0f32;
+        for i in (0..warm_up).rev() {
+            state = POLE * (state - values[i * numbers + number]);
+        }
+        for i in (0..n).rev() {
+            state = POLE * (state - values[i * numbers + number]);
+            values[i * numbers + number] = 6.0 * state;
+        }
+    }
+}
+
+fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, start: Instant) -> ColourTable {
+    let largest = filled
+        .par_iter()
+        .map(|ring| ring.coefficients.iter().fold(0f32, |a, b| a.max(b.abs())))
+        .reduce(|| 0.0, f32::max);
+    let exponent_offset = exponent_offset(largest);
+    let mut words = Vec::with_capacity(plan.words());
+    let mut rings = Vec::with_capacity(filled.len());
+    for (ring, filled) in plan.rings.iter().zip(filled) {
+        rings.push(Ring {
+            offset: words.len() as u32,
+            directions: ring.directions as u32,
+            heights: ring.heights() as u32,
+            knots_per_w: ring.knots.0 as f32,
+            knots_per_efold: ring.knots.1 as f32,
+            knee_squared: filled.knee_squared as f32,
+            zero_squared: filled.zero_squared as f32,
+            _pad: 0,
+        });
+        words.extend(filled.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
+    }
+    // Whole fours, as buffers are bound.
+    words.resize(words.len().next_multiple_of(4), 0);
+    let report = ColourTableReport {
+        bytes: 4 * words.len() + size_of_val(rings.as_slice()),
+        rings: rings.len(),
+        directions: plan.rings.iter().map(|ring| ring.directions).max().unwrap_or(0),
+        coherence_length_um,
+        build_seconds: start.elapsed().as_secs_f64(),
+    };
+    let layout = TableUniform {
+        knee_radius: plan.knee_radius as f32,
+        growth: plan.growth as f32,
+        w_log: W_LOG as f32,
+        exponent_offset,
+    };
+    ColourTable { layout, rings, words, report }
+}

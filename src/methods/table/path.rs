@@ -1,0 +1,194 @@
+//! The integral over wavelength along rays of the frequency plane.
+//!
+//! At a direction of a ring, the wavelengths run along one ray: `ρ = r/λ`, and `dλ/λ² = −dρ/r`. All rings of a group have
+//! the same directions, so along each ray the records of the spectral table are joined once, on a grid of ρ that steps
+//! over orders finely enough, and then read by every ring and at every w.
+
+use super::rings::RingPlan;
+use crate::colour::SpectralToRgb;
+use crate::table::{BANDS, KernelKind, NodeCurve, SpectralTable};
+use std::f64::consts::TAU;
+
+/// Rays that are integrated together, lane by lane.
+pub(super) const LANES: usize = 16;
+/// Step along a ray in standard deviations of an order's Gaussian; the trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5.
+pub(super) const STEP_SIGMAS: f64 = 1.3;
+/// Fewest steps over the visible wavelengths: the colour matching functions are smooth over 6 nm.
+pub(super) const STEPS_MIN: f64 = 64.0;
+/// The visible wavelengths in µm.
+pub(super) const VISIBLE_UM: (f64, f64) = (0.38, 0.78);
+
+/// Colour weights per nm, linear between whole nm; each channel integrates to one.
+pub(super) struct VisibleWeights(Vec<[f64; 3]>);
+
+impl VisibleWeights {
+    pub fn new() -> Self {
+        // A step of 1 nm over the visible range always makes white.
+        Self(SpectralToRgb::visible(1.0).map(|weights| weights.weights().to_vec()).unwrap_or_default())
+    }
+
+    fn at(&self, wavelength_um: f64) -> [f64; 3] {
+        let t = (wavelength_um - VISIBLE_UM.0) * 1e3;
+        let i = (t.max(0.0) as usize).min(self.0.len().saturating_sub(2));
+        let (Some(a), Some(b)) = (self.0.get(i), self.0.get(i + 1)) else { return [0.0; 3] };
+        let fraction = (t - i as f64).clamp(0.0, 1.0);
+        std::array::from_fn(|c| a[c] + fraction * (b[c] - a[c]))
+    }
+}
+
+/// The grid of ρ in cycles/µm along the rays of one group of rings.
+pub(super) struct Path {
+    first: f64,
+    step: f64,
+    count: usize,
+}
+
+/// How the joined record at one place of the path adds to one ring at one w.
+pub(super) struct Reading {
+    place: usize,
+    height: usize,
+    first: usize,
+    weights: [f32; 4],
+    linear: f32,
+    factor: [f32; 2],
+    colour: [f32; 3],
+}
+
+impl Path {
+    /// The path of a group; `sigma` as in [`super::rings::Rings::plan`].
+    pub fn new(group: &[RingPlan], sigma: f64) -> Self {
+        let (inner, outer) = (group[0].radius, group[group.len() - 1].radius);
+        let visible = inner / VISIBLE_UM.0 - inner / VISIBLE_UM.1;
+        let step = (STEP_SIGMAS * sigma).min(visible / STEPS_MIN);
+        let first = inner / VISIBLE_UM.1;
+        Self { first, step, count: ((outer / VISIBLE_UM.0 - first) / step) as usize + 2 }
+    }
+
+    fn frequency(&self, place: usize) -> f64 {
+        self.first + place as f64 * self.step
+    }
+
+    /// Everything that does not depend on the ray.
+    pub fn readings(&self, table: &SpectralTable, ring: &RingPlan, weights: &VisibleWeights) -> Vec<Reading> {
+        let mut readings = Vec::new();
+        for place in 0..self.count {
+            let frequency = self.frequency(place);
+            let wavelength_um = ring.radius / frequency;
+            if !(VISIBLE_UM.0..=VISIBLE_UM.1).contains(&wavelength_um) {
+                continue;
+            }
+            // dλ/λ² in 1/µm, with the weights' nm.
+            let measure = 1e3 * self.step / ring.radius;
+            let colour = weights.at(wavelength_um).map(|weight| (weight * measure * table.norm()) as f32);
+            for (height, w) in ring.samples().into_iter().enumerate() {
+                let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
+                let curve = NodeCurve::new(table, kappa);
+                let (first, weights) = curve.coefficients();
+                let (linear, factor) = curve.factors();
+                readings.push(Reading {
+                    place,
+                    height,
+                    first,
+                    weights: weights.map(|weight| weight as f32),
+                    linear: linear as f32,
+                    factor: [factor.re as f32, factor.im as f32],
+                    colour,
+                });
+            }
+        }
+        readings
+    }
+
+    /// Colours of all rings of the group on [`LANES`] rays from `first_ray` on: `[ring][height][channel][lane]`.
+    pub fn integrate(
+        &self,
+        table: &SpectralTable,
+        readings: &[Vec<Reading>],
+        group: &[RingPlan],
+        first_ray: usize,
+    ) -> Vec<f32> {
+        let joined = self.joined(table, group[0].directions, first_ray);
+        let mut colours = Vec::new();
+        for (ring, readings) in group.iter().zip(readings) {
+            let start = colours.len();
+            colours.resize(start + ring.heights() * 3 * LANES, 0f32);
+            for reading in readings {
+                let Some(density) = reading.density(table.kernel(), &joined) else { continue };
+                let at = start + reading.height * 3 * LANES;
+                for (colour, channel) in reading.colour.iter().zip(colours[at..].chunks_exact_mut(LANES)) {
+                    for (sum, density) in channel.iter_mut().zip(&density) {
+                        *sum += colour * density;
+                    }
+                }
+            }
+        }
+        colours
+    }
+
+    /// The joined records along the rays, lane by lane.
+    fn joined(&self, table: &SpectralTable, directions: usize, first_ray: usize) -> Joined {
+        let mut record = Vec::new();
+        let mut joined = Joined { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
+        for place in 0..self.count {
+            let start = joined.values.len();
+            joined.starts.push(start);
+            for lane in 0..LANES {
+                let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
+                let frequency = self.frequency(place);
+                table.joined_record([frequency * cos, frequency * sin], &mut record);
+                let used = record.get(BANDS..).unwrap_or_default();
+                let needed = start + used.len() * LANES;
+                if joined.values.len() < needed {
+                    joined.values.resize(needed, 0.0);
+                }
+                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(used) {
+                    to[lane] = *from;
+                }
+            }
+        }
+        joined.starts.push(joined.values.len());
+        joined
+    }
+}
+
+/// Joined records at the places of a path, without their bands: `[place][number][lane]`.
+struct Joined {
+    starts: Vec<usize>,
+    values: Vec<f32>,
+}
+
+impl Joined {
+    /// The lanes of `count` numbers of a record from `first` on.
+    fn numbers(&self, place: usize, first: usize, count: usize) -> Option<&[f32]> {
+        self.values[self.starts[place]..self.starts[place + 1]].get(first * LANES..(first + count) * LANES)
+    }
+}
+
+impl Reading {
+    /// `S/norm` on all lanes; `None` where nothing is known.
+    fn density(&self, kernel: KernelKind, joined: &Joined) -> Option<[f32; LANES]> {
+        let zero = joined.numbers(self.place, 0, 2)?;
+        let components = kernel.components();
+        let curve = joined.numbers(self.place, 2 + self.first * components, 4 * components)?;
+        let mut density = [0f32; LANES];
+        match kernel {
+            KernelKind::Power => {
+                for (lane, density) in density.iter_mut().enumerate() {
+                    let spline: f32 = (0..4).map(|i| self.weights[i] * curve[i * LANES + lane]).sum();
+                    *density = (zero[lane] + self.linear * zero[LANES + lane] + self.factor[0] * spline).max(0.0);
+                }
+            }
+            KernelKind::Amplitude => {
+                for (lane, density) in density.iter_mut().enumerate() {
+                    let part =
+                        |p: usize| -> f32 { (0..4).map(|i| self.weights[i] * curve[(2 * i + p) * LANES + lane]).sum() };
+                    let (re, im) = (part(0), part(1));
+                    let re_sum = zero[lane] + self.factor[0] * re - self.factor[1] * im;
+                    let im_sum = zero[LANES + lane] + self.factor[0] * im + self.factor[1] * re;
+                    *density = re_sum * re_sum + im_sum * im_sum;
+                }
+            }
+        }
+        Some(density)
+    }
+}

@@ -1,0 +1,109 @@
+// Twin of mod.rs.
+
+struct Table {
+    knee_radius: f32,
+    growth: f32,
+    w_log: f32,
+    exponent_offset: u32,
+}
+
+struct Ring {
+    offset: u32,
+    directions: u32,
+    heights: u32,
+    knots_per_w: f32,
+    knots_per_efold: f32,
+    knee_squared: f32,
+    zero_squared: f32,
+    _pad: u32,
+}
+
+@group(1) @binding(0) var<uniform> table: Table;
+@group(1) @binding(1) var<storage, read> rings: array<Ring>;
+@group(1) @binding(2) var<storage, read> words: array<u32>;
+
+fn unpack(word: u32) -> vec3<f32> {
+    let scale = bitcast<f32>(((word >> 27u) + table.exponent_offset) << 23u);
+    let shifted = bitcast<vec3<i32>>(vec3<u32>(word << 23u, word << 14u, word << 5u));
+    return vec3<f32>(shifted >> vec3<u32>(23u)) * scale;
+}
+
+// Twin of turns; not atan2, whose precision is up to the driver.
+fn turns(q: vec2<f32>) -> f32 {
+    let size = abs(q);
+    let largest = max(size.x, size.y);
+    if largest == 0.0 {
+        return 0.0;
+    }
+    let ratio = min(size.x, size.y) / largest;
+    let square = ratio * ratio;
+    var sum = -0.00064530366;
+    sum = sum * square + 0.003479595;
+    sum = sum * square - 0.008898719;
+    sum = sum * square + 0.01534603;
+    sum = sum * square - 0.02213627;
+    sum = sum * square + 0.031745945;
+    sum = sum * square - 0.05304612;
+    sum = sum * square + 0.15915484;
+    let octant = ratio * sum;
+    let quadrant = select(octant, 0.25 - octant, size.y > size.x);
+    let half = select(quadrant, 0.5 - quadrant, q.x < 0.0);
+    return select(half, -half, q.y < 0.0);
+}
+
+fn cubic_weights(t: f32) -> vec4<f32> {
+    let s = 1.0 - t;
+    return vec4<f32>(
+        s * s * s,
+        4.0 - 6.0 * t * t + 3.0 * t * t * t,
+        4.0 - 6.0 * s * s + 3.0 * s * s * s,
+        t * t * t,
+    ) / 6.0;
+}
+
+fn lagrange_weights(t: f32) -> vec4<f32> {
+    let a = t + 1.0;
+    let b = t - 1.0;
+    let c = t - 2.0;
+    return vec4<f32>(-t * b * c / 6.0, a * b * c / 2.0, -a * t * c / 2.0, a * t * b / 6.0);
+}
+
+fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
+    let x = turn * f32(ring.directions);
+    let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / table.w_log);
+    let column = floor(x);
+    let row = min(floor(y), f32(ring.heights) - 4.0);
+    let across = cubic_weights(x - column);
+    let along = cubic_weights(y - row);
+    // A turn lies in [-0.5, 1], so one addition makes the number of the direction positive.
+    var direction = (u32(i32(column) + i32(ring.directions) - 1)) % ring.directions;
+    var sum = vec3<f32>();
+    for (var a = 0u; a < 4u; a++) {
+        let first = ring.offset + direction * ring.heights + u32(row);
+        let value = along.x * unpack(words[first]) + along.y * unpack(words[first + 1u])
+            + along.z * unpack(words[first + 2u]) + along.w * unpack(words[first + 3u]);
+        sum += across[a] * value;
+        direction = select(direction + 1u, 0u, direction + 1u == ring.directions);
+    }
+    return sum * ((w * w + ring.zero_squared) / (w * w + ring.knee_squared));
+}
+
+fn response(q: vec3<f32>) -> vec3<f32> {
+    let radius = length(q.xy);
+    if !is_query(q) || response_part != 0u {
+        return vec3<f32>();
+    }
+    let turn = turns(q.xy);
+    let stretched = radius * table.growth / table.knee_radius;
+    let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
+    let first = floor(position);
+    let weights = lagrange_weights(position - first);
+    var sum = vec3<f32>();
+    for (var i = 0; i < 4; i++) {
+        let number = i32(first) + i - 1;
+        let mirrored = number < 0;
+        let index = min(u32(select(number, -1 - number, mirrored)), arrayLength(&rings) - 1u);
+        sum += weights[i] * on_ring(rings[index], turn + select(0.0, 0.5, mirrored), q.z);
+    }
+    return sum;
+}

@@ -1,0 +1,76 @@
+use super::artist::Picture;
+use super::widgets::row;
+use eframe::egui::Ui;
+
+/// What is known about the machine, the method and the last picture.
+#[derive(Default)]
+pub struct Facts {
+    pub adapter: String,
+    pub software: bool,
+    pub timestamps: bool,
+    pub method: Option<MethodFacts>,
+    pub picture: Option<PictureFacts>,
+}
+
+/// The method that draws.
+pub struct MethodFacts {
+    pub name: &'static str,
+    pub build_seconds: f64,
+    pub bytes: u64,
+}
+
+/// What a picture took.
+pub struct PictureFacts {
+    size: (u32, u32),
+    ms: f64,
+    /// Whether no finer one follows.
+    finest: bool,
+    answered: u64,
+    stages: [(&'static str, f64); 4],
+}
+
+impl From<&Picture> for PictureFacts {
+    fn from(picture: &Picture) -> Self {
+        let times = picture.report.gpu_ms;
+        Self {
+            size: picture.target.size(),
+            ms: picture.ms,
+            finest: picture.finest,
+            answered: picture.report.answered,
+            stages: [
+                ("  raster", times.raster),
+                ("  locate", times.locate),
+                ("  shade", times.shade),
+                ("  resolve", times.resolve),
+            ],
+        }
+    }
+}
+
+impl Facts {
+    /// As lines of text.
+    pub fn show(&self, ui: &mut Ui) {
+        let line = |ui: &mut Ui, label: &str, text: String| {
+            row(ui, label, |ui| {
+                ui.label(text);
+            });
+        };
+        if let Some(picture) = &self.picture {
+            let (width, height) = picture.size;
+            line(ui, "Picture", format!("{width} × {height}{}", if picture.finest { "" } else { ", draft" }));
+            line(ui, "Lit samples", picture.answered.to_string());
+            line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
+            ui.weak(if self.timestamps { "of which by the GPU's clock" } else { "of which by the wall clock" });
+            for (stage, ms) in picture.stages {
+                line(ui, stage, format!("{ms:.2} ms"));
+            }
+            ui.separator();
+        }
+        if let Some(method) = &self.method {
+            line(ui, "Method", method.name.to_owned());
+            line(ui, "  built in", format!("{:.2} s", method.build_seconds));
+            line(ui, "  data", format!("{:.2} MB", method.bytes as f64 * 1e-6));
+        }
+        ui.label(format!("{}{}", self.adapter, if self.software { " (software)" } else { "" }));
+    }
+}

@@ -1,0 +1,28 @@
+use std::path::{Path, PathBuf};
+
+/// The first of `PATH`, `PATH-2`, `PATH-3`, … that neither exists as PNG nor as EXR, so that nothing is overwritten.
+pub fn free_name(path: &Path) -> PathBuf {
+    let png = path.with_extension("png");
+    let taken = |path: &Path| path.exists() || path.with_extension("exr").exists();
+    if !taken(&png) {
+        return png;
+    }
+    let stem = png.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let numbered = (2..u32::MAX).map(|number| png.with_file_name(format!("{stem}-{number}.png")));
+    numbered.into_iter().find(|candidate| !taken(candidate)).unwrap_or(png)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let wanted = folder.path().join("a.exr");
+        assert_eq!(free_name(&wanted), folder.path().join("a.png"));
+        std::fs::write(folder.path().join("a.exr"), "").unwrap();
+        std::fs::write(folder.path().join("a-2.png"), "").unwrap();
+        assert_eq!(free_name(&wanted), folder.path().join("a-3.png"));
+    }
+}

@@ -1,0 +1,117 @@
+use super::widgets::{choice, number, optional, row};
+use eframe::egui::{self, Ui};
+use std::path::PathBuf;
+use sunbeam::config::{Source, SurfaceConfig};
+use sunbeam::height_field::Preset;
+
+/// Periods and heights in µm, as far as hands turn them.
+const PERIOD_UM: std::ops::RangeInclusive<f64> = 0.2..=50.0;
+const HEIGHT_UM: std::ops::RangeInclusive<f64> = 0.001..=5.0;
+/// Scales of height fields.
+const PIXEL_UM: std::ops::RangeInclusive<f64> = 1e-4..=10.0;
+
+/// Where the relief comes from, while it is being chosen: a file's name is typed before it is read.
+pub struct SurfaceForm {
+    chosen: Chosen,
+    path: String,
+    pixel_size: Option<f64>,
+    max_height: Option<f64>,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Chosen {
+    Preset(Preset),
+    File,
+}
+
+impl From<&SurfaceConfig> for SurfaceForm {
+    fn from(surface: &SurfaceConfig) -> Self {
+        let (chosen, path) = match surface.source() {
+            Source::Preset(preset) => (Chosen::Preset(preset), String::new()),
+            Source::File(path) => (Chosen::File, path.display().to_string()),
+        };
+        Self { chosen, path, pixel_size: surface.pixel_size, max_height: surface.max_height }
+    }
+}
+
+impl SurfaceForm {
+    /// The widgets; changes the surface when a choice is complete.
+    pub fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
+        let before = self.chosen;
+        let presets = Preset::ALL.map(|preset| (Chosen::Preset(preset), preset.name()));
+        choice(ui, "Relief", &mut self.chosen, presets.into_iter().chain([(Chosen::File, "file…")]));
+        match self.chosen {
+            Chosen::Preset(preset) => {
+                if self.chosen != before {
+                    *surface = SurfaceConfig { preset: Some(preset), ..without_source(surface) };
+                }
+                if let Some((period, height)) = preset.defaults_um() {
+                    dimension(ui, "Period", &mut surface.period, period, PERIOD_UM);
+                    dimension(ui, "Height", &mut surface.height, height, HEIGHT_UM);
+                }
+            }
+            Chosen::File => self.file(ui, surface),
+        }
+    }
+
+    fn file(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
+        let mut open = false;
+        row(ui, "File", |ui| {
+            let edit = egui::TextEdit::singleline(&mut self.path).hint_text("skin.gsf").desired_width(f32::INFINITY);
+            let entered = |ui: &Ui| ui.input(|input| input.key_pressed(egui::Key::Enter));
+            open = ui.add(edit).lost_focus() && entered(ui);
+        });
+        optional(ui, "Pixel size", &mut self.pixel_size, 0.065, PIXEL_UM, 0.001, " µm");
+        optional(ui, "Max height", &mut self.max_height, 0.4, HEIGHT_UM, 0.005, " µm");
+        row(ui, "", |ui| open |= ui.button("Open").clicked());
+        if open && !self.path.trim().is_empty() {
+            *surface = SurfaceConfig {
+                filename: Some(PathBuf::from(self.path.trim())),
+                pixel_size: self.pixel_size,
+                max_height: self.max_height,
+                ..without_source(surface)
+            };
+        }
+    }
+}
+
+/// What does not depend on where the relief comes from.
+fn without_source(surface: &SurfaceConfig) -> SurfaceConfig {
+    SurfaceConfig {
+        preset: None,
+        period: None,
+        height: None,
+        filename: None,
+        pixel_size: None,
+        max_height: None,
+        level: None,
+        ..surface.clone()
+    }
+}
+
+fn dimension(ui: &mut Ui, label: &str, value: &mut Option<f64>, default: f64, range: std::ops::RangeInclusive<f64>) {
+    let mut shown = value.unwrap_or(default);
+    number(ui, label, &mut shown, range, 0.005, " µm");
+    if shown != value.unwrap_or(default) {
+        *value = Some(shown);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn another_relief_keeps_the_rest_and_is_valid() {
+        let file = SurfaceConfig {
+            filename: Some("a.gsf".into()),
+            pixel_size: Some(0.1),
+            coherence_length: 20.0,
+            ..Default::default()
+        };
+        let preset = SurfaceConfig { preset: Some(Preset::Cd), ..without_source(&file) };
+        preset.validate().unwrap();
+        assert_eq!(preset.coherence_length, 20.0);
+        assert!(SurfaceForm::from(&file).chosen == Chosen::File && SurfaceForm::from(&preset).chosen != Chosen::File);
+    }
+}

@@ -1,0 +1,40 @@
+// From linear radiance to what a screen shows; twin of `colour::tone_map` and `colour::srgb_encode`.
+
+struct Tone {
+    // What radiance is multiplied by.
+    gain: f32,
+}
+
+const TONE_KNEE: f32 = 0.8;
+const TONE_SHOULDER: f32 = 0.6;
+
+@group(0) @binding(0) var<uniform> tone: Tone;
+@group(0) @binding(1) var picture: texture_2d<f32>;
+
+// A triangle that covers the picture.
+@vertex
+fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    let place = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
+    return vec4<f32>(2.0 * place - 1.0, 0.0, 1.0);
+}
+
+fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
+    let exposed = max(tone.gain * linear, vec3<f32>(0.0));
+    let peak = max(exposed.r, max(exposed.g, exposed.b));
+    let excess = peak - TONE_KNEE;
+    if !(excess > 0.0) {
+        return exposed;
+    }
+    return exposed * ((TONE_KNEE + (1.0 - TONE_KNEE) * excess / (excess + TONE_SHOULDER)) / peak);
+}
+
+fn tone_encoded(linear: vec3<f32>) -> vec3<f32> {
+    let value = clamp(linear, vec3<f32>(0.0), vec3<f32>(1.0));
+    return select(1.055 * pow(value, vec3<f32>(1.0 / 2.4)) - 0.055, 12.92 * value, value <= vec3<f32>(0.0031308));
+}
+
+@fragment
+fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
+    let linear = textureLoad(picture, vec2<u32>(position.xy), 0).rgb;
+    return vec4<f32>(tone_encoded(tone_mapped(linear)), 1.0);
+}

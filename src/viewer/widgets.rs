@@ -1,0 +1,83 @@
+//! Widgets that several panels use.
+
+use eframe::egui::{Align2, ComboBox, DragValue, Sense, TextStyle, Ui, emath::Numeric, vec2};
+use std::ops::RangeInclusive;
+
+/// A choice among values with names.
+pub fn choice<T: Copy + PartialEq>(
+    ui: &mut Ui,
+    label: &str,
+    value: &mut T,
+    choices: impl IntoIterator<Item = (T, &'static str)>,
+) {
+    row(ui, label, |ui| {
+        let choices: Vec<_> = choices.into_iter().collect();
+        let current = choices.iter().find(|(choice, _)| choice == value).map_or("", |(_, name)| name);
+        ComboBox::from_id_salt(label).selected_text(current).show_ui(ui, |ui| {
+            for (choice, name) in choices {
+                ui.selectable_value(value, choice, name);
+            }
+        });
+    });
+}
+
+/// A number.
+pub fn number<N: Numeric>(ui: &mut Ui, label: &str, value: &mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) {
+    row(ui, label, |ui| {
+        ui.add(drag(value, range, speed, suffix));
+    });
+}
+
+/// A number that need not be given; `first` is what it becomes when it is.
+pub fn optional<N: Numeric>(
+    ui: &mut Ui,
+    label: &str,
+    value: &mut Option<N>,
+    first: N,
+    range: RangeInclusive<N>,
+    speed: f64,
+    suffix: &str,
+) {
+    row(ui, label, |ui| {
+        let mut given = value.is_some();
+        if ui.checkbox(&mut given, "").on_hover_text("Set by hand").changed() {
+            *value = given.then_some(first);
+        }
+        match value {
+            Some(number) => {
+                ui.add(drag(number, range, speed, suffix));
+            }
+            None => {
+                ui.weak("auto");
+            }
+        }
+    });
+}
+
+/// Something that is or is not.
+pub fn switch(ui: &mut Ui, label: &str, value: &mut bool) {
+    row(ui, label, |ui| {
+        ui.checkbox(value, "");
+    });
+}
+
+/// A label with something on its right.
+pub fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
+    ui.horizontal(|ui| {
+        let size = vec2(LABEL_POINTS, ui.spacing().interact_size.y);
+        let (place, _) = ui.allocate_exact_size(size, Sense::hover());
+        let (font, colour) = (TextStyle::Body.resolve(ui.style()), ui.visuals().text_color());
+        ui.painter_at(place).text(place.left_center(), Align2::LEFT_CENTER, label, font, colour);
+        add(ui);
+    });
+}
+
+/// Width of the labels.
+const LABEL_POINTS: f32 = 112.0;
+/// Digits behind the point of numbers that have any.
+const DECIMALS: usize = 4;
+
+fn drag<'a, N: Numeric>(value: &'a mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) -> DragValue<'a> {
+    let drag = DragValue::new(value).range(range).speed(speed).suffix(suffix.to_owned());
+    if N::INTEGRAL { drag } else { drag.max_decimals(DECIMALS) }
+}
