@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from ..environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
+from ..picture import PictureError
 from .cases import SCAN
 from .run import Disagreement, crosscheck, insist
 
@@ -24,7 +25,7 @@ def main(words: list[str] | None = None) -> int:
     except Disagreement as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
-    except (SetupError, ValueError) as error:
+    except (SetupError, PictureError, ValueError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     return 0

@@ -11,6 +11,7 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
+from .. import picture
 from ..contact_sheet import contact_sheet
 from ..light import Light
 from ..scene import View
@@ -51,6 +52,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         seconds[name] = {"build": built - start, "render": time.perf_counter() - built}
         pictures[name] = folder / f"methods-{case.name}-{name.replace(', ', '-').replace(' ', '-')}.exr"
         mi.Bitmap(pixels.astype(np.float32)).write(str(pictures[name]))
+        picture.check(pixels, pictures[name].name)
     seen = points.points(mi.load_dict(bare_scene(bsdf, files, light, view, 1)), light, view).seen
     mask = folder / f"methods-{case.name}-mask.png"
     mi.Bitmap(np.where(seen, 255, 0).astype(np.uint8)).write(str(mask))

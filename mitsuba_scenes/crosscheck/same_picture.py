@@ -8,6 +8,7 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
+from .. import picture
 from ..light import Light
 from ..scene import View
 from ..snake import SnakeFiles
@@ -36,6 +37,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
         seconds = time.perf_counter() - start
         exr = folder / f"picture-{case.name}-{name}.exr"
         mi.Bitmap(pixels.astype(np.float32)).write(str(exr))
+        picture.check(pixels, exr.name)
         found = realtime.compare(exr, ours, png=exr.with_suffix(".png"))
         return {**found, "holds": holds(found), "seconds": seconds}
 
