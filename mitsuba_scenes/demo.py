@@ -22,6 +22,7 @@ from .environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
 from .light import Light
 from .render import EXPOSURE_STOPS
 from .scene import View
+from .side_by_side import side_by_side
 from .skin import preset_skin, scanned_skin, skin_bsdf
 from .snake import snake_files
 
@@ -127,6 +128,10 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     if not mi.is_spectral:
         print(f"NOT CHECKED: {variant} has no wavelengths, so the renderers are not compared", flush=True)
         return
+    print("the same picture by both renderers ...", end=" ", flush=True)
+    both = report["both_renderers"] = side_by_side(files, view, spp, output)
+    flip, delta_e = both["compared"]["flip"]["mean"], both["compared"]["delta_e_2000"]["mean"]
+    print(f"both-renderers.png: FLIP {flip:.3f}, ΔE2000 {delta_e:.2f} on average", flush=True)
     print("holding the path tracer and the realtime renderer against each other", flush=True)
     report["crosscheck"] = crosscheck(output / "crosscheck")
     write_report(report, output, start)

@@ -1,0 +1,46 @@
+"""The same skin, sun and camera drawn by Mitsuba and by the realtime renderer, pigment and ground included."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from . import picture
+from .contact_sheet import contact_sheet
+from .crosscheck import realtime
+from .light import Light
+from .render import EXPOSURE_STOPS
+from .scene import View
+from .skin import preset_skin, skin_bsdf
+from .snake import SnakeFiles
+from .tool import sunbeam
+
+PRESET = "xenopeltis"
+# Rays along each side of a pixel in the realtime picture.
+SUPERSAMPLE = 4
+
+
+def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
+    """Writes both pictures and `both-renderers.png` into `output`; returns how they compare and what they took.
+
+    The realtime renderer has the colour table, the sun alone, and no energy scaling; Mitsuba is told the same.
+    """
+    light = Light(sun="directional", sky=0)
+    skin = preset_skin(PRESET)
+    bsdf = skin_bsdf({**skin, "conserve_energy": False}, files.pigment)
+    traced = picture.render(bsdf, files, light, view, spp, passes=2)
+    names = {"mitsuba": output / "both-mitsuba.exr", "realtime": output / "both-realtime.exr"}
+    png = picture.write(traced.pixels, names["mitsuba"], EXPOSURE_STOPS)
+    words = ["render", "-o", names["realtime"], "--png", names["realtime"].with_suffix(".png"), "--method", "table"]
+    words += ["--mesh", files.mesh, "--supersample", SUPERSAMPLE, "--size", f"{view.width}x{view.height}"]
+    words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
+    words += ["--exposure", EXPOSURE_STOPS]
+    drawn = json.loads(sunbeam(*words, *realtime.surface_words(skin)))
+    compared = realtime.compare(names["mitsuba"], names["realtime"], png=output / "both-difference.png")
+    captions = (
+        f"Mitsuba 3, {spp} paths a pixel: {traced.seconds['later_pass']:.1f} s",
+        f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms']:.0f} ms on {drawn['adapter']}",
+    )
+    pictures = (png, names["realtime"].with_suffix(".png"))
+    contact_sheet([list(zip(pictures, captions))], output / "both-renderers.png", view.width)
+    return {"mitsuba_seconds": traced.seconds, "realtime": drawn, "compared": compared}
