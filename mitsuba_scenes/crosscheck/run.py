@@ -23,8 +23,8 @@ CLOSER = View(48, 32, fov_deg=4.0)
 WHOLE = View(72, 48)
 # Azimuth and elevation in degrees; each of them lights an order of the blazed grating in the close view.
 LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-90.0, 40.0), (-30.0, 25.0)))
-# Samples a pixel of path-traced pictures, that of the patch model and that of the ensemble, which has no speckle.
-SPP_PATCH, SPP_ENSEMBLE = 2304, 256
+# Samples a pixel of path-traced pictures: of the patch model, and of the ensemble, which has no speckle.
+SPP_PATCH, SPP_ENSEMBLE = 2304, 1024
 # What the methods are compared on: a grating of few orders, and a skin.
 COMPARED = ("blazed", "xenopeltis")
 
