@@ -1,7 +1,7 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
 //! Data flows one way: [`height_field`] → [`transform`] → [`table`] → [`reflectance`], [`methods`] → consumers
-//! (the command line, the Mitsuba plugin). Nothing upstream knows a consumer.
+//! (the command line, the Mitsuba plugin). Nothing upstream knows a consumer. [`compare`] judges their pictures.
 //!
 //! # Conventions (stated once, used everywhere)
 //! - Local frame: z is the normal, x the tangent, y the bitangent; `wi` and `wo` point away from the surface.
@@ -13,6 +13,7 @@
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 
 pub mod colour;
+pub mod compare;
 pub mod config;
 #[cfg(feature = "gpu")]
 pub mod gpu;

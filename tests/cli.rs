@@ -1,9 +1,12 @@
 //! The command line as users meet it: the binary is run, and what it prints is judged.
 
 mod cli_support;
+#[path = "cli_support/service.rs"]
+mod service;
 
-use cli_support::{directions, eval, refused, run, succeeded, surface_of};
+use cli_support::{refused, run, succeeded};
 use serde_json::{Value, json};
+use service::{directions, eval, surface_of};
 use std::f64::consts::PI;
 use sunbeam::height_field::{FileScale, HeightField, Preset};
 
@@ -12,12 +15,12 @@ const ROUNDING: f64 = 1e-12;
 
 #[test]
 fn every_subcommand_has_help() {
-    for command in ["eval", "sample", "brdf-map", "height-field", "snake"] {
+    for command in ["eval", "sample", "brdf-map", "height-field", "snake", "compare"] {
         let output = run(&[command, "--help"], "");
         assert_eq!(output.status.code(), Some(0), "{command}");
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(text.contains(&format!("Usage: sunbeam {command}")), "{text}");
-        if command != "snake" {
+        if !["snake", "compare"].contains(&command) {
             for argument in ["--preset", "--height-field", "--coherence-length", "--conserve-energy", "--eta"] {
                 assert!(text.contains(argument), "{command} does not mention {argument}");
             }

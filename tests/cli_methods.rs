@@ -1,9 +1,12 @@
 //! The sources' methods on the command line.
 
 mod cli_support;
+#[path = "cli_support/service.rs"]
+mod service;
 
-use cli_support::{directions, eval, refused};
+use cli_support::refused;
 use serde_json::{Value, json};
+use service::{directions, eval};
 
 #[test]
 fn what_a_method_does_not_know_or_heed_is_refused() {

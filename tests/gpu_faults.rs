@@ -60,7 +60,9 @@ fn refused_work_is_an_error_and_the_device_goes_on() {
         assert!(matches!(error, GpuError::Refused { .. }) && error.to_string().contains(said), "{error}");
     }
     let shader = Shader::new(&gpu, &White, &optics).unwrap();
-    assert!(matches!(shader.set_parameters(&gpu, &[0; 1024]), Err(GpuError::Refused { .. })));
+    for wrong in [[0; 32].as_slice(), &[0; 4]] {
+        assert!(matches!(shader.set_parameters(&gpu, wrong), Err(GpuError::Parameter { .. })));
+    }
     let up = [0.0, 0.0, 1.0];
     assert_eq!(shader.evaluate(&gpu, &[query(up, up)]).unwrap().reflectances, [[1.0; 3]]);
 }
@@ -83,4 +85,10 @@ fn what_does_not_fit_is_named() {
     }
     let pigment = sunbeam::snake::PigmentTexture { width: 1, height: 1, pixels: vec![[0; 3]] };
     assert!(matches!(Scene::new(&gpu, &Mesh::default(), &pigment), Err(GpuError::Mesh { .. })));
+}
+
+#[test]
+fn what_a_window_keeps_between_frames_may_move_between_threads() {
+    fn keeps<T: Send + Sync>() {}
+    keeps::<(Gpu, Scene, Shader, Target, sunbeam::gpu::Renderer)>();
 }

@@ -4,6 +4,7 @@
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
 pub mod brdf_map;
+mod compare;
 mod eval;
 mod height_field;
 mod method_args;
@@ -54,6 +55,7 @@ enum Command {
     #[cfg(feature = "gpu")]
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
+    Compare(compare::CompareArgs),
     #[cfg(feature = "viewer")]
     View(view::ViewArgs),
 }
@@ -72,6 +74,7 @@ pub fn run() -> ExitCode {
         #[cfg(feature = "gpu")]
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
+        Command::Compare(args) => compare::run(args),
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(args),
     };

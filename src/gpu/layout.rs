@@ -39,6 +39,7 @@ impl Query {
 pub struct Optics {
     /// The refractive index; `None` reflects everything.
     pub index: Option<ComplexIndex>,
+    /// The obliquity factor.
     pub obliquity: Obliquity,
     /// V-cavity shadowing and masking.
     pub shadowing: bool,

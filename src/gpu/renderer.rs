@@ -32,6 +32,7 @@ impl StageTimes {
 /// What a picture took.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameReport {
+    /// Times of the stages.
     pub gpu_ms: StageTimes,
     /// Queries that the method answered: lit samples of the mesh.
     pub answered: u64,
@@ -67,7 +68,8 @@ impl Renderer {
     /// Draws a picture, which is then [`Target::picture`]. Nothing is built that a next picture could use again.
     ///
     /// # Errors
-    /// [`GpuError::Parameter`] for a view that shows nothing, [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Parameter`] for a view that shows nothing, [`GpuError::Refused`], [`GpuError::Lost`],
+    /// [`GpuError::CutShort`].
     pub fn draw(
         &self,
         gpu: &Gpu,

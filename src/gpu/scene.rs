@@ -18,7 +18,7 @@ impl Scene {
     /// Uploads the mesh with a tree over its triangles, and the pigment.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] as [`Mesh::check`], [`GpuError::TooLarge`], [`GpuError::Refused`].
+    /// [`GpuError::Mesh`] as [`Mesh::check`], [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
     pub fn new(gpu: &Gpu, mesh: &Mesh, pigment: &PigmentTexture) -> Result<Self, GpuError> {
         mesh.check()?;
         let vertices: Vec<Vertex> = (0..mesh.positions.len())
@@ -50,8 +50,8 @@ fn upload(gpu: &Gpu, pigment: &PigmentTexture) -> Result<wgpu::TextureView, GpuE
     let (width, height) = (pigment.width, pigment.height);
     let side = width.max(height);
     if side > most {
-        let what = format!("a row or column of {side} pixels of the pigment");
-        return Err(GpuError::TooLarge { what, needed: side as u64, most: most as u64, adapter: gpu.adapter() });
+        let (needed, most) = (side as u64, most as u64);
+        return Err(GpuError::TooWide { what: "the pigment", needed, most, adapter: gpu.adapter() });
     }
     let pixels: Vec<[u8; 4]> = pigment.pixels.iter().map(|&[r, g, b]| [r, g, b, 255]).collect();
     let texture = gpu.device().create_texture_with_data(

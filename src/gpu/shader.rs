@@ -4,9 +4,8 @@ use super::pipeline::{self, Access};
 use super::{Gpu, GpuError, program};
 use crate::methods::Method;
 use bytemuck::Zeroable;
-use std::cell::Cell;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
 /// second or two, and a window that shares it should not stutter.
@@ -38,9 +37,9 @@ pub struct Shader {
     bytes: u64,
     cut_short: wgpu::Buffer,
     /// Queries of the next submission.
-    queries: Cell<u32>,
+    queries: AtomicU32,
     /// In how many parts queries are answered.
-    parts: Cell<u32>,
+    parts: AtomicU32,
     stop: Arc<AtomicBool>,
 }
 
@@ -88,12 +87,12 @@ impl Shader {
         gpu.check()?;
         let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
         let cut_short = gpu.storage("cut_short", size_of::<u32>() as u64)?;
-        let (queries, parts) = (Cell::new(FIRST_QUERIES), Cell::new(1));
+        let (queries, parts) = (AtomicU32::new(FIRST_QUERIES), AtomicU32::new(1));
         let stop = Arc::default();
         let shader = Self { pipeline, method, parameters, optics, range, bytes, cut_short, queries, parts, stop };
         // Drivers finish compiling when a pipeline is first used, which is not to be taken for the method's speed.
         shader.evaluate(gpu, &[Query::default()])?;
-        shader.queries.set(FIRST_QUERIES);
+        shader.queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)
     }
 
@@ -116,8 +115,12 @@ impl Shader {
     /// Changes the method's uniform: `MethodShader::uniform` of the same method over the same storage.
     ///
     /// # Errors
-    /// [`GpuError::Refused`] for a uniform of another size.
+    /// [`GpuError::Parameter`] for a uniform of another size.
     pub fn set_parameters(&self, gpu: &Gpu, uniform: &[u8]) -> Result<(), GpuError> {
+        if uniform.len() as u64 != self.parameters.size() {
+            let (found, accepted) = (format!("{} bytes", uniform.len()), "as long as the method's");
+            return Err(GpuError::Parameter { parameter: "uniform", found, accepted });
+        }
         gpu.queue().write_buffer(&self.parameters, 0, uniform);
         gpu.check()
     }
@@ -125,7 +128,7 @@ impl Shader {
     /// Answers queries; only their directions matter. Zero unless both lie above the surface and are finite.
     ///
     /// # Errors
-    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`].
     pub fn evaluate(&self, gpu: &Gpu, queries: &[Query]) -> Result<Answers, GpuError> {
         let mut answers = Answers::default();
         for batch in queries.chunks(BATCH) {
@@ -168,12 +171,12 @@ impl Shader {
         let mut spent = Spent::default();
         let mut first = 0;
         while first < count {
-            let some = self.queries.get().min(count - first);
-            let parts = self.parts.get();
+            let some = self.queries.load(Relaxed).min(count - first);
+            let parts = self.parts.load(Relaxed);
             let mut longest_ms = 0.0f64;
             let mut cut_short = false;
             for part in 0..parts {
-                if self.stop.load(Ordering::Relaxed) {
+                if self.stop.load(Relaxed) {
                     return Err(GpuError::Stopped);
                 }
                 let range = RangeUniform { first, count: some, part, parts, two: 2 };
@@ -190,10 +193,10 @@ impl Shader {
                 if parts >= PARTS_MAX {
                     return Err(GpuError::CutShort { adapter: gpu.adapter() });
                 }
-                self.parts.set(2 * parts);
+                self.parts.store(2 * parts, Relaxed);
                 continue;
             }
-            self.queries.set(next_queries(self.queries.get(), some, longest_ms));
+            self.queries.store(next_queries(self.queries.load(Relaxed), some, longest_ms), Relaxed);
             first += some;
         }
         Ok(spent)
@@ -239,6 +242,38 @@ fn next_queries(planned: u32, some: u32, ms: f64) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gpu::AdapterChoice;
+    use crate::height_field::Preset;
+    use crate::methods::{MethodKind, MethodOptions, build};
+
+    /// Roundings of single precision, in another order.
+    const TOLERANCE: f32 = 1e-5;
+
+    #[test]
+    fn the_parts_of_an_answer_add_up_to_it() {
+        let gpu = match Gpu::open(AdapterChoice::from_env().unwrap()) {
+            Ok(gpu) => gpu,
+            Err(error) => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {error} ***\n"),
+        };
+        let field = Preset::Sinusoidal.build(None, None).unwrap();
+        let direction = |x: f32, y: f32| [x, y, (1.0 - x * x - y * y).sqrt()];
+        let queries: Vec<Query> = (0..200)
+            .map(|i| Query::new(direction(0.3, 1e-3), direction(-0.9 + 0.008 * i as f32, -1e-3)))
+            .chain([Query::new(direction(0.3, 0.0), direction(-0.3, 0.0))])
+            .collect();
+        for kind in MethodKind::ALL {
+            let method = build(kind, &field, 65.0, 1e-3, &MethodOptions::default()).unwrap();
+            let shader = Shader::new(&gpu, &*method, &Optics::default()).unwrap();
+            let whole = shader.evaluate(&gpu, &queries).unwrap();
+            shader.parts.store(7, Relaxed);
+            let parts = shader.evaluate(&gpu, &queries).unwrap();
+            assert_eq!((whole.submissions, parts.submissions), (1, 7), "{kind}");
+            assert!(whole.reflectances.as_flattened().iter().any(|value| *value > 0.0), "{kind}");
+            for (a, b) in parts.reflectances.as_flattened().iter().zip(whole.reflectances.as_flattened()) {
+                assert!((a - b).abs() <= TOLERANCE * b.abs().max(1.0), "{kind}: {a} and {b}");
+            }
+        }
+    }
 
     #[test]
     fn submissions_grow_to_the_time_aimed_at_and_shrink_at_once() {

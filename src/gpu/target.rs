@@ -26,7 +26,8 @@ impl Target {
     /// A target for pictures of so many pixels.
     ///
     /// # Errors
-    /// [`GpuError::Parameter`] unless both sides are 1 to 16 384, [`GpuError::TooLarge`] where the adapter cannot hold it.
+    /// [`GpuError::Parameter`] unless both sides are 1 to 16 384, [`GpuError::TooLarge`] or
+    /// [`GpuError::TooWide`] where the adapter cannot hold it.
     pub fn new(gpu: &Gpu, width: u32, height: u32) -> Result<Self, GpuError> {
         let most = gpu.device().limits().max_texture_dimension_2d;
         for (parameter, side) in [("width", width), ("height", height)] {
@@ -35,7 +36,7 @@ impl Target {
             }
             if side > most {
                 let (needed, most) = (u64::from(side), u64::from(most));
-                return Err(GpuError::TooLarge { what: parameter.to_owned(), needed, most, adapter: gpu.adapter() });
+                return Err(GpuError::TooWide { what: "the picture", needed, most, adapter: gpu.adapter() });
             }
         }
         let texture = |label, format, usage| {

@@ -85,7 +85,10 @@ pub enum Blend {
     #[default]
     Physical,
     /// The sources' texture blending: this share of the diffraction colour, in [0, 1], and the rest of the pigment.
-    Sources { share: f32 },
+    Sources {
+        /// The share of the diffraction colour.
+        share: f32,
+    },
     /// Not at all.
     None,
 }
@@ -107,8 +110,11 @@ impl FromStr for Blend {
 /// What may change from picture to picture without anything being rebuilt.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
+    /// From where it is seen.
     pub camera: Camera,
+    /// The sun.
     pub light: Light,
+    /// How the pigment shows.
     pub blend: Blend,
     /// Whether there is a ground, a plane of [`SOIL`] at z = 0.
     pub ground: bool,

@@ -1,8 +1,8 @@
 //! The BRDF map beside the picture: what the surface sends where, for light from one direction.
 
-use crate::cli::brdf_map::{automatic_exposure, outgoing};
+use crate::cli::brdf_map::outgoing;
 use eframe::egui;
-use sunbeam::colour::srgb_encode;
+use sunbeam::colour::{automatic_exposure, srgb_encode};
 use sunbeam::gpu::{Gpu, GpuError, Query, Shader};
 
 /// Sides of the map in pixels, from the first one on a slow method to the last.

@@ -1,0 +1,109 @@
+//! A picture in linear sRGB.
+
+use super::CompareError;
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
+use std::path::Path;
+
+/// FLIP indexes bytes of three channels with 32 bits.
+const MAX_PIXELS: usize = 1 << 28;
+const CHANNELS: [char; 3] = ['R', 'G', 'B'];
+
+/// Linear sRGB, every channel finite; negative ones are colours outside the gamut.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Picture {
+    size: (usize, usize),
+    pixels: Vec<[f32; 3]>,
+}
+
+impl Picture {
+    /// A picture of `size` (width, height), row by row from the top.
+    ///
+    /// # Errors
+    /// A number of pixels that is not that of the size, or none, or a channel that is not finite.
+    pub fn new(size: (usize, usize), pixels: Vec<[f32; 3]>) -> Result<Self, CompareError> {
+        if !(1..=MAX_PIXELS).contains(&pixels.len()) || size.0.checked_mul(size.1) != Some(pixels.len()) {
+            return Err(CompareError::Shape { size, found: pixels.len() });
+        }
+        for (i, rgb) in pixels.iter().enumerate() {
+            if let Some(c) = rgb.iter().position(|value| !value.is_finite()) {
+                let (column, row) = (i % size.0, i / size.0);
+                return Err(CompareError::NotFinite { column, row, channel: CHANNELS[c], value: rgb[c] });
+            }
+        }
+        Ok(Self { size, pixels })
+    }
+
+    /// Reads the channels R, G and B of an OpenEXR file; others, such as alpha, are left aside.
+    ///
+    /// # Errors
+    /// A file that cannot be read, a missing channel, and what [`Picture::new`] refuses.
+    pub fn read_exr(path: impl AsRef<Path>) -> Result<Self, CompareError> {
+        let path = path.as_ref();
+        let (size, channels) = exr_channels(path)?;
+        let named = |name: char| {
+            let found = channels.iter().find(|(found, _)| found.chars().eq([name]));
+            found.map(|(_, values)| values).ok_or_else(|| {
+                let there = channels.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+                let reason = format!("there is no channel {name}, only {there}; R, G and B are needed");
+                CompareError::File { path: path.to_owned(), reason }
+            })
+        };
+        let [r, g, b] = [named('R')?, named('G')?, named('B')?];
+        let pixels = r.iter().zip(g).zip(b).map(|((r, g), b)| [*r, *g, *b]).collect();
+        Self::new(size, pixels).map_err(|error| error.in_file(path))
+    }
+
+    /// Width and height.
+    pub fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
+    /// The pixels row by row from the top.
+    pub fn pixels(&self) -> &[[f32; 3]] {
+        &self.pixels
+    }
+}
+
+/// Channels by name, the pixels of each row by row from the top.
+type Channels = Vec<(String, Vec<f32>)>;
+
+/// Size and channels of the first layer.
+pub(super) fn exr_channels(path: &Path) -> Result<((usize, usize), Channels), CompareError> {
+    let image = read()
+        .no_deep_data()
+        .largest_resolution_level()
+        .all_channels()
+        .first_valid_layer()
+        .all_attributes()
+        .from_file(path)
+        .map_err(|error| CompareError::File {
+            path: path.to_owned(),
+            reason: format!("cannot be read as OpenEXR: {error}"),
+        })?;
+    let layer = image.layer_data;
+    let values = |samples: &FlatSamples| samples.values_as_f32().collect::<Vec<_>>();
+    let channels =
+        layer.channel_data.list.iter().map(|channel| (channel.name.to_string(), values(&channel.sample_data)));
+    Ok(((layer.size.width(), layer.size.height()), channels.collect()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_that_cannot_be_are_refused() {
+        for (size, count) in [((2, 2), 3), ((0, 0), 0), ((usize::MAX, 2), 2)] {
+            let error = Picture::new(size, vec![[0.0; 3]; count]).unwrap_err();
+            assert!(matches!(error, CompareError::Shape { found, .. } if found == count), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_value_that_is_no_number_is_found_where_it_is() {
+        let mut pixels = vec![[0.0; 3]; 6];
+        pixels[5][1] = f32::NAN;
+        let message = Picture::new((3, 2), pixels).unwrap_err().to_string();
+        assert!(message.contains("column 2, row 1") && message.contains("G = NaN"), "{message}");
+    }
+}
