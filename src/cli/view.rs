@@ -53,6 +53,7 @@ pub fn run(args: &ViewArgs) -> Outcome {
     // Whatever is wrong with it is better said before there is a window.
     surface.height_field()?;
     let view = args.scene.view(args.supersample)?;
+    view.check()?;
     let settings = Settings {
         surface,
         kind,
