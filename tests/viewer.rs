@@ -181,18 +181,42 @@ fn a_window_draws_turns_the_sun_and_saves_what_it_shows() {
     assert!(status.success() && said.is_empty(), "{status}: {said}");
 }
 
-#[test]
-fn without_a_display_there_is_one_line_and_status_2() {
-    for (display, mentioned) in [(None, "DISPLAY"), (Some(":1234567"), "DISPLAY")] {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_sunbeam"));
-        command.args(["view", "--method", "stam"]).env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY");
-        command.env_remove("WAYLAND_SOCKET");
-        if let Some(display) = display {
-            command.env("DISPLAY", display);
-        }
-        let output = command.output().unwrap();
-        let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(2), "{message}");
-        assert!(message.lines().count() == 1 && message.contains(mentioned), "{message}");
+/// The line that a window which does not open ends with.
+fn refused(arguments: &[&str], variables: &[(&str, &str)]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sunbeam"));
+    command.args(["view", "--preset", "blazed", "--method", "stam"]).args(arguments);
+    for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+        command.env_remove(variable);
     }
+    let output = command.envs(variables.iter().copied()).output().unwrap();
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}, {variables:?}: {message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    message
+}
+
+#[test]
+fn what_keeps_the_window_from_opening_is_one_line_and_status_2() {
+    // Before there is a need for a display.
+    for (arguments, mentioned) in [
+        (&["--size", "large"][..], "--size"),
+        (&["--scale", "9"], "\"scale\""),
+        (&["--exposure", "NaN"], "\"exposure\""),
+        (&["--supersample", "0"], "\"supersample\""),
+        (&["--camera-target", "-1.2,-7,8.5"], "\"camera-target\""),
+        (&["--method", "exact"], "exact"),
+    ] {
+        let message = refused(arguments, &[]);
+        assert!(message.contains(mentioned), "{message}");
+    }
+    for variables in [&[][..], &[("DISPLAY", ":1234567")]] {
+        let message = refused(&[], variables);
+        assert!(message.contains("DISPLAY") || message.contains("libxkbcommon"), "{message}");
+    }
+    let Some((_server, display)) = display() else {
+        eprintln!("\n*** SKIPPED: Xvfb is not installed ***\n");
+        return;
+    };
+    let message = refused(&[], &[("DISPLAY", &display), ("VK_DRIVER_FILES", "/none"), ("VK_ICD_FILENAMES", "/none")]);
+    assert!(message.contains("libvulkan1 mesa-vulkan-drivers"), "{message}");
 }

@@ -16,7 +16,7 @@ use sunbeam::gpu::AdapterChoice;
 #[derive(clap::Args)]
 pub struct ViewArgs {
     /// Width and height of the window
-    #[arg(long, value_name = "WxH", default_value = "1180x760")]
+    #[arg(long, value_name = "WxH", default_value = "1240x840")]
     size: Size,
     /// Where S saves the picture for the screen, and beside it the linear one as .exr; what exists is not overwritten
     #[arg(long, value_name = "FILE", default_value = "sunbeam.png")]
@@ -53,6 +53,7 @@ pub fn run(args: &ViewArgs) -> Outcome {
     // Whatever is wrong with it is better said before there is a window.
     surface.height_field()?;
     let view = args.scene.view(args.supersample)?;
+    view.check()?;
     let settings = Settings {
         surface,
         kind,

@@ -172,14 +172,15 @@ impl Gpu {
     pub(super) fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
         let commands = encoder.finish();
         self.check()?;
-        self.queue.submit([commands]);
+        let submission = self.queue.submit([commands]);
         self.check()?;
-        self.wait()
+        // Not for what a window may have submitted since.
+        self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
     }
 
-    fn wait(&self) -> Result<(), GpuError> {
+    fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
         // wgpu panics where a wait finds the device lost.
-        let waited = guard(|| self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| Panic(e.to_string())));
+        let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
         self.check()?;
         waited.map_err(|Panic(reason)| GpuError::Lost { adapter: self.adapter(), reason })?;
         Ok(())
@@ -249,7 +250,8 @@ impl Gpu {
         let outcome = Arc::<Mutex<Option<Result<(), wgpu::BufferAsyncError>>>>::default();
         let shared = Arc::clone(&outcome);
         staging.map_async(wgpu::MapMode::Read, .., move |mapped| *lock(&shared) = Some(mapped));
-        self.wait()?;
+        // Whoever filled the buffer has waited for it, so that this is the whole of it.
+        self.poll(wgpu::PollType::Poll)?;
         match lock(&outcome).take() {
             Some(Ok(())) => {}
             Some(Err(error)) => return Err(refused(error.to_string())),

@@ -78,8 +78,7 @@ impl Renderer {
         target: &Target,
         view: &View,
     ) -> Result<FrameReport, GpuError> {
-        // The first sample's uniform tells whether the view is one at all.
-        view.uniform(target.size(), 0)?;
+        view.check()?;
         let bindings = Bindings::new(gpu, self, scene, shader, target);
         let mut report = FrameReport::default();
         for sample in 0..view.samples() {

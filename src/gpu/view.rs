@@ -143,6 +143,14 @@ impl View {
         self.supersample * self.supersample
     }
 
+    /// Refuses what shows nothing, or is out of range.
+    ///
+    /// # Errors
+    /// [`GpuError::Parameter`].
+    pub fn check(&self) -> Result<(), GpuError> {
+        self.uniform((1, 1), 0).map(|_| ())
+    }
+
     /// What the shaders need for one of the samples of a picture.
     ///
     /// The frame is that of Mitsuba's `look_at` and `perspective`: rows from the top, the field of view along a row.

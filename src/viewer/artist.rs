@@ -1,5 +1,5 @@
 use super::hemisphere::{self, BrdfMap};
-use super::levels::{self, Level};
+use super::levels::{self, Level, Pace};
 use crate::cli::picture::{write_exr, write_png};
 use crate::cli::scene_args::Size;
 use std::path::PathBuf;
@@ -70,8 +70,8 @@ pub struct Artist {
     /// What is drawn of the order, and of the map.
     latest: Option<(Arc<Target>, Level)>,
     map: Option<usize>,
-    ms_per_ray: Option<f64>,
-    ms_per_query: Option<f64>,
+    pace: Pace,
+    map_pace: Pace,
 }
 
 impl Artist {
@@ -92,8 +92,8 @@ impl Artist {
             targets: Vec::new(),
             latest: None,
             map: None,
-            ms_per_ray: None,
-            ms_per_query: None,
+            pace: Pace::default(),
+            map_pace: Pace::default(),
         })
     }
 
@@ -117,7 +117,7 @@ impl Artist {
         shader.stop_when(stop);
         let bytes = shader.bytes();
         self.shader = Some(shader);
-        (self.ms_per_ray, self.ms_per_query) = (None, None);
+        (self.pace, self.map_pace) = (Pace::default(), Pace::default());
         self.start_over();
         Ok(bytes)
     }
@@ -151,8 +151,8 @@ impl Artist {
     pub fn next_step(&self) -> Option<Step> {
         let (Some(order), Some(_), Some(_)) = (&self.order, &self.scene, &self.shader) else { return None };
         let drawn = self.latest.as_ref().map(|(_, level)| *level);
-        let picture = levels::next(drawn, order.size, order.view.supersample, self.ms_per_ray).map(Step::Picture);
-        let map = self.cursor.and_then(|_| hemisphere::next(self.map, self.ms_per_query)).map(Step::Map);
+        let picture = levels::next(drawn, order.size, order.view.supersample, &self.pace).map(Step::Picture);
+        let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
         let save = self.shot.as_ref().map(|_| Step::Save);
         match (drawn, self.map) {
             (None, _) => picture,
@@ -201,7 +201,7 @@ impl Artist {
         let view = View { supersample: level.supersample, ..order.view };
         let report = self.renderer.draw(&self.gpu, scene, shader, &target, &view)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        self.ms_per_ray = Some(levels::ms_per_ray(level, order.size, ms));
+        self.pace.learn(level.rays(order.size), ms);
         self.latest = Some((Arc::clone(&target), level));
         // The place under the cursor is known better now.
         self.map = None;
@@ -221,9 +221,7 @@ impl Artist {
             self.map = Some(hemisphere::LAST);
             return Ok(Some(None));
         }
-        let (map, ms) = hemisphere::draw(&self.gpu, shader, &seen, index)?;
-        self.ms_per_query = Some(ms);
-        Ok(Some(Some(map)))
+        Ok(Some(Some(hemisphere::draw(&self.gpu, shader, &seen, index, &mut self.map_pace)?)))
     }
 
     fn save(&mut self) -> Result<Option<Done>, Failure> {

@@ -45,16 +45,20 @@ struct Mail {
     cursor: Option<Option<[f32; 2]>>,
     shot: Option<Shot>,
     quit: bool,
-    /// What ends the step that the thread is at.
-    gives_way: GivesWay,
+    /// The slightest change that ends the step under way.
+    gives_way: Change,
 }
 
-/// A first picture after a change is drawn whatever else changes meanwhile, or there would be none while one drags.
+/// What changes, the slightest last. A step ends at changes down to a certain one; a first picture is drawn whatever
+/// moves meanwhile, or there would be none while one drags.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
-enum GivesWay {
+enum Change {
     #[default]
-    Methods,
-    Orders,
+    /// Another method or mesh, or the end.
+    Method,
+    /// Another order.
+    Order,
+    /// Another place under the cursor, or a screenshot.
     Cursor,
 }
 
@@ -81,34 +85,34 @@ impl Drawer {
 
     /// Draws another mesh from now on.
     pub fn set_scene(&self, mesh: Mesh, pigment: PigmentTexture) {
-        self.shared.post(GivesWay::Methods, |mail| mail.scene = Some((mesh, pigment)));
+        self.shared.post(Change::Method, |mail| mail.scene = Some((mesh, pigment)));
     }
 
     /// Draws with another method from now on.
     pub fn set_method(&self, method: Box<dyn Method>) {
-        self.shared.post(GivesWay::Methods, |mail| mail.method = Some(method));
+        self.shared.post(Change::Method, |mail| mail.method = Some(method));
     }
 
     /// Draws this from now on.
     pub fn set_order(&self, order: Order) {
-        self.shared.post(GivesWay::Orders, |mail| mail.order = Some(order));
+        self.shared.post(Change::Order, |mail| mail.order = Some(order));
     }
 
     /// Gives maps of this place from now on.
     pub fn set_cursor(&self, cursor: Option<[f32; 2]>) {
-        self.shared.post(GivesWay::Cursor, |mail| mail.cursor = Some(cursor));
+        self.shared.post(Change::Cursor, |mail| mail.cursor = Some(cursor));
     }
 
     /// Saves the finest picture as soon as there is one.
     pub fn save(&self, shot: Shot) {
-        self.shared.post(GivesWay::Cursor, |mail| mail.shot = Some(shot));
+        self.shared.post(Change::Cursor, |mail| mail.shot = Some(shot));
     }
 }
 
 impl Drop for Drawer {
     /// Waits for the thread: drivers do not like a process that ends while another thread uses them.
     fn drop(&mut self) {
-        self.shared.post(GivesWay::Methods, |mail| mail.quit = true);
+        self.shared.post(Change::Method, |mail| mail.quit = true);
         if let Some(thread) = self.thread.take() {
             // It has nothing more to say, not even why it panicked, which the panic itself has said.
             let _ = thread.join();
@@ -122,10 +126,10 @@ impl Shared {
         self.mail.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn post(&self, urgency: GivesWay, write: impl FnOnce(&mut Mail)) {
+    fn post(&self, change: Change, write: impl FnOnce(&mut Mail)) {
         let mut mail = self.lock();
         write(&mut mail);
-        if mail.gives_way >= urgency {
+        if change <= mail.gives_way {
             self.stop.store(true, Ordering::Relaxed);
         }
         drop(mail);
@@ -150,14 +154,14 @@ impl Shared {
             }
             let Some(step) = artist.next_step() else { continue };
             if !self.begin(match (artist.refines(step), artist.owes_shot()) {
-                (false, _) => GivesWay::Methods,
-                (true, true) => GivesWay::Orders,
-                (true, false) => GivesWay::Cursor,
+                (false, _) => Change::Method,
+                (true, true) => Change::Order,
+                (true, false) => Change::Cursor,
             }) {
                 continue;
             }
             let done = artist.work(step);
-            self.lock().gives_way = GivesWay::default();
+            self.lock().gives_way = Change::default();
             match done {
                 Ok(Some(Done::Picture(picture))) => tell.tell(News::Picture(picture)),
                 Ok(Some(Done::Map(map))) => tell.tell(News::Map(map)),
@@ -174,7 +178,7 @@ impl Shared {
     }
 
     /// Says what ends the step that follows; false when there is mail to be read before it.
-    fn begin(&self, gives_way: GivesWay) -> bool {
+    fn begin(&self, gives_way: Change) -> bool {
         let mut mail = self.lock();
         if !mail.is_empty() {
             return false;

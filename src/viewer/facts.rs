@@ -60,7 +60,7 @@ impl Facts {
             line(ui, "Picture", format!("{width} × {height}{}", if picture.finest { "" } else { ", draft" }));
             line(ui, "Lit samples", picture.answered.to_string());
             line(ui, "Frame", format!("{:.1} ms, {:.1} fps", picture.ms, 1e3 / picture.ms.max(1e-3)));
-            let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.2}")).join(", ");
+            let stages = picture.stages.map(|(stage, ms)| format!("{stage} {ms:.1}")).join(", ");
             let clock = if self.timestamps { "GPU clock" } else { "wall clock" };
             ui.weak(format!("{stages} ms by the {clock}"));
         }

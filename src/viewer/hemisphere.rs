@@ -1,5 +1,6 @@
 //! The BRDF map beside the picture: what the surface sends where, for light from one direction.
 
+use super::levels::Pace;
 use crate::cli::brdf_map::outgoing;
 use eframe::egui;
 use sunbeam::colour::{automatic_exposure, srgb_encode};
@@ -24,27 +25,32 @@ pub struct BrdfMap {
 }
 
 /// Index of the side to draw after `done`, as with the levels of pictures.
-pub fn next(done: Option<usize>, ms_per_query: Option<f64>) -> Option<usize> {
+pub fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let first = done.map_or(0, |done| done + 1);
     if first >= SIDES.len() {
         return None;
     }
-    let fits = |&index: &usize| ms_per_query.is_some_and(|ms| ms * (SIDES[index] * SIDES[index]) as f64 <= PREVIEW_MS);
+    let fits = |&index: &usize| pace.fits(pixels(index), PREVIEW_MS);
     Some((first..SIDES.len()).rev().find(fits).unwrap_or(first))
 }
 
-/// Asks the shader for the map with a side of that index; gives its wall-clock ms for each pixel too.
+/// Pixels of the map with a side of that index.
+fn pixels(index: usize) -> f64 {
+    (SIDES[index] * SIDES[index]) as f64
+}
+
+/// Asks the shader for the map with a side of that index; learns from what it takes.
 ///
 /// # Errors
 /// As [`Shader::evaluate`].
-pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize) -> Result<(BrdfMap, f64), GpuError> {
+pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut Pace) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
     let side = SIDES[index];
     let places: Vec<Option<[f64; 3]>> = (0..side * side).map(|i| outgoing(i % side, i / side, side)).collect();
     let asked: Vec<Query> =
         places.iter().flatten().map(|wo| Query::new(seen.wi, wo.map(|component| component as f32))).collect();
     let answers = shader.evaluate(gpu, &asked)?;
-    let ms = start.elapsed().as_secs_f64() * 1e3 / (side * side) as f64;
+    pace.learn(pixels(index), start.elapsed().as_secs_f64() * 1e3);
 
     let linear: Vec<[f64; 3]> = answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect();
     let exposure = automatic_exposure(linear.iter().copied());
@@ -55,7 +61,7 @@ pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize) -> Result<(B
     let pixels =
         places.iter().map(|place| place.and_then(|_| colours.next()).unwrap_or(egui::Color32::TRANSPARENT)).collect();
     let image = egui::ColorImage::new([side, side], pixels);
-    Ok((BrdfMap { image, wi: seen.wi, wo: seen.wo, exposure }, ms))
+    Ok(BrdfMap { image, wi: seen.wi, wo: seen.wo, exposure })
 }
 
 #[cfg(test)]
@@ -64,13 +70,18 @@ mod tests {
 
     #[test]
     fn a_fast_method_gives_the_whole_map_at_once_and_a_slow_one_in_steps() {
-        assert_eq!(next(None, Some(1e-5)), Some(3));
-        assert_eq!(next(Some(3), Some(1e-5)), None);
+        let pace = |ms_per_pixel: f64| {
+            let mut pace = Pace::default();
+            pace.learn(1.0, ms_per_pixel);
+            pace
+        };
+        assert_eq!(next(None, &pace(1e-5)), Some(LAST));
+        assert_eq!(next(Some(LAST), &pace(1e-5)), None);
         let mut done = None;
         for expected in 0..SIDES.len() {
-            done = next(done, Some(1e3));
+            done = next(done, &pace(1e3));
             assert_eq!(done, Some(expected));
         }
-        assert_eq!(next(done, None), None);
+        assert_eq!(next(done, &Pace::default()), None);
     }
 }

@@ -20,7 +20,8 @@ impl Level {
         (width.div_ceil(self.divisor).max(1), height.div_ceil(self.divisor).max(1))
     }
 
-    fn rays(self, size: (u32, u32)) -> f64 {
+    /// Rays of a picture that is `size` in full.
+    pub fn rays(self, size: (u32, u32)) -> f64 {
         let (width, height) = self.size(size);
         f64::from(width) * f64::from(height) * f64::from(self.supersample).powi(2)
     }
@@ -39,23 +40,42 @@ impl Level {
     }
 }
 
+/// How fast a method is, as far as pictures have shown.
+///
+/// Small pictures take mostly what every picture takes, so they say little about large ones.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pace {
+    /// Rays of the picture that told it, and what each took.
+    learnt: Option<(f64, f64)>,
+}
+
+impl Pace {
+    /// Learns from a picture.
+    pub fn learn(&mut self, rays: f64, ms: f64) {
+        let per_ray = ms / rays;
+        if self.learnt.is_none_or(|(most, slowest)| rays >= most || per_ray < slowest) {
+            self.learnt = Some((rays, per_ray));
+        }
+    }
+
+    /// Whether so many rays are done in time. None are before anything is known.
+    pub fn fits(&self, rays: f64, ms: f64) -> bool {
+        self.learnt.is_some_and(|(_, per_ray)| per_ray * rays <= ms)
+    }
+}
+
 /// The level to draw after `done`: the finest that fits [`PREVIEW_MS`], at least one step finer than what is there.
-/// `None` when that is the finest. `ms_per_ray` is what rays took last, `None` before the first.
-pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, ms_per_ray: Option<f64>) -> Option<Level> {
+/// `None` when that is the finest.
+pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, pace: &Pace) -> Option<Level> {
     let mut level = match done {
         Some(done) => done.finer(supersample)?,
         None => Level { divisor: COARSEST, supersample: 1 },
     };
-    let fits = |level: &Level| ms_per_ray.is_some_and(|ms| ms * level.rays(size) <= PREVIEW_MS);
+    let fits = |level: &Level| pace.fits(level.rays(size), PREVIEW_MS);
     while let Some(finer) = level.finer(supersample).filter(fits) {
         level = finer;
     }
     Some(level)
-}
-
-/// What rays of a picture took.
-pub fn ms_per_ray(level: Level, size: (u32, u32), ms: f64) -> f64 {
-    ms / level.rays(size)
 }
 
 #[cfg(test)]
@@ -65,9 +85,10 @@ mod tests {
     const SIZE: (u32, u32) = (1000, 700);
 
     fn all(supersample: u32, ms_per_ray: Option<f64>) -> Vec<(u32, u32)> {
+        let pace = Pace { learnt: ms_per_ray.map(|ms| (1.0, ms)) };
         let mut levels = Vec::new();
         let mut done = None;
-        while let Some(level) = next(done, SIZE, supersample, ms_per_ray) {
+        while let Some(level) = next(done, SIZE, supersample, &pace) {
             levels.push((level.divisor, level.supersample));
             done = Some(level);
         }
@@ -87,6 +108,19 @@ mod tests {
         assert_eq!(all(3, None), slow);
         // 11 025 pixels of a quarter of the side fit, twice the side does not.
         assert_eq!(all(1, Some(1e-3)), [(4, 1), (2, 1), (1, 1)]);
+    }
+
+    #[test]
+    fn what_every_picture_takes_is_not_laid_to_its_rays() {
+        // 50 ms each, and 1 µs a ray.
+        let mut pace = Pace::default();
+        for rays in [1e3, 1e6, 1e3] {
+            pace.learn(rays, 50.0 + 1e-3 * rays);
+        }
+        assert!(pace.fits(6e4, PREVIEW_MS) && !pace.fits(1e5, PREVIEW_MS));
+        // As fine as before, but slower: there is more to see.
+        pace.learn(1e6, 1e5);
+        assert!(!pace.fits(6e4, PREVIEW_MS));
     }
 
     #[test]
