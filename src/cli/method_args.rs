@@ -28,6 +28,7 @@ impl Method {
     }
 
     /// The method of that name on the GPU; `None` where it has none.
+    #[cfg(feature = "gpu")]
     pub fn on_gpu(self) -> Option<MethodKind> {
         match self {
             Self::Exact => None,
@@ -60,6 +61,7 @@ pub enum Asked {
     /// Colours, for which it has wavelengths of its own.
     Colour,
     /// Colours, on the GPU.
+    #[cfg(feature = "gpu")]
     ColourOnGpu,
 }
 
@@ -122,6 +124,7 @@ impl MethodArgs {
             return Err("--method colour-table has no values by wavelength; use table".to_owned());
         }
         let heeded = match (self.method, asked) {
+            #[cfg(feature = "gpu")]
             (Method::Table, Asked::ColourOnGpu) => MethodKind::Table.options(),
             (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
             (Method::Realtime(kind), _) => kind.options(),
