@@ -4,6 +4,8 @@
 mod gpu_support;
 
 use gpu_support::{White, gpu, query};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use sunbeam::gpu::{AdapterChoice, Gpu, GpuError, Mesh, Optics, Scene, Shader, Target};
 use sunbeam::methods::{Method, MethodShader};
 
@@ -42,6 +44,18 @@ fn the_choice_of_an_adapter_has_two_names() {
     if let Ok(gpu) = Gpu::open(AdapterChoice::Software) {
         assert!(gpu.is_software() && !gpu.adapter().is_empty() && !gpu.backend().is_empty());
     }
+}
+
+#[test]
+fn work_stops_when_it_is_told_to_and_goes_on_afterwards() {
+    let Some(gpu) = gpu() else { return };
+    let mut shader = Shader::new(&gpu, &White, &Optics::default()).unwrap();
+    let stop = Arc::new(AtomicBool::new(true));
+    shader.stop_when(Arc::clone(&stop));
+    let queries = [query([0.0, 0.0, 1.0], [0.0, 0.6, 0.8])];
+    assert!(matches!(shader.evaluate(&gpu, &queries), Err(GpuError::Stopped)));
+    stop.store(false, Ordering::Relaxed);
+    assert_eq!(shader.evaluate(&gpu, &queries).unwrap().reflectances.len(), 1);
 }
 
 #[test]

@@ -50,7 +50,12 @@ impl Studio {
         let target = Target::new(&self.gpu, size.0, size.1).unwrap();
         let report = self.renderer.draw(&self.gpu, &self.scene, shader, &target, view).unwrap();
         assert!(report.gpu_ms.total() > 0.0);
-        (target.read_picture(&self.gpu).unwrap(), target.read_queries(&self.gpu).unwrap())
+        let queries = target.read_queries(&self.gpu).unwrap();
+        // One of them alone is the same.
+        let (column, row) = (size.0 / 2, size.1 / 3);
+        assert_eq!(target.read_query(&self.gpu, column, row).unwrap(), queries[(row * size.0 + column) as usize]);
+        assert!(target.read_query(&self.gpu, 0, size.1).is_err());
+        (target.read_picture(&self.gpu).unwrap(), queries)
     }
 }
 

@@ -204,7 +204,6 @@ fn what_keeps_the_window_from_opening_is_one_line_and_status_2() {
         (&["--exposure", "NaN"], "\"exposure\""),
         (&["--supersample", "0"], "\"supersample\""),
         (&["--camera-target", "-1.2,-7,8.5"], "\"camera-target\""),
-        (&["--method", "exact"], "exact"),
     ] {
         let message = refused(arguments, &[]);
         assert!(message.contains(mentioned), "{message}");

@@ -92,7 +92,7 @@ fn repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
 
 fn picture(ui: &mut Ui, settings: &mut Settings) {
     row(ui, "Exposure", |ui| {
-        ui.spacing_mut().slider_width = 90.0;
+        ui.spacing_mut().slider_width = 82.0;
         ui.add(egui::Slider::new(&mut settings.exposure, EXPOSURE).max_decimals(1));
     });
     let mut blend = Blending::from(settings.view.blend);

@@ -32,7 +32,7 @@ use eframe::egui_wgpu::{WgpuError, WgpuSetup, WgpuSetupCreateNew};
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
-use sunbeam::gpu::{AdapterChoice, Gpu, Mesh};
+use sunbeam::gpu::{AdapterChoice, Gpu, GpuError, Mesh};
 use sunbeam::snake::PigmentTexture;
 
 /// Makes the mesh, which takes a while.
@@ -101,6 +101,10 @@ fn explained(error: eframe::Error) -> Box<dyn Error> {
         eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
         eframe::Error::Winit(error) => no_display(error.to_string()),
         eframe::Error::Wgpu(WgpuError::CustomNativeAdapterSelectionError(reason)) => reason.into(),
+        // No graphics interface at all, before any adapter is looked for.
+        eframe::Error::Wgpu(WgpuError::CreateSurfaceError(_)) => {
+            GpuError::NoAdapter { wanted: "usable".to_owned(), found: "none".to_owned() }.into()
+        }
         eframe::Error::Wgpu(error) => error.into(),
         eframe::Error::AppCreation(error) => error,
     }
