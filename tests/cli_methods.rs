@@ -4,7 +4,7 @@ mod cli_support;
 #[path = "cli_support/service.rs"]
 mod service;
 
-use cli_support::refused;
+use cli_support::{refused, run, succeeded};
 use serde_json::{Value, json};
 use service::{directions, eval};
 
@@ -22,6 +22,13 @@ fn what_a_method_does_not_know_or_heed_is_refused() {
         (&["eval", "--method", "flss", "--series", "fourier"], &["fourier", "chebyshev, taylor"]),
         (&["eval", "--method", "pq", "--repeats", "2.5"], &["2.5", "whole number"]),
         (&["eval", "--method", "stam", "--preset", "flat"], &["no period", "period_um"]),
+        (&["eval", "--method", "colour-table"], &["colour-table", "by wavelength", "table"]),
+        (&["brdf-map", "--method", "colour-table", "--conserve-energy", "true", "-o", "a.exr"], &["must be false"]),
+        (&["brdf-map", "--method", "colour-table", "--table-resolution", "9", "-o", "a.exr"], &["9", "0.25 to 4"]),
+        (&["evaluate", "--theta-i", "90"], &["\"theta-i\"", "90"]),
+        (&["evaluate", "--angles=-40,-50"], &["--angles", "-55,-40"]),
+        (&["evaluate", "--preset", "flat"], &["no period", "\"angles\""]),
+        (&["evaluate", "--wavelength-step", "0"], &["\"wavelength-step\"", "0.1 to 20"]),
     ];
     for (arguments, mentioned) in cases {
         let message = refused(arguments);
@@ -61,4 +68,22 @@ fn the_sources_methods_answer_for_a_patch() {
     let line = r#"{"wi":[0,0,1],"wo":[0,0,1],"wavelength":[550,800]}"#;
     let answer = &eval(&["--preset", "flat", "--method", "flss"], &[line])[0];
     assert!(answer["error"].as_str().unwrap().contains("[380, 780]"), "{answer}");
+}
+
+#[test]
+fn the_sources_methods_find_the_spacing_of_the_blazed_grating() {
+    let folder = tempfile::tempdir().unwrap();
+    let plot = folder.path().join("blazed.svg");
+    let sources = ["--preset", "blazed", "--theta-i", "75", "--angles=-55,-40", "--wavelength-step", "5"];
+    for method in ["flss", "nmm", "pq", "exact"] {
+        let arguments = ["evaluate", "--method", method, "--model", "patch", "--plot", plot.to_str().unwrap()];
+        let found: Value = serde_json::from_str(&succeeded(run(&[&arguments[..], &sources].concat(), ""))).unwrap();
+        // The sources found 2499.997 nm with a variance of 0.377 nm². A step of 0.01° is 0.2 nm² at 50°, and the Gaussian
+        // over λ² has its peak some thousandths of a degree beside the order.
+        assert!((found["mean_nm"].as_f64().unwrap() - 2500.0).abs() < 1.0, "{method}: {found}");
+        assert!(found["variance_nm2"].as_f64().unwrap() < 0.5, "{method}: {found}");
+        assert_eq!(found["peaks_deg"].as_array().unwrap().len(), 81);
+        let drawing = std::fs::read_to_string(&plot).unwrap();
+        assert!(drawing.contains("<svg") && drawing.contains("grating equation"), "{method}");
+    }
 }
