@@ -37,9 +37,11 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     words += ["--exposure", EXPOSURE_STOPS]
     drawn = json.loads(sunbeam(*words, *realtime.surface_words(skin)))
     compared = realtime.compare(names["mitsuba"], names["realtime"], png=output / "both-difference.png")
+    # Without the driver's version.
+    adapter = drawn["adapter"].split(" (")[0]
     captions = (
         f"Mitsuba 3, {spp} paths a pixel: {traced.seconds['later_pass']:.1f} s",
-        f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms']:.0f} ms on {drawn['adapter']}",
+        f"realtime, {SUPERSAMPLE**2} rays a pixel, method table: {drawn['gpu_ms'] / 1e3:.2g} s on {adapter}",
     )
     pictures = (png, names["realtime"].with_suffix(".png"))
     contact_sheet([list(zip(pictures, captions))], output / "both-renderers.png", view.width)
