@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 /// Each line {"wi":[x,y,z],"wo":[x,y,z],"wavelength":nm} is answered by {"f":…,"pdf":…} in order. f is the reflectance
 /// f_r in 1/sr, without the cosine and with the Fresnel reflectance where --eta is given; it is 0 unless both
 /// directions lie above the surface. pdf is the density of `sunbeam sample` per solid angle, which belongs to the
-/// tables and is given with every method; null for wavelengths that the tables do not hold (360 to 830 nm). flss, nmm, pq and stam answer for 380 to 780 nm.
+/// tables and is given with every method; null for wavelengths that the tables do not hold (360 to 830 nm). flss, nmm, pq
+/// and stam answer for 380 to 780 nm.
 ///
 /// With an array of wavelengths f is an array too, and pdf the mean over the wavelengths carried: one number, as one
 /// direction is sampled for all of them (hero wavelength, balance heuristic).

@@ -13,8 +13,9 @@ use sunbeam::gpu::{AdapterChoice, Query, Renderer, Scene, StageTimes, Target, Vi
 /// Draw the snake on the GPU, without a window
 ///
 /// The snake lies on dark soil in the sun, with camera, light and pigment as in the Mitsuba scenes: 1 unit is 1 cm, z is
-/// up. Light is direct sunlight alone, with sharp shadows and no sky. Without --eta the skin is keratin, 1.56. The picture is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, what
-/// it took and what was drawn as JSON.
+/// up. Light is direct sunlight alone, with sharp shadows and no sky. Without --eta the skin is keratin, 1.56. The picture
+/// is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, what it took and what was drawn as
+/// JSON.
 #[derive(clap::Args)]
 pub struct RenderArgs {
     /// The picture: linear sRGB, 32-bit floats (.exr)

@@ -244,7 +244,7 @@ pub fn build(
     })
 }
 
-fn in_range(
+pub(super) fn in_range(
     name: &'static str,
     found: f64,
     range: &std::ops::RangeInclusive<f64>,

@@ -1,13 +1,15 @@
 //! Fills the rings and turns their samples into packed spline coefficients.
 
 use super::pack::{exponent_offset, pack};
-use super::path::{LANES, Path, Reading, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM, VisibleWeights};
+use super::path::{LANES, Path, Reading, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
 use super::rings::{RingPlan, Rings, W_LOG};
 use super::{ColourTable, ColourTableReport, Ring, TableUniform};
 use crate::config::{COHERENCE_LENGTH_UM, TOLERANCE};
 use crate::height_field::HeightField;
-use crate::methods::RESOLUTION;
-use crate::table::{Model, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM};
+use crate::methods::colours::{self, Colours};
+use crate::methods::options::in_range;
+use crate::methods::{MethodError, RESOLUTION};
+use crate::table::{Model, SpectralTable, Spectrum, Tiling, WAVELENGTH_MIN_NM};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -25,7 +27,8 @@ pub struct ColourTableOptions {
     pub tiling: Tiling,
     /// Relative error of the spectral table that the colours are made of.
     pub tolerance: f64,
-    /// Multiplies the number of samples in each of the three directions, 0.25 to 4; 1 is within a ΔE₂₀₀₀ of 1 for 99 % of the pixels.
+    /// Multiplies the number of samples in each of the three directions, 0.25 to 4; 1 is within a ΔE₂₀₀₀ of 1 for 99 % of
+    /// the pixels.
     pub resolution: f64,
 }
 
@@ -35,17 +38,11 @@ impl ColourTable {
     /// # Errors
     /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
     /// spectral table that would be too large.
-    pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, TableError> {
+    pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, MethodError> {
         let start = Instant::now();
-        for (name, value, range, accepted) in [
-            ("coherence_length", options.coherence_length_um, COHERENCE_LENGTH_UM, "0.001 to 100000 µm"),
-            ("tolerance", options.tolerance, TOLERANCE, "1e-6 to 0.1"),
-            ("resolution", options.resolution, RESOLUTION, "0.25 to 4"),
-        ] {
-            if !range.contains(&value) {
-                return Err(TableError::OutOfRange { name, value, accepted });
-            }
-        }
+        in_range("coherence_length", options.coherence_length_um, &COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
+        in_range("tolerance", options.tolerance, &TOLERANCE, "1e-6 to 0.1")?;
+        in_range("resolution", options.resolution, &RESOLUTION, "0.25 to 4")?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
         let spectrum = Spectrum::new(
             field,
@@ -57,8 +54,7 @@ impl ColourTable {
         );
         let (table, _) = crate::table::build(&spectrum, options.tolerance)?;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
-        let knee = knee(&spectrum);
-        let rings = fill(&table, &plan, sigma, knee);
+        let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours::density()?);
         Ok(assemble(&plan, rings, coherence_length_um, start))
     }
 }
@@ -69,7 +65,8 @@ fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) ->
     let window_um = match tiling {
         Tiling::Periodic => s,
         Tiling::Aperiodic => {
-            // A tapered scan is itself a window, whose autocorrelation is as wide as that of a Gaussian of a third of its width.
+            // A tapered scan is itself a window, whose autocorrelation is as wide as that of a Gaussian of a third of its
+            // width. The narrower of the two counts; the power joins them smoothly.
             let (lx, ly) = field.extent_um();
             s.powi(-2).hypot((0.35 * lx.max(ly)).powi(-2)).powf(-0.5)
         }
@@ -115,27 +112,28 @@ struct FilledRing {
     coefficients: Vec<f32>,
 }
 
-fn fill(table: &SpectralTable, plan: &Rings, sigma: f64, knee: f64) -> Vec<FilledRing> {
-    let weights = VisibleWeights::new();
+fn fill(table: &SpectralTable, plan: &Rings, sigma: f64, knee: f64, colours: &Colours) -> Vec<FilledRing> {
     plan.rings
         .chunk_by(|a, b| a.directions == b.directions)
         .flat_map(|group| {
             let path = Path::new(group, sigma);
-            let readings: Vec<Vec<Reading>> = group.iter().map(|ring| path.readings(table, ring, &weights)).collect();
+            let readings: Vec<Vec<Reading>> = group.iter().map(|ring| path.readings(table, ring, colours)).collect();
             let directions = group[0].directions;
             let batches: Vec<Vec<f32>> = (0..directions.div_ceil(LANES))
                 .into_par_iter()
                 .map(|batch| path.integrate(table, &readings, group, batch * LANES))
                 .collect();
-            let mut start = 0;
+            // Where each ring begins in a batch.
+            let starts = group.iter().scan(0, |next, ring| {
+                let start = *next;
+                *next += ring.heights() * 3 * LANES;
+                Some(start)
+            });
+            let starts: Vec<usize> = starts.collect();
             let rings: Vec<FilledRing> = group
-                .iter()
-                .map(|ring| {
-                    let size = ring.heights() * 3 * LANES;
-                    let values = ring_values(&batches, start, ring);
-                    start += size;
-                    filled(ring, values, knee)
-                })
+                .par_iter()
+                .zip(starts)
+                .map(|(ring, start)| filled(ring, ring_values(&batches, start, ring), knee))
                 .collect();
             rings
         })

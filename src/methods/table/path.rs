@@ -5,7 +5,8 @@
 //! over orders finely enough, and then read by every ring and at every w.
 
 use super::rings::RingPlan;
-use crate::colour::SpectralToRgb;
+use crate::methods::colours::{Colours, colour_density};
+use crate::methods::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
 use crate::table::{BANDS, KernelKind, NodeCurve, SpectralTable};
 use std::f64::consts::TAU;
 
@@ -16,25 +17,7 @@ pub(super) const STEP_SIGMAS: f64 = 1.3;
 /// Fewest steps over the visible wavelengths: the colour matching functions are smooth over 6 nm.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// The visible wavelengths in µm.
-pub(super) const VISIBLE_UM: (f64, f64) = (0.38, 0.78);
-
-/// Colour weights per nm, linear between whole nm; each channel integrates to one.
-pub(super) struct VisibleWeights(Vec<[f64; 3]>);
-
-impl VisibleWeights {
-    pub fn new() -> Self {
-        // A step of 1 nm over the visible range always makes white.
-        Self(SpectralToRgb::visible(1.0).map(|weights| weights.weights().to_vec()).unwrap_or_default())
-    }
-
-    fn at(&self, wavelength_um: f64) -> [f64; 3] {
-        let t = (wavelength_um - VISIBLE_UM.0) * 1e3;
-        let i = (t.max(0.0) as usize).min(self.0.len().saturating_sub(2));
-        let (Some(a), Some(b)) = (self.0.get(i), self.0.get(i + 1)) else { return [0.0; 3] };
-        let fraction = (t - i as f64).clamp(0.0, 1.0);
-        std::array::from_fn(|c| a[c] + fraction * (b[c] - a[c]))
-    }
-}
+pub(super) const VISIBLE_UM: (f64, f64) = (WAVELENGTH_MIN_UM as f64, WAVELENGTH_MAX_UM as f64);
 
 /// The grid of ρ in cycles/µm along the rays of one group of rings.
 pub(super) struct Path {
@@ -68,8 +51,10 @@ impl Path {
         self.first + place as f64 * self.step
     }
 
-    /// Everything that does not depend on the ray.
-    pub fn readings(&self, table: &SpectralTable, ring: &RingPlan, weights: &VisibleWeights) -> Vec<Reading> {
+    /// Everything that does not depend on the ray. `colours` is a density per µm.
+    pub fn readings(&self, table: &SpectralTable, ring: &RingPlan, colours: &Colours) -> Vec<Reading> {
+        // dλ/λ² in 1/µm, times the normalisation of S.
+        let scale = (self.step / ring.radius * table.norm()) as f32;
         let mut readings = Vec::new();
         for place in 0..self.count {
             let frequency = self.frequency(place);
@@ -77,9 +62,7 @@ impl Path {
             if !(VISIBLE_UM.0..=VISIBLE_UM.1).contains(&wavelength_um) {
                 continue;
             }
-            // dλ/λ² in 1/µm, with the weights' nm.
-            let measure = 1e3 * self.step / ring.radius;
-            let colour = weights.at(wavelength_um).map(|weight| (weight * measure * table.norm()) as f32);
+            let colour = colour_density(colours, wavelength_um as f32).map(|density| density * scale);
             for (height, w) in ring.samples().into_iter().enumerate() {
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 let curve = NodeCurve::new(table, kappa);
