@@ -10,7 +10,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds of one package at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool test test-rust test-python lint format demo crosscheck bench docs clean help
+.PHONY: all setup plugin tool test test-rust test-python lint format demo crosscheck bench figures docs clean help
 
 all: plugin
 
@@ -21,6 +21,7 @@ help:
 	@echo "make lint     check formatting and lints; make format mends the former"
 	@echo "make demo     render the snake and compare the renderers, results in out/"
 	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
+	@echo "make figures  make every page of figures in docs/ anew; or one: make figures PAGES=brdf-maps"
 	@echo "make bench | docs | clean"
 
 setup: $(READY)
@@ -73,6 +74,10 @@ demo: plugin tool
 bench: plugin tool
 	$(CARGO) bench
 	$(PY) benches/mitsuba_cost.py
+
+# Those named in PAGES, or all.
+figures: plugin tool
+	$(PY) -m mitsuba_scenes.evaluation $(PAGES)
 
 docs:
 	$(CARGO) doc --no-deps

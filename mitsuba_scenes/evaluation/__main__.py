@@ -1,0 +1,39 @@
+"""Makes pages of figures: `python -m mitsuba_scenes.evaluation [PAGE ...]`, all of them unless some are named."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from importlib import import_module
+
+from ..environment import SetupError
+from ..picture import PictureError
+from .page import write_page
+
+# Each is a module of this package with a function `figures() -> dict`, and a template of the same name in
+# docs/templates, with hyphens.
+PAGES: tuple[str, ...] = ()
+
+
+def main(words: list[str] | None = None) -> int:
+    """The command line; 0, or 2 with one line that says what is wrong."""
+    parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.evaluation", description=__doc__)
+    parser.add_argument("pages", nargs="*", metavar="PAGE", help=f"one of {', '.join(PAGES)}")
+    options = parser.parse_args(words)
+    try:
+        for page in options.pages or PAGES:
+            if page not in PAGES:
+                raise SetupError(f"unknown page {page!r}; there are {', '.join(PAGES)}")
+            start = time.perf_counter()
+            made = import_module(f".{page.replace('-', '_')}", __package__).figures()
+            written = write_page(page, made)
+            print(f"{written} ({time.perf_counter() - start:.0f} s)", flush=True)
+    except (SetupError, PictureError) as error:
+        print(f"{parser.prog}: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,40 @@
+"""A page of the documentation whose every number came out of the run that wrote it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from ..environment import REPOSITORY
+
+DOCS = REPOSITORY / "docs"
+
+
+def images(name: str, docs: Path = DOCS) -> Path:
+    """The folder of a page's pictures, made where it is missing."""
+    folder = docs / "images" / name
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def write_page(name: str, figures: dict, docs: Path = DOCS) -> Path:
+    """Fills `templates/NAME.md.j2` with the figures: writes `NAME.md`, and the figures as `data/NAME.json`.
+
+    What the template asks for and the figures lack is an error, as is a number that JSON does not know.
+    """
+    data = docs / "data" / f"{name}.json"
+    data.parent.mkdir(parents=True, exist_ok=True)
+    data.write_text(json.dumps(figures, indent=1, allow_nan=False) + "\n")
+    templates = Environment(
+        loader=FileSystemLoader(DOCS / "templates"),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+        autoescape=False,
+    )
+    page = docs / f"{name}.md"
+    page.write_text(templates.get_template(f"{name}.md.j2").render(figures))
+    return page
