@@ -37,6 +37,9 @@ pub struct RenderArgs {
     /// Rays along each side of a pixel, 1 to 64; their mean is the pixel
     #[arg(long, value_name = "COUNT", default_value_t = 1)]
     supersample: u32,
+    /// Draws the picture this often and gives the medians of the times
+    #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    repeat: u32,
     /// The GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
     #[arg(long, value_name = "any|software")]
     adapter: Option<AdapterChoice>,
@@ -98,7 +101,11 @@ pub fn run(args: &RenderArgs) -> Outcome {
     let renderer = Renderer::new(&gpu)?;
     // Drivers finish compiling when a pipeline is first used; a picture of one pixel keeps that out of the times.
     renderer.draw(&gpu, &scene, &shader, &Target::new(&gpu, 1, 1)?, &View { supersample: 1, ..view })?;
-    let drawn = renderer.draw(&gpu, &scene, &shader, &target, &view)?;
+    let reports = (0..args.repeat)
+        .map(|_| renderer.draw(&gpu, &scene, &shader, &target, &view))
+        .collect::<Result<Vec<_>, _>>()?;
+    let drawn = reports[reports.len() - 1];
+    let gpu_ms = StageTimes::medians(&reports.iter().map(|report| report.gpu_ms).collect::<Vec<_>>());
 
     let picture = target.read_picture(&gpu)?;
     picture::write_exr(&args.output, args.size, &picture)?;
@@ -118,8 +125,8 @@ pub fn run(args: &RenderArgs) -> Outcome {
         adapter: gpu.adapter(),
         backend: gpu.backend(),
         software: gpu.is_software(),
-        gpu_ms: drawn.gpu_ms.total(),
-        gpu_stages_ms: drawn.gpu_ms,
+        gpu_ms: gpu_ms.total(),
+        gpu_stages_ms: gpu_ms,
         gpu_clock: if gpu.has_timestamps() { "timestamps" } else { "wall clock" },
         answered: drawn.answered,
         submissions: drawn.submissions,

@@ -118,6 +118,19 @@ pub(super) struct FrameUniform {
     pub padding: [u32; 2],
 }
 
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct SunlightUniform {
+    pub centre: [f32; 3],
+    pub side: f32,
+    pub across: [f32; 3],
+    pub half_width: f32,
+    pub up: [f32; 3],
+    pub half_height: f32,
+    pub to_sun: [f32; 3],
+    pub half_depth: f32,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,6 +162,11 @@ mod tests {
             (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing)),
             (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
+            (
+                &locate,
+                "Sunlight",
+                fields!(SunlightUniform: centre, side, across, half_width, up, half_height, to_sun, half_depth),
+            ),
             (&locate, "Node", fields!(Node: low, triangle, high, next)),
             (
                 &locate,

@@ -26,6 +26,7 @@ mod program;
 mod renderer;
 mod scene;
 mod shader;
+mod sunlight;
 mod target;
 mod tree;
 mod view;

@@ -8,6 +8,7 @@ const OPTICS: &str = include_str!("wgsl/optics.wgsl");
 const QUERY: &str = include_str!("wgsl/query.wgsl");
 const FRAME: &str = include_str!("wgsl/frame.wgsl");
 const MESH: &str = include_str!("wgsl/mesh.wgsl");
+const SUNLIGHT: &str = include_str!("wgsl/sunlight.wgsl");
 const TRACE: &str = include_str!("wgsl/trace.wgsl");
 
 /// The program of [`super::Shader`].
@@ -20,9 +21,14 @@ pub(super) fn raster() -> String {
     [FRAME, MESH, include_str!("wgsl/raster.wgsl")].join("\n")
 }
 
+/// Draws the mesh as the sun sees it.
+pub(super) fn shadow() -> String {
+    [SUNLIGHT, MESH, include_str!("wgsl/shadow.wgsl")].join("\n")
+}
+
 /// Turns triangles into queries.
 pub(super) fn locate() -> String {
-    [FRAME, MESH, TRACE, QUERY, include_str!("wgsl/locate.wgsl")].join("\n")
+    [FRAME, MESH, TRACE, SUNLIGHT, QUERY, include_str!("wgsl/locate.wgsl")].join("\n")
 }
 
 /// Turns answered queries into a picture.
@@ -52,7 +58,7 @@ pub(super) mod tests {
 
     #[test]
     fn every_program_is_valid_without_an_adapter() {
-        for source in [shade(&NO_RELIEF), raster(), locate(), resolve()] {
+        for source in [shade(&NO_RELIEF), raster(), shadow(), locate(), resolve()] {
             validated(&source);
         }
     }

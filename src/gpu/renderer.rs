@@ -12,7 +12,7 @@ const WORKGROUP: u32 = 8;
 /// GPU times of a picture in ms; see [`Gpu::has_timestamps`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
-    /// Which triangle each pixel sees.
+    /// What the sun sees, where it has moved, and which triangle each pixel sees.
     pub raster: f64,
     /// Frames, directions and shadows.
     pub locate: f64,
@@ -26,6 +26,21 @@ impl StageTimes {
     /// All stages together.
     pub fn total(&self) -> f64 {
         self.raster + self.locate + self.shade + self.resolve
+    }
+
+    /// The median of each stage over several pictures; zero for none.
+    pub fn medians(times: &[Self]) -> Self {
+        let median = |stage: fn(&Self) -> f64| {
+            let mut sorted: Vec<f64> = times.iter().map(stage).collect();
+            sorted.sort_by(f64::total_cmp);
+            sorted.get(sorted.len() / 2).copied().unwrap_or_default()
+        };
+        Self {
+            raster: median(|t| t.raster),
+            locate: median(|t| t.locate),
+            shade: median(|t| t.shade),
+            resolve: median(|t| t.resolve),
+        }
     }
 }
 
@@ -42,6 +57,7 @@ pub struct FrameReport {
 
 /// Draws a [`Scene`] with a [`Shader`] into a [`Target`]. Each may be exchanged from picture to picture.
 pub struct Renderer {
+    shadow: wgpu::RenderPipeline,
     raster: wgpu::RenderPipeline,
     locate: wgpu::ComputePipeline,
     resolve: wgpu::ComputePipeline,
@@ -58,7 +74,8 @@ impl Renderer {
         let resolve = pipeline::module(gpu, "resolve", program::resolve());
         let frame = super::layout::FrameUniform::zeroed();
         Ok(Self {
-            raster: raster_pipeline(gpu)?,
+            shadow: depth_pipeline(gpu, program::shadow(), "sunlit_corner", None)?,
+            raster: depth_pipeline(gpu, program::raster(), "corner", Some("triangle_number"))?,
             locate: pipeline::compute(gpu, &locate, "locate", None)?,
             resolve: pipeline::compute(gpu, &resolve, "resolve", None)?,
             frame: gpu.uniform_of("frame", bytemuck::bytes_of(&frame))?,
@@ -81,10 +98,17 @@ impl Renderer {
         view.check()?;
         let bindings = Bindings::new(gpu, self, scene, shader, target);
         let mut report = FrameReport::default();
+        let to_sun = view.light.to_sun();
+        report.gpu_ms.raster += scene.sunlight.follow(gpu, to_sun, || {
+            let ms = self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &scene.sunlight.view())?;
+            scene.sunlight.copy(gpu)?;
+            Ok(ms)
+        })?;
         for sample in 0..view.samples() {
             let uniform = view.uniform(target.size(), sample)?;
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
-            report.gpu_ms.raster += self.rasterise(gpu, scene, target, &bindings)?;
+            report.gpu_ms.raster +=
+                self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth)?;
             let (ms, chosen) = self.find(gpu, target, &bindings)?;
             report.gpu_ms.locate += ms;
             let spent = shader.run(gpu, &bindings.shade, chosen)?;
@@ -96,29 +120,38 @@ impl Renderer {
         Ok(report)
     }
 
-    /// Which triangle each pixel sees; the time in ms.
-    fn rasterise(&self, gpu: &Gpu, scene: &Scene, target: &Target, bindings: &Bindings) -> Result<f64, GpuError> {
+    /// Draws the triangles; the time in ms.
+    fn rasterise(
+        &self,
+        gpu: &Gpu,
+        scene: &Scene,
+        pipeline: &wgpu::RenderPipeline,
+        bindings: &wgpu::BindGroup,
+        colour: Option<&wgpu::TextureView>,
+        depth: &wgpu::TextureView,
+    ) -> Result<f64, GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
+        let colour = colour.map(|view| wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+        });
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("raster"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &target.seen,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
+            color_attachments: colour.map(Some).as_slice(),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &target.depth,
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+                view: depth,
+                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Store }),
                 stencil_ops: None,
             }),
             timestamp_writes: clock.render(),
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        pass.set_pipeline(&self.raster);
-        pass.set_bind_group(0, &bindings.raster, &[]);
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, bindings, &[]);
         pass.draw(0..scene.corners(), 0..1);
         drop(pass);
         clock.run(gpu, encoder)
@@ -163,6 +196,7 @@ fn over_pixels(
 
 /// What ties the stages to the buffers of one scene, shader and target; cheap to make.
 struct Bindings {
+    shadow: wgpu::BindGroup,
     raster: wgpu::BindGroup,
     locate: wgpu::BindGroup,
     shade: wgpu::BindGroup,
@@ -171,12 +205,13 @@ struct Bindings {
 
 impl Bindings {
     fn new(gpu: &Gpu, renderer: &Renderer, scene: &Scene, shader: &Shader, target: &Target) -> Self {
-        let picture = target.picture().create_view(&wgpu::TextureViewDescriptor::default());
         let seen = wgpu::BindingResource::TextureView(&target.seen);
+        let shadow = renderer.shadow.get_bind_group_layout(0);
         let raster = renderer.raster.get_bind_group_layout(0);
         let locate = renderer.locate.get_bind_group_layout(0);
         let resolve = renderer.resolve.get_bind_group_layout(0);
         Self {
+            shadow: pipeline::bind(gpu, &shadow, &[&scene.sunlight.uniform, &scene.vertices, &scene.triangles]),
             raster: pipeline::bind(gpu, &raster, &[&renderer.frame, &scene.vertices, &scene.triangles]),
             locate: pipeline::bind_resources(
                 gpu,
@@ -190,34 +225,43 @@ impl Bindings {
                     target.queries.as_entire_binding(),
                     target.chosen.as_entire_binding(),
                     target.chosen_count.as_entire_binding(),
+                    scene.sunlight.uniform.as_entire_binding(),
+                    scene.sunlight.depths.as_entire_binding(),
                 ],
             ),
             shade: shader.bind(gpu, &target.queries, &target.chosen, &target.reflectances),
-            resolve: pipeline::bind_resources(
+            resolve: pipeline::bind(
                 gpu,
                 &resolve,
                 &[
-                    renderer.frame.as_entire_binding(),
-                    shader.optics().as_entire_binding(),
-                    target.queries.as_entire_binding(),
-                    target.reflectances.as_entire_binding(),
-                    target.sums.as_entire_binding(),
-                    wgpu::BindingResource::TextureView(&scene.pigment),
-                    wgpu::BindingResource::TextureView(&picture),
+                    &renderer.frame,
+                    shader.optics(),
+                    &target.queries,
+                    &target.reflectances,
+                    target.picture(),
+                    &scene.pigment,
                 ],
             ),
         }
     }
 }
 
-fn raster_pipeline(gpu: &Gpu) -> Result<wgpu::RenderPipeline, GpuError> {
-    let module = pipeline::module(gpu, "raster", program::raster());
+/// A pipeline that draws triangles into a depth map, of which the larger depth is in front, and with `fragment` a number
+/// for each pixel.
+fn depth_pipeline(
+    gpu: &Gpu,
+    source: String,
+    vertex: &str,
+    fragment: Option<&str>,
+) -> Result<wgpu::RenderPipeline, GpuError> {
+    let module = pipeline::module(gpu, vertex, source);
+    let target = [Some(SEEN_FORMAT.into())];
     let raster = gpu.device().create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some("raster"),
+        label: Some(vertex),
         layout: None,
         vertex: wgpu::VertexState {
             module: &module,
-            entry_point: Some("corner"),
+            entry_point: Some(vertex),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[],
         },
@@ -231,11 +275,11 @@ fn raster_pipeline(gpu: &Gpu) -> Result<wgpu::RenderPipeline, GpuError> {
             bias: wgpu::DepthBiasState::default(),
         }),
         multisample: wgpu::MultisampleState::default(),
-        fragment: Some(wgpu::FragmentState {
+        fragment: fragment.map(|entry| wgpu::FragmentState {
             module: &module,
-            entry_point: Some("triangle_number"),
+            entry_point: Some(entry),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(SEEN_FORMAT.into())],
+            targets: &target,
         }),
         multiview_mask: None,
         cache: None,

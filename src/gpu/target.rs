@@ -18,8 +18,7 @@ pub struct Target {
     pub(super) chosen: wgpu::Buffer,
     pub(super) chosen_count: wgpu::Buffer,
     pub(super) reflectances: wgpu::Buffer,
-    pub(super) sums: wgpu::Buffer,
-    picture: wgpu::Texture,
+    picture: wgpu::Buffer,
 }
 
 impl Target {
@@ -53,7 +52,6 @@ impl Target {
         };
         let drawn = wgpu::TextureUsages::RENDER_ATTACHMENT;
         let shown = wgpu::TextureUsages::TEXTURE_BINDING;
-        let written = wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_SRC;
         let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         let per_pixel = |label: &str, bytes: usize| {
             gpu.storage(&format!("{label} of {width} x {height} pixels"), pixels(width, height) * bytes as u64)
@@ -67,8 +65,7 @@ impl Target {
             chosen: per_pixel("chosen", size_of::<u32>())?,
             chosen_count: gpu.storage("chosen_count", size_of::<u32>() as u64)?,
             reflectances: per_pixel("reflectances", size_of::<[f32; 4]>())?,
-            sums: per_pixel("sums", size_of::<[f32; 4]>())?,
-            picture: texture("picture", wgpu::TextureFormat::Rgba32Float, written | shown),
+            picture: per_pixel("picture", size_of::<[f32; 4]>())?,
         };
         gpu.check()?;
         Ok(target)
@@ -79,8 +76,8 @@ impl Target {
         (self.width, self.height)
     }
 
-    /// The picture on the GPU: `rgba32float`, linear radiance, alpha 1, rows from the top.
-    pub fn picture(&self) -> &wgpu::Texture {
+    /// The picture on the GPU: four `f32` for each pixel, linear radiance and alpha 1, rows from the top.
+    pub fn picture(&self) -> &wgpu::Buffer {
         &self.picture
     }
 
@@ -89,27 +86,9 @@ impl Target {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub fn read_picture(&self, gpu: &Gpu) -> Result<Vec<[f32; 3]>, GpuError> {
-        let row = size_of::<[f32; 4]>() as u32 * self.width;
-        let padded_row = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let staging = gpu.staging(u64::from(padded_row) * u64::from(self.height));
-        let mut encoder = gpu.encoder();
-        encoder.copy_texture_to_buffer(
-            self.picture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &staging,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(padded_row),
-                    rows_per_image: None,
-                },
-            },
-            self.picture.size(),
-        );
-        gpu.run(encoder)?;
-        let contents = gpu.read_staging(&staging)?;
+        let contents = gpu.read(&self.picture, pixels(self.width, self.height) * size_of::<[f32; 4]>() as u64)?;
         let colour = |bytes: &[u8]| bytemuck::pod_read_unaligned::<[f32; 3]>(&bytes[..12]);
-        let rows = contents.chunks_exact(padded_row as usize);
-        Ok(rows.flat_map(|padded| padded[..row as usize].chunks_exact(16).map(colour)).collect())
+        Ok(contents.chunks_exact(16).map(colour).collect())
     }
 
     /// What each pixel's last ray met, rows from the top.

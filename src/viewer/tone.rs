@@ -8,7 +8,7 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Turns pictures of linear radiance into a texture of the window, on the GPU.
 pub struct ToneMapper {
     pipeline: wgpu::RenderPipeline,
-    gain: wgpu::Buffer,
+    uniform: wgpu::Buffer,
     shown: Option<Shown>,
 }
 
@@ -45,19 +45,20 @@ impl ToneMapper {
             multiview_mask: None,
             cache: None,
         });
-        let gain = device.create_buffer(&wgpu::BufferDescriptor {
+        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("tone"),
             // The least that a uniform may have is 16 bytes on some adapters.
             size: 16,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Self { pipeline, gain, shown: None }
+        Self { pipeline, uniform, shown: None }
     }
 
     /// Shows a picture brightened by so many stops. The texture keeps its number from picture to picture.
     pub fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
-        let size = target.picture().size();
+        let (width, height) = target.size();
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let id = match &mut self.shown {
             Some(shown) if shown.texture.size() == size => shown.id,
             shown => {
@@ -86,21 +87,21 @@ impl ToneMapper {
         &self,
         device: &wgpu::Device,
         queue: &wgpu::Queue,
-        picture: &wgpu::Texture,
+        picture: &wgpu::Buffer,
         shown: &wgpu::Texture,
         stops: f64,
     ) {
-        queue.write_buffer(&self.gain, 0, bytemuck::bytes_of(&[stops.exp2() as f32, 0.0, 0.0, 0.0]));
-        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let words = [(stops.exp2() as f32).to_bits(), shown.width(), 0, 0];
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&words));
         let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("tone"),
             layout: &self.pipeline.get_bind_group_layout(0),
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: self.gain.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view(picture)) },
+                wgpu::BindGroupEntry { binding: 0, resource: self.uniform.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: picture.as_entire_binding() },
             ],
         });
-        let shown = view(shown);
+        let shown = shown.create_view(&wgpu::TextureViewDescriptor::default());
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("tone"),
@@ -140,7 +141,7 @@ mod tests {
     use super::*;
     use sunbeam::colour::{srgb_encode, tone_map};
     use sunbeam::gpu::{AdapterChoice, Gpu, GpuError};
-    use wgpu::util::{DeviceExt, TextureDataOrder};
+    use wgpu::util::DeviceExt;
 
     /// A row of 16 texels of 4 bytes is padded to this when it is copied.
     const ROW: u64 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as u64;
@@ -149,21 +150,11 @@ mod tests {
         let (device, queue) = (gpu.device(), gpu.queue());
         let size = wgpu::Extent3d { width: 16, height: 1, depth_or_array_layers: 1 };
         let texels: Vec<[f32; 4]> = colours.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
-        let picture = device.create_texture_with_data(
-            queue,
-            &wgpu::TextureDescriptor {
-                label: None,
-                size,
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format: wgpu::TextureFormat::Rgba32Float,
-                usage: wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
-            },
-            TextureDataOrder::default(),
-            bytemuck::cast_slice(&texels),
-        );
+        let picture = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents: bytemuck::cast_slice(&texels),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
         let shown = texture(device, size);
         ToneMapper::new(device).draw(device, queue, &picture, &shown, stops);
         let read = device.create_buffer(&wgpu::BufferDescriptor {

@@ -3,13 +3,16 @@
 struct Tone {
     // What radiance is multiplied by.
     gain: f32,
+    // Pixels along a row.
+    width: u32,
 }
 
 const TONE_KNEE: f32 = 0.8;
 const TONE_SHOULDER: f32 = 0.6;
 
 @group(0) @binding(0) var<uniform> tone: Tone;
-@group(0) @binding(1) var picture: texture_2d<f32>;
+// Rows from the top.
+@group(0) @binding(1) var<storage, read> picture: array<vec4<f32>>;
 
 // A triangle that covers the picture.
 @vertex
@@ -35,6 +38,7 @@ fn tone_encoded(linear: vec3<f32>) -> vec3<f32> {
 
 @fragment
 fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let linear = textureLoad(picture, vec2<u32>(position.xy), 0).rgb;
+    let at = vec2<u32>(position.xy);
+    let linear = picture[at.y * tone.width + at.x].rgb;
     return vec4<f32>(tone_encoded(tone_mapped(linear)), 1.0);
 }

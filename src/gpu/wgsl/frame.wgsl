@@ -28,6 +28,8 @@ struct Frame {
     ground: u32,
 }
 
+@group(0) @binding(0) var<uniform> frame: Frame;
+
 const FRAME_PHYSICAL: u32 = 0u;
 const FRAME_SOURCES: u32 = 1u;
 const FRAME_NONE: u32 = 2u;

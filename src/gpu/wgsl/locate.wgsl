@@ -9,6 +9,9 @@
 // The indices of the queries that need an answer, and how many there are.
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> chosen_count: atomic<u32>;
+@group(0) @binding(8) var<uniform> sunlight: Sunlight;
+// Its depths, rows from the top.
+@group(0) @binding(9) var<storage, read> sunlit: array<f32>;
 
 // Half the edge of the ground.
 const LOCATE_GROUND: f32 = 200.0;
@@ -35,7 +38,41 @@ fn locate_to_grating(w: vec3<f32>) -> vec3<f32> {
     return vec3<f32>(r.x * w.x + r.y * w.y, r.x * w.y - r.y * w.x, w.z);
 }
 
+// How far a curved surface may leave its tangent plane within a texel, and how far from the plane what throws a shadow on
+// all of a texel has to be; in texels.
+const LOCATE_SAME: f32 = 0.5;
+const LOCATE_APART: f32 = 2.0;
+// Less of the sun's light than this share falls on a plane of which a texel shows too much.
+const LOCATE_GRAZING: f32 = 0.1;
+
+// Whether the sun is seen from a place on a plane with this normal. The depths around it either continue the plane, or
+// lie far in front of it, or it takes a ray to tell.
 fn locate_is_lit(p: vec3<f32>, n: vec3<f32>) -> bool {
+    let place = sunlight_place(sunlight, p);
+    let texel = (0.5 * place.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
+    if any(texel < vec2<f32>(0.0)) || any(texel >= vec2<f32>(sunlight.side - 1.0)) {
+        // The box has a margin, so the ray passes the mesh.
+        return true;
+    }
+    let cosine = dot(n, sunlight.to_sun);
+    if abs(cosine) >= LOCATE_GRAZING {
+        let size = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
+        let slope = -vec2<f32>(dot(n, sunlight.across), dot(n, sunlight.up)) * size / cosine;
+        let corner = floor(texel);
+        let t = texel - corner;
+        let side = u32(sunlight.side);
+        let at = u32(corner.y) * side + u32(corner.x);
+        let depths = vec4<f32>(sunlit[at], sunlit[at + 1u], sunlit[at + side], sunlit[at + side + 1u]);
+        let plane = vec4<f32>(-t.x, 1.0 - t.x, -t.x, 1.0 - t.x) * slope.x + vec4<f32>(-t.y, -t.y, 1.0 - t.y, 1.0 - t.y) * slope.y;
+        // How far what the sun sees is in front of the plane, in texels.
+        let in_front = ((2.0 * depths - 1.0 - place.z) * sunlight.half_depth - plane) / size.x;
+        if all(in_front <= vec4<f32>(LOCATE_SAME)) {
+            return true;
+        }
+        if all(in_front >= vec4<f32>(LOCATE_APART)) {
+            return false;
+        }
+    }
     return trace(locate_offset(p, n, frame.to_sun), frame.to_sun, TRACE_FAR, true).triangle == TRACE_NONE;
 }
 

@@ -7,7 +7,6 @@ struct Vertex {
     v: f32,
 }
 
-@group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 // Three indices of vertices for each triangle.
 @group(0) @binding(2) var<storage, read> triangles: array<u32>;

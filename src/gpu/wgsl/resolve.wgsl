@@ -1,12 +1,17 @@
 // From answered queries to radiance: a white diffuse plane that faces the sun has radiance 1.
 
-@group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
 @group(0) @binding(3) var<storage, read> reflectances: array<vec4<f32>>;
-@group(0) @binding(4) var<storage, read_write> sums: array<vec4<f32>>;
-@group(0) @binding(5) var pigment: texture_2d<f32>;
-@group(0) @binding(6) var picture: texture_storage_2d<rgba32float, write>;
+// The sum over the samples so far, rows from the top.
+@group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
+@group(0) @binding(5) var<storage, read> pigment: Pigment;
+
+// The pigment's texture: its width and height, and sRGB in bytes, rows in the order of v.
+struct Pigment {
+    size: vec2<u32>,
+    texels: array<u32>,
+}
 
 // Irradiance of a plane that faces the sun.
 const RESOLVE_SUN: f32 = 3.141592653589793;
@@ -18,19 +23,21 @@ fn resolve_decoded(encoded: vec3<f32>) -> vec3<f32> {
 }
 
 fn resolve_texel(at: vec2<i32>) -> vec3<f32> {
-    let size = vec2<i32>(textureDimensions(pigment));
-    // The remainder of a negative number is negative.
-    return resolve_decoded(textureLoad(pigment, ((at % size) + size) % size, 0).rgb);
+    return resolve_decoded(unpack4x8unorm(pigment.texels[u32(at.y) * pigment.size.x + u32(at.x)]).rgb);
 }
 
 // Bilinear, repeating, in linear light, and in full precision, which samplers do not promise.
 fn resolve_pigment(uv: vec2<f32>) -> vec3<f32> {
-    let place = uv * vec2<f32>(textureDimensions(pigment)) - 0.5;
-    let corner = vec2<i32>(floor(place));
+    let size = vec2<i32>(pigment.size);
+    let place = fract(uv) * vec2<f32>(size) - 0.5;
     let t = place - floor(place);
-    let low = mix(resolve_texel(corner), resolve_texel(corner + vec2<i32>(1, 0)), t.x);
-    let high = mix(resolve_texel(corner + vec2<i32>(0, 1)), resolve_texel(corner + vec2<i32>(1, 1)), t.x);
-    return frame.pigment_scale * mix(low, high, t.y);
+    // −1 to the size, and each end is next to the other.
+    let low = vec2<i32>(floor(place));
+    let a = select(low, size - 1, low < vec2<i32>(0));
+    let b = select(low + 1, vec2<i32>(0), low + 1 >= size);
+    let lower = mix(resolve_texel(a), resolve_texel(vec2<i32>(b.x, a.y)), t.x);
+    let upper = mix(resolve_texel(vec2<i32>(a.x, b.y)), resolve_texel(b), t.x);
+    return frame.pigment_scale * mix(lower, upper, t.y);
 }
 
 fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
@@ -61,8 +68,7 @@ fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     var sum = vec4<f32>(frame.weight * radiance, frame.weight);
     if frame.first == 0u {
-        sum += sums[index];
+        sum += picture[index];
     }
-    sums[index] = sum;
-    textureStore(picture, id.xy, sum);
+    picture[index] = sum;
 }

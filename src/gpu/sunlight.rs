@@ -1,0 +1,105 @@
+use super::layout::SunlightUniform;
+use super::mesh::Mesh;
+use super::target::DEPTH_FORMAT;
+use super::{Gpu, GpuError};
+use bytemuck::Zeroable;
+use glam::DVec3;
+use std::sync::{Mutex, PoisonError};
+
+/// Texels along each side of the map.
+const SIDE: u32 = 1024;
+/// Texels of the map around the mesh, so that a place outside is lit.
+const MARGIN: f64 = 4.0;
+
+/// The mesh as the sun sees it: a depth map, drawn anew when the sun has moved.
+pub(super) struct Sunlight {
+    map: wgpu::Texture,
+    /// The map's depths, rows from the top.
+    pub depths: wgpu::Buffer,
+    pub uniform: wgpu::Buffer,
+    low: DVec3,
+    high: DVec3,
+    /// The sun that the map is for.
+    drawn: Mutex<Option<[f64; 3]>>,
+}
+
+impl Sunlight {
+    /// A map that is yet to be drawn.
+    pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Self, GpuError> {
+        let map = gpu.device().create_texture(&wgpu::TextureDescriptor {
+            label: Some("sunlight"),
+            size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: DEPTH_FORMAT,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[],
+        });
+        let points = || mesh.positions.iter().map(|&p| DVec3::from(p.map(f64::from)));
+        Ok(Self {
+            map,
+            depths: gpu.storage("sunlight", u64::from(SIDE) * u64::from(SIDE) * size_of::<f32>() as u64)?,
+            uniform: gpu.uniform_of("sunlight", bytemuck::bytes_of(&SunlightUniform::zeroed()))?,
+            low: points().fold(DVec3::INFINITY, DVec3::min),
+            high: points().fold(DVec3::NEG_INFINITY, DVec3::max),
+            drawn: Mutex::new(None),
+        })
+    }
+
+    /// Has `draw` draw the map where it is for another sun than this one.
+    pub fn follow<T: Default>(
+        &self,
+        gpu: &Gpu,
+        to_sun: [f64; 3],
+        draw: impl FnOnce() -> Result<T, GpuError>,
+    ) -> Result<T, GpuError> {
+        let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
+        if *drawn == Some(to_sun) {
+            return Ok(T::default());
+        }
+        *drawn = None;
+        gpu.queue().write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.frame(to_sun.into())));
+        let result = draw()?;
+        *drawn = Some(to_sun);
+        Ok(result)
+    }
+
+    /// What the map is drawn into.
+    pub fn view(&self) -> wgpu::TextureView {
+        self.map.create_view(&wgpu::TextureViewDescriptor::default())
+    }
+
+    /// Makes the depths those of the map.
+    pub fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
+        let mut encoder = gpu.encoder();
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(SIDE * size_of::<f32>() as u32),
+            rows_per_image: None,
+        };
+        let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.depths, layout };
+        encoder.copy_texture_to_buffer(self.map.as_image_copy(), buffer, self.map.size());
+        gpu.run(encoder)
+    }
+
+    /// The box around the mesh that has an axis to the sun.
+    fn frame(&self, to_sun: DVec3) -> SunlightUniform {
+        let centre = 0.5 * (self.low + self.high);
+        let (across, up) = to_sun.any_orthonormal_pair();
+        let half = 0.5 * (self.high - self.low);
+        let margin = 1.0 + 2.0 * MARGIN / f64::from(SIDE);
+        // Of a mesh without extent too the box has a volume.
+        let extent = |axis: DVec3| (margin * axis.abs().dot(half)).max(1e-6) as f32;
+        SunlightUniform {
+            centre: centre.as_vec3().to_array(),
+            side: SIDE as f32,
+            across: across.as_vec3().to_array(),
+            half_width: extent(across),
+            up: up.as_vec3().to_array(),
+            half_height: extent(up),
+            to_sun: to_sun.as_vec3().to_array(),
+            half_depth: extent(to_sun),
+        }
+    }
+}
