@@ -10,11 +10,11 @@ from .environment import REPOSITORY, SetupError
 TOOL = REPOSITORY / "target" / "release" / "sunbeam"
 
 
-def sunbeam(*words, tool: Path = TOOL) -> str:
-    """Runs the tool and returns what it printed."""
+def sunbeam(*words, tool: Path = TOOL, stdin: str | None = None) -> str:
+    """Runs the tool, with this on its standard input, and returns what it printed."""
     if not tool.exists():
         raise SetupError(f"the command line tool {tool} is missing: run `make tool`")
-    done = subprocess.run([str(tool), *map(str, words)], capture_output=True, text=True)
+    done = subprocess.run([str(tool), *map(str, words)], input=stdin, capture_output=True, text=True)
     if done.returncode != 0:
         raise SetupError(f"`sunbeam {words[0]}` failed: {done.stderr.strip() or done.returncode}")
     return done.stdout

@@ -6,8 +6,9 @@ use super::method_args::{Asked, MethodArgs};
 use super::reflector::Reflector;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
+use ndarray::Array2;
 use serde::Serialize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use sunbeam::table::Tiling;
 use sunbeam::transform::periods;
 
@@ -41,6 +42,9 @@ pub struct EvaluateArgs {
     /// The response over wavelength and angle, with the peaks and the grating equation (.svg)
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    /// The response as float32 (wavelengths, angles) in 1/sr (.npy)
+    #[arg(long, value_name = "FILE")]
+    response: Option<PathBuf>,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -60,6 +64,8 @@ struct Report<'a> {
     period_nm: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     plot: &'a Option<PathBuf>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    response: &'a Option<PathBuf>,
     wavelengths_nm: &'a [f64],
     /// Angle of the brightest response at each wavelength.
     peaks_deg: Vec<f64>,
@@ -81,6 +87,13 @@ impl Response {
     fn peaks_deg(&self) -> Vec<f64> {
         let peak = |row: &Vec<f64>| row.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(i, _)| i);
         self.values.iter().map(|row| self.angles_deg[peak(row)]).collect()
+    }
+
+    fn write(&self, path: &Path) -> Outcome {
+        let shape = (self.wavelengths_nm.len(), self.angles_deg.len());
+        let values = Array2::from_shape_fn(shape, |(i, j)| self.values[i][j] as f32);
+        ndarray_npy::write_npy(path, &values)
+            .map_err(|error| format!("{}: cannot be written: {error}", path.display()).into())
     }
 }
 
@@ -125,6 +138,9 @@ pub fn run(args: &EvaluateArgs) -> Outcome {
     if let Some(path) = &args.plot {
         plot::write(path, &response, &peaks_deg, &grating_deg)?;
     }
+    if let Some(path) = &args.response {
+        response.write(path)?;
+    }
     print_json(&Report {
         method: args.method.method().name(),
         theta_i_deg: args.theta_i,
@@ -134,6 +150,7 @@ pub fn run(args: &EvaluateArgs) -> Outcome {
         variance_nm2,
         period_nm: period.map(|period| 1e3 * period.period_um),
         plot: &args.plot,
+        response: &args.response,
         wavelengths_nm: &response.wavelengths_nm,
         peaks_deg,
         grating_deg,
