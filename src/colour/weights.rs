@@ -19,7 +19,7 @@ pub enum ColourError {
     },
     /// A grid that cannot make all three primaries of white.
     #[error(
-        "the {count} wavelengths from {first_nm} nm in steps of {step_nm} nm cannot make white; cover 380 to 780 nm in steps of at most 20 nm"
+        "the {count} wavelengths from {first_nm} nm in steps of {step_nm} nm cannot make white; cover 380 to 780 nm in steps of at most 100 nm"
     )]
     NoWhite {
         /// The refused first wavelength.
