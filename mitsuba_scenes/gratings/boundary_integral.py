@@ -21,16 +21,17 @@ GRAZING_COSINE = 1e-5
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely a solution is computed: nodes for each wavelength of arc, at least so many, and evanescent orders."""
+    """How finely a solution is computed: nodes for each wavelength of arc, at least so many of a smooth profile or for
+    each corner, and evanescent orders."""
 
     nodes_per_wavelength: float = 14
     nodes_min: int = 120
+    nodes_per_corner: int = 60
     evanescent: int = 60
 
     def finer(self, factor: float) -> Resolution:
-        return Resolution(
-            self.nodes_per_wavelength * factor, round(self.nodes_min * factor), round(self.evanescent * factor)
-        )
+        counts = (self.nodes_min, self.nodes_per_corner, self.evanescent)
+        return Resolution(self.nodes_per_wavelength * factor, *(round(count * factor) for count in counts))
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,9 @@ def solve(
         raise ValueError(f"an order grazes the surface at {wavelength_nm} nm and {theta_i_deg} degrees")
 
     arc = profile.nodes(64).weight.sum()
-    at = profile.nodes(max(resolution.nodes_min, int(resolution.nodes_per_wavelength * arc * k / (2 * np.pi))))
+    corners = len(profile.corners) if isinstance(profile, Polygon) else 0
+    least = max(resolution.nodes_min, resolution.nodes_per_corner * corners)
+    at = profile.nodes(max(least, int(resolution.nodes_per_wavelength * arc * k / (2 * np.pi))))
     along_x, along_z = off_diagonal(lattice, at.x[:, None] - at.x, at.z[:, None] - at.z)
     # The flux of the gradient through the curve at the source (K) and at the point (K').
     double = -(at.normal_x * along_x + at.normal_z * along_z)
