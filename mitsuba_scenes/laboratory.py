@@ -1,9 +1,9 @@
 """The laboratory set-up: a thin collimated beam on a flat sample, and a white screen that catches what it diffracts.
 
 Lengths are in mm. The sample lies at the origin, its normal along +z and its tangent along +x; the screen is the plane
-z = `distance_mm`, parallel to it. Light is traced from the beam on: it meets the sample, leaves it in a direction that the
-sample's BSDF has sampled, and meets the screen, which the camera sees. The camera's film is parallel to the screen, so
-that pixels are squares on it, with x to the right and y up.
+z = `distance_mm`, parallel to it. Light is traced from the beam on: it meets the sample, leaves it in a direction that
+the sample's BSDF has sampled, and meets the screen, which the camera sees. The camera's film is parallel to the screen,
+so that pixels are squares on it, with x to the right and y up.
 """
 
 from __future__ import annotations
@@ -92,18 +92,22 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
         "integrator": {"type": "ptracer", "max_depth": SEGMENTS, "rr_depth": 100},
         "sensor": {
             "type": "perspective",
-            # Seen along +z, Mitsuba's picture has the up vector × the view's direction at its left: mirrored, x is right.
+            # Mitsuba's camera, looking along +z, has +x at its left; mirrored, x is to the right.
             "to_world": transform().look_at(camera, [0, CAMERA_Y_MM, 1], [0, 1, 0]) @ transform().scale([-1, 1, 1]),
             "fov_axis": "x",
             "fov": 2 * math.degrees(math.atan(0.5 * bench.width_mm / bench.distance_mm)),
-            "principal_point_offset_y": CAMERA_Y_MM / bench.height_mm,
             "near_clip": 1.0,
             "far_clip": 1e4,
             "sampler": {"type": "independent"},
             "film": {
                 "type": "hdrfilm",
                 "width": width,
-                "height": height,
+                # Centred on the camera; the upper part is the picture.
+                "height": height + 2 * round(-CAMERA_Y_MM * bench.pixels_per_mm),
+                "crop_width": width,
+                "crop_height": height,
+                "crop_offset_x": 0,
+                "crop_offset_y": 0,
                 "pixel_format": "rgb",
                 "component_format": "float32",
                 "rfilter": {"type": "box"},
@@ -143,7 +147,9 @@ def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]
     at = dr.zeros(mi.SurfaceInteraction3f)
     at.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
     found, _ = sensor.sample_direction(at, mi.Point2f(0.5))
-    return tuple(float(dr.slice(component) if dr.width(component) > 1 else np.ravel(component)[0]) for component in found.uv)
+    return tuple(
+        float(dr.slice(component) if dr.width(component) > 1 else np.ravel(component)[0]) for component in found.uv
+    )
 
 
 def spot_mm(

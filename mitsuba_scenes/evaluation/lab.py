@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mitsuba as mi
@@ -21,16 +21,17 @@ from ..tool import sunbeam
 from .page import images
 
 # Pixels of a millimetre of the pictures with which positions are measured.
-FINE_PIXELS_PER_MM = 2.0
-MEASURED_PATHS, PICTURE_PATHS = 1_000_000, 6_000_000
-WAVELENGTHS_NM = (450.0, 500.0, 550.0, 600.0, 650.0)
+FINE_PIXELS_PER_MM, MEASURED_HEIGHT_MM = 2.0, 20.0
+MEASURED_PATHS, PICTURE_PATHS = 500_000, 3_000_000
+WAVELENGTHS_NM = (450.0, 550.0, 650.0)
 MARKED_NM = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
 # Deviation of a lobe of the ensemble in cycles per um, 1/(2√2 π s), at the coherence length of 65 um.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
 # The spectrum of a scan of 6.5 um is ten times as wide.
 SCAN_LOBE_PER_UM = 0.05
-# Share of the pixels that are not black that are left to clip, and where the marks stand, in mm from the row of spots.
-CLIPPED = 0.01
+# Share of the pixels that are not black that are left to clip: more of few sharp spots, so that the faint ones show.
+CLIPPED, CLIPPED_SPOTS = 0.01, 0.2
+# Where the marks stand, in mm from the row of spots.
 MARKS_MM = (14.0, 22.0)
 # How wrong the period is of the negative control.
 WRONG_PERIOD = 1.02
@@ -45,15 +46,25 @@ class Sample:
     bench: Bench
     orders: tuple[int, ...]
     window: float = LOBE_PER_UM
-    marked: tuple[int, ...] = field(default=(-2, -1, 1, 2))
+    marked: tuple[int, ...] = (-2, -1, 1, 2)
+    clipped: float = CLIPPED
 
 
 def samples() -> list[Sample]:
     """The presets, and a measured scan where it is present."""
     low, high = Bench(height_mm=120.0), Bench()
     chosen = [
-        Sample("blazed", {"preset": "blazed"}, low, (-2, -1, 1, 2), marked=(-3, -2, -1, 1, 2, 3)),
-        Sample("blazed-30", {"preset": "blazed"}, replace(low, theta_i_deg=30.0), (-1, 1, 2), marked=(-1, 0, 1, 2, 3)),
+        Sample(
+            "blazed", {"preset": "blazed"}, low, (-2, -1, 1, 2), marked=(-3, -2, -1, 1, 2, 3), clipped=CLIPPED_SPOTS
+        ),
+        Sample(
+            "blazed-30",
+            {"preset": "blazed"},
+            replace(low, theta_i_deg=30.0),
+            (-1, 1, 2),
+            marked=(-1, 0, 1, 2, 3),
+            clipped=CLIPPED_SPOTS,
+        ),
         Sample("elaphe", {"preset": "elaphe"}, high, (-1, 1)),
         Sample("xenopeltis", {"preset": "xenopeltis"}, high, (-1, 1)),
     ]
@@ -66,12 +77,13 @@ def samples() -> list[Sample]:
 
 def spacing_um(sample: Sample) -> float:
     """The dominant period along x of the heights, which knows nothing of light."""
-    return json.loads(sunbeam("height-field", *surface_words(sample.skin)))["periods"]["x"]["period_um"]
+    relief = {name: value for name, value in sample.skin.items() if name != "rotation"}
+    return json.loads(sunbeam("height-field", *surface_words(relief)))["periods"]["x"]["period_um"]
 
 
 def measured(sample: Sample, bsdf: mi.BSDF, spacing: float) -> list[dict]:
     """The spots of each order in each light, with positions in mm and degrees."""
-    bench = replace(sample.bench, pixels_per_mm=FINE_PIXELS_PER_MM)
+    bench = replace(sample.bench, pixels_per_mm=FINE_PIXELS_PER_MM, height_mm=MEASURED_HEIGHT_MM)
     rows = []
     for seed, wavelength_nm in enumerate(WAVELENGTHS_NM):
         picture = photograph(bsdf, bench, line(wavelength_nm), MEASURED_PATHS, seed=seed)
@@ -100,7 +112,7 @@ def photographed(sample: Sample, bsdf: mi.BSDF, spacing: float, path: Path) -> N
     bench = sample.bench
     pixels = photograph(bsdf, bench, {"type": "d65"}, PICTURE_PATHS).astype(np.float32)
     check(pixels / pixels.mean(), sample.name)
-    stops = -np.log2(np.quantile(pixels.max(axis=-1)[pixels.max(axis=-1) > 0], 1 - CLIPPED))
+    stops = -np.log2(np.quantile(pixels.max(axis=-1)[pixels.max(axis=-1) > 0], 1 - sample.clipped))
     image = Image.fromarray(tone_mapped(pixels, float(stops)))
     draw, font = ImageDraw.Draw(image), ImageFont.load_default(size=13)
 

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 
 import numpy as np
 
 from ..gratings.boundary_integral import Efficiencies, solve
 from ..gratings.profile import Polygon, Sinusoid, blazed, lamellar
-from ..gratings.scalar import MODELS, Grating, Light, Model, efficiencies, misplaced, propagating
+from ..gratings.scalar import MODELS, Grating, Light, Model, closed_form, efficiencies, misplaced, propagating
 
 WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
 ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
 PERIOD_UM = 2.5
-SLOPES_DEG = (1.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 37.5, 45.0)
-FACETS_DEG = (0.5, 1.0, 2.0, 3.0, 4.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
-PERIODS_UM = (0.8, 1.0, 1.25, 1.6, 2.5, 3.5, 5.0, 7.0, 10.0)
+SLOPES_DEG = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 45.0)
+FACETS_DEG = (1.0, 2.0, 3.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
+PERIODS_UM = (0.8, 1.25, 1.75, 2.5, 3.5, 5.0, 10.0)
 # Of the sweep over periods: slope of the sinusoid, facets of the sawtooth, height of the lamellar grating.
 SWEPT_SLOPE_DEG, SWEPT_FACET_DEG, SWEPT_HEIGHT_UM = 10.0, 5.71, 0.125
 
@@ -48,11 +48,16 @@ class Comparison:
         return misplaced(self.scalar[model.name], getattr(self.rigorous, polarisation))
 
 
-@lru_cache(maxsize=None)
+@cache
 def compared(grating: Grating, angles_deg: tuple, wavelengths_nm: tuple = WAVELENGTHS_NM) -> list[Comparison]:
-    """All angles at all wavelengths, angle by angle."""
+    """All angles at all wavelengths, angle by angle; the tool is asked for what has no closed form."""
     lights = [Light(wavelength, angle) for angle in angles_deg for wavelength in wavelengths_nm]
-    scalar = {model.name: efficiencies(grating, model, lights) for model in MODELS}
+    scalar = {
+        model.name: efficiencies(grating, model, lights)
+        if model.conserve_energy
+        else [closed_form(grating, model.obliquity, light) for light in lights]
+        for model in MODELS
+    }
     found = []
     for i, light in enumerate(lights):
         rigorous = solve(profile(grating), light.wavelength_nm, light.theta_i_deg)

@@ -1,9 +1,9 @@
 """Order efficiencies of a perfectly conducting grating by boundary integral equations of the second kind.
 
-TE (E along the grooves, zero on the metal): ψ/2 + K'ψ = ∂u_inc/∂n for ψ = ∂u/∂n. TM (H along the grooves, with no normal
-derivative on the metal): u/2 − Ku = u_inc. K and K' are the double layer potential of the quasi-periodic Green's
-function and its transpose. Nyström's method on the nodes of the profile: kernels are continuous but for r² ln r, so
-the error falls as the cube of the distance of nodes.
+TE (E along the grooves, zero on the metal): ψ/2 + K'ψ = ∂u_inc/∂n for ψ = ∂u/∂n. TM (H along the grooves, with no
+normal derivative on the metal): u/2 − Ku = u_inc. K and K' are the double layer potential of the quasi-periodic Green's
+function and its adjoint. Nyström's method on the nodes of the profile: kernels are smooth but for r² ln r, so that the
+error falls as the cube of the distance between nodes.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Resolution:
     nodes_per_wavelength: float = 14
     nodes_min: int = 120
     nodes_per_corner: int = 60
-    evanescent: int = 60
+    evanescent: int = 20
 
     def finer(self, factor: float) -> Resolution:
         counts = (self.nodes_min, self.nodes_per_corner, self.evanescent)
@@ -92,9 +92,9 @@ def solve(
     return Efficiencies(orders, beta / k, share * np.abs(te) ** 2, share * np.abs(tm) ** 2)
 
 
-def off_diagonal(lattice: Lattice, x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The gradient for every pair of nodes but those of a node with itself, where it is left zero."""
-    pairs = ~np.eye(len(x), dtype=bool)
+def off_diagonal(lattice: Lattice, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """The gradient (2, n, n) for every pair of nodes but those of a node with itself, where it is left zero."""
+    rows, columns = np.triu_indices(len(x), 1)
     result = np.zeros((2, *x.shape), complex)
-    result[:, pairs] = lattice.gradient(x[pairs], z[pairs])
-    return result[0], result[1]
+    result[:, rows, columns], result[:, columns, rows] = lattice.gradient(x[rows, columns], z[rows, columns])
+    return result

@@ -1,7 +1,7 @@
 """Order efficiencies of lamellar gratings by rigorous coupled-wave analysis, the package `meent`.
 
-A perfect conductor is the limit of a metal of index iκ for large κ. Below it, differences from the limit are of the order
-of 1/κ; harmonics must number about as many as κ for the field to enter the metal no deeper than it should.
+A perfect conductor is the limit of a metal of index iκ for large κ, from which it differs by about 1/κ. The field in
+the walls falls off within λ/2πκ, which takes more harmonics to resolve the larger κ is.
 """
 
 from __future__ import annotations

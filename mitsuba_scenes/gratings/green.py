@@ -55,8 +55,9 @@ class Lattice:
     def beta(self) -> np.ndarray:
         return np.sqrt((self.k**2 - self.alpha**2).astype(complex))
 
-    def gradient(self, x: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """∂G/∂x and ∂G/∂z of G = Σ_n exp(iα_n x + iβ_n |z|) i/(2 period β_n), in 1/um, away from the sources.
+    def gradient(self, x: np.ndarray, z: np.ndarray) -> tuple[tuple, tuple]:
+        """(∂G/∂x, ∂G/∂z) of G = Σ_n exp(iα_n x + iβ_n |z|) i/(2 period β_n), in 1/um, away from the sources: at (x, z)
+        and at (−x, −z), where all but the waves that propagate is the conjugate.
 
         The sum over orders converges slowly for small z. What its terms tend to, in closed form up to n⁻², is taken out
         of them and added as a whole (Kummer's transformation), so that the error falls as count⁻².
@@ -65,40 +66,50 @@ class Lattice:
         turns = np.round(x / d)
         x = x - d * turns
         sign, y = np.sign(z), np.abs(z)
-        towards_x = np.zeros(x.shape, complex)
-        towards_z = np.zeros(x.shape, complex)
         step = np.exp(2j * np.pi / d * x)
         carrier = np.exp(1j * alpha0 * x)
         decay = np.exp(-2 * np.pi / d * y)
-        for side in (1, -1):
-            mu = 2 * np.pi / d * (y - 1j * side * x)
-            edge = carrier * np.exp(-side * alpha0 * y)
-            # Σ w^n, Σ w^n/n and Σ w^n/n² of w = exp(−μ), over n from 1.
-            geometric = -np.exp(-mu) / np.expm1(-mu)
-            harmonic = -np.log(-np.expm1(-mu))
-            a1, a2 = k**2 * d / (4 * np.pi), k**2 * d**2 / (8 * np.pi**2)
-            towards_z += edge * (geometric + a1 * y * harmonic)
-            towards_x += side * edge * (geometric + a1 * y * harmonic + a2 * dilogarithm(mu))
+        tilt = {side: np.exp(-side * alpha0 * y) for side in (1, -1)}
+        # Sums of terms with real amplitudes, and of others at both places; towards x and z.
+        real = np.array(self._limits(x, y, carrier, tilt))
+        there, back = np.zeros_like(real), np.zeros_like(real)
         power, fall = np.ones_like(step), np.ones_like(decay)
         for n in range(self.count + 1):
             for side in (1, -1) if n else (1,):
                 alpha = alpha0 + side * 2 * np.pi * n / d
-                gamma = np.sqrt(complex(alpha**2 - k**2)) if abs(alpha) > k else -1j * np.sqrt(k**2 - alpha**2)
-                gamma = gamma.real if gamma.imag == 0 else gamma
+                evanescent = abs(alpha) > k
+                gamma = np.sqrt(alpha**2 - k**2) if evanescent else -1j * np.sqrt(k**2 - alpha**2)
                 wave = np.exp(-gamma * y)
                 in_x, in_z = alpha / gamma * wave, wave
                 if n:
                     q = 2 * np.pi * n / d
-                    limit = fall * np.exp(-side * alpha0 * y)
+                    limit = fall * tilt[side]
                     first = limit * (1 + k**2 / (2 * q) * y)
                     in_z = in_z - first
                     in_x = in_x - side * (first + k**2 / (2 * q**2) * limit)
                 phase = carrier * (power if side > 0 else np.conj(power))
-                towards_x += in_x * phase
-                towards_z += in_z * phase
+                for i, part in enumerate((in_x, in_z)):
+                    if evanescent:
+                        real[i] += part * phase
+                    else:
+                        there[i] += part * phase
+                        back[i] += part * np.conj(phase)
             power, fall = power * step, fall * decay
         shift = np.exp(1j * alpha0 * d * turns)
-        return 0.5j / d * shift * towards_x, -0.5 / d * shift * sign * towards_z
+        there, back = (there + real) * shift, (back + np.conj(real)) * np.conj(shift)
+        towards_x, towards_z = 0.5j / d, -0.5 / d * sign
+        return (towards_x * there[0], towards_z * there[1]), (towards_x * back[0], -towards_z * back[1])
+
+    def _limits(self, x, y, carrier, tilt) -> tuple[np.ndarray, np.ndarray]:
+        """The sums over all orders of what the terms tend to, towards x and z, without their factors."""
+        d, k = self.period, self.k
+        mu = 2 * np.pi / d * (y - 1j * x)
+        # Σ w^n, Σ w^n/n and Σ w^n/n² of w = exp(−μ), over n from 1; the other side has the conjugates.
+        first = -np.exp(-mu) / np.expm1(-mu) - k**2 * d / (4 * np.pi) * y * np.log(-np.expm1(-mu))
+        second = k**2 * d**2 / (8 * np.pi**2) * dilogarithm(mu)
+        up, down = carrier * tilt[1], carrier * tilt[-1]
+        towards_x = up * (first + second) - down * np.conj(first + second)
+        return towards_x, up * first + down * np.conj(first)
 
     def self_term(self) -> complex:
         """What ∂G/∂x tends to at the source without the source's own field; of ∂G/∂z it is zero. In 1/um."""

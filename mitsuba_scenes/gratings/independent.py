@@ -1,4 +1,4 @@
-"""Other solutions of Maxwell's equations, for the profiles that have them; what the boundary integral is held against."""
+"""Other solutions of Maxwell's equations for some profiles, which the boundary integral is held against."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def lamellar_modes(
         plus, minus = along(alpha[:, None] + mu), along(alpha[:, None] - mu)
         return m, rates, plus, minus
 
-    # TE: u = Σ_m a_m sin(μ_m s) sin(r_m (z + height)) in the groove, u = 0 on the ridge: continuity of u over the period,
-    # of ∂u/∂z over the groove. Amplitudes are taken of sin(r_m height), cot(r_m height) stays bounded.
+    # TE: u = Σ_m a_m sin(μ_m s) sin(r_m (z + height)) / sin(r_m height) in the groove, u = 0 on the ridge: u is
+    # continuous over the period, ∂u/∂z over the groove.
     _, rates, plus, minus = modes(1)
     project = (plus - minus) / 2j  # ∫ exp(iα_n s) sin(μ_m s) ds
     slopes = rates / np.tan(rates * height)
@@ -81,7 +81,6 @@ def sinusoid_rayleigh(
     It converges for slopes of up to 0.448 (Petit and Cadilhac 1966; Millar 1971), 24°.
     """
     waves = _waves(profile.period, wavelength_nm, theta_i_deg, evanescent)
-    waves = Lattice(waves.period, waves.k, waves.alpha0, waves.count)
     keep = np.abs(waves.alpha) < waves.k + 2 * np.pi / profile.period * evanescent
     at = profile.nodes(points)
     z = at.z - 0.5 * profile.height
