@@ -12,8 +12,8 @@ BENCH = Bench(height_mm=20.0, pixels_per_mm=2.0)
 PERIOD_UM, WAVELENGTH_NM = 2.5, 550.0
 # Deviation of an order's lobe in cycles per um at the default coherence length, the window of the centroid.
 LOBE_PER_UM = 0.0069
-# The lobe is 0.8 mm wide on the screen and has some ten thousand paths: 0.01 mm of noise, and less than 0.05 mm from the
-# efficiency's slope across the lobe. A period wrong by 2 % moves the order by 0.9 mm.
+# The lobe is 0.8 mm wide on the screen and has some ten thousand paths: 0.01 mm of noise, and less than 0.05 mm from
+# the efficiency's slope across the lobe. A period wrong by 2 % moves the order by 0.9 mm.
 TOLERANCE_MM = 0.15
 
 

@@ -27,7 +27,8 @@ WAVELENGTHS_NM = (450.0, 550.0, 650.0)
 MARKED_NM = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
 # Deviation of a lobe of the ensemble in cycles per um, 1/(2√2 π s), at the coherence length of 65 um.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
-# The spectrum of a scan of 6.5 um is ten times as wide.
+# The spectrum of the scan, so many um wide, is blurred as much more.
+SCAN_UM = 6.5
 SCAN_LOBE_PER_UM = 0.05
 # Share of the pixels that are not black that are left to clip: more of few sharp spots, so that the faint ones show.
 CLIPPED, CLIPPED_SPOTS = 0.01, 0.2
@@ -177,5 +178,7 @@ def figures() -> dict:
         "wavelengths_nm": list(WAVELENGTHS_NM),
         "wrong_period_percent": 100 * (WRONG_PERIOD - 1),
         "lobe_mm": 0.55 * LOBE_PER_UM * bench.distance_mm,
+        "scan_um": SCAN_UM,
+        "scan_window": SCAN_LOBE_PER_UM,
         "samples": chosen,
     }
