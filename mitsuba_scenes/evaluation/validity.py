@@ -59,7 +59,7 @@ def row(kind: str, slope: float | None, grating: Grating) -> dict:
 
 def sweep(make, values, side: int = 1) -> dict:
     """The misplaced power along a sweep: `[model][angle][value]`."""
-    angles = [side * angle for angle in sweeps.ANGLES_DEG]
+    angles = [side * angle + 0.0 for angle in sweeps.ANGLES_DEG]
     return {
         "values": list(values),
         "angles_deg": angles,

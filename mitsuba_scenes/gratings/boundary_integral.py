@@ -27,7 +27,7 @@ class Resolution:
     nodes_per_wavelength: float = 14
     nodes_min: int = 120
     nodes_per_corner: int = 60
-    evanescent: int = 20
+    evanescent: int = 80
 
     def finer(self, factor: float) -> Resolution:
         counts = (self.nodes_min, self.nodes_per_corner, self.evanescent)
