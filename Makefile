@@ -77,6 +77,7 @@ bench: plugin tool
 
 # Those named in PAGES, or all.
 figures: plugin tool
+	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m mitsuba_scenes.evaluation $(PAGES)
 
 docs:

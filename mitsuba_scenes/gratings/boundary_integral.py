@@ -1,0 +1,100 @@
+"""Order efficiencies of a perfectly conducting grating by boundary integral equations of the second kind.
+
+TE (E along the grooves, zero on the metal): ψ/2 + K'ψ = ∂u_inc/∂n for ψ = ∂u/∂n. TM (H along the grooves, with no
+normal derivative on the metal): u/2 − Ku = u_inc. K and K' are the double layer potential of the quasi-periodic Green's
+function and its adjoint. Nyström's method on the nodes of the profile: kernels are smooth but for r² ln r, so that the
+error falls as the cube of the distance between nodes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .green import Lattice
+from .profile import Polygon, Sinusoid
+
+# An order whose cosine is below this grazes the surface: the Green's function has a pole there.
+GRAZING_COSINE = 1e-5
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """How finely a solution is computed: nodes for each wavelength of arc, at least so many of a smooth profile or for
+    each corner, and evanescent orders."""
+
+    nodes_per_wavelength: float = 14
+    nodes_min: int = 120
+    nodes_per_corner: int = 60
+    evanescent: int = 80
+
+    def finer(self, factor: float) -> Resolution:
+        counts = (self.nodes_min, self.nodes_per_corner, self.evanescent)
+        return Resolution(self.nodes_per_wavelength * factor, *(round(count * factor) for count in counts))
+
+
+@dataclass(frozen=True)
+class Efficiencies:
+    """Share of the power in each propagating order; `orders` and the cosines of their angles with the normal."""
+
+    orders: np.ndarray
+    cosines: np.ndarray
+    te: np.ndarray
+    tm: np.ndarray
+
+    @property
+    def unpolarised(self) -> np.ndarray:
+        return 0.5 * (self.te + self.tm)
+
+    @property
+    def imbalance(self) -> float:
+        """How far the sum of a polarisation is from one, the larger of both."""
+        return float(max(abs(self.te.sum() - 1), abs(self.tm.sum() - 1)))
+
+
+def solve(
+    profile: Sinusoid | Polygon, wavelength_nm: float, theta_i_deg: float, resolution: Resolution = Resolution()
+) -> Efficiencies:
+    """Efficiencies of all propagating orders in both polarisations."""
+    k = 2e3 * np.pi / wavelength_nm
+    alpha0, beta0 = -k * np.sin(np.radians(theta_i_deg)), k * np.cos(np.radians(theta_i_deg))
+    propagating = int(2 * k * profile.period / (2 * np.pi)) + 1
+    lattice = Lattice(profile.period, k, alpha0, propagating + resolution.evanescent)
+    if np.abs(lattice.beta).min() < GRAZING_COSINE * k:
+        raise ValueError(f"an order grazes the surface at {wavelength_nm} nm and {theta_i_deg} degrees")
+
+    arc = profile.nodes(64).weight.sum()
+    corners = len(profile.corners) if isinstance(profile, Polygon) else 0
+    least = max(resolution.nodes_min, resolution.nodes_per_corner * corners)
+    at = profile.nodes(max(least, int(resolution.nodes_per_wavelength * arc * k / (2 * np.pi))))
+    along_x, along_z = off_diagonal(lattice, at.x[:, None] - at.x, at.z[:, None] - at.z)
+    # The flux of the gradient through the curve at the source (K) and at the point (K').
+    double = -(at.normal_x * along_x + at.normal_z * along_z)
+    adjoint = at.normal_x[:, None] * along_x + at.normal_z[:, None] * along_z
+    np.fill_diagonal(double, at.curvature / (4 * np.pi) - at.normal_x * lattice.self_term())
+    np.fill_diagonal(adjoint, at.curvature / (4 * np.pi) + at.normal_x * lattice.self_term())
+
+    incident = np.exp(1j * (alpha0 * at.x - beta0 * at.z))
+    incident_flux = 1j * (at.normal_x * alpha0 - at.normal_z * beta0) * incident
+    half = 0.5 * np.eye(len(at.x))
+    # Unknown is the flux times the weight, which stays finite at corners.
+    flux = np.linalg.solve(half + at.weight[:, None] * adjoint, at.weight * incident_flux)
+    field = np.linalg.solve(half - double * at.weight, incident)
+
+    orders = lattice.orders[lattice.beta.imag == 0]
+    alpha, beta = lattice.alpha[lattice.beta.imag == 0], lattice.beta[lattice.beta.imag == 0].real
+    outgoing = np.exp(-1j * (np.outer(alpha, at.x) + np.outer(beta, at.z)))
+    te = outgoing @ flux / (2j * profile.period * beta)
+    through = np.outer(alpha, at.normal_x) + np.outer(beta, at.normal_z)
+    tm = (through * outgoing) @ (field * at.weight) / (2 * profile.period * beta)
+    share = beta / beta0
+    return Efficiencies(orders, beta / k, share * np.abs(te) ** 2, share * np.abs(tm) ** 2)
+
+
+def off_diagonal(lattice: Lattice, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """The gradient (2, n, n) for every pair of nodes but those of a node with itself, where it is left zero."""
+    rows, columns = np.triu_indices(len(x), 1)
+    result = np.zeros((2, *x.shape), complex)
+    result[:, rows, columns], result[:, columns, rows] = lattice.gradient(x[rows, columns], z[rows, columns])
+    return result

@@ -1,0 +1,179 @@
+"""The laboratory set-up: a thin collimated beam on a flat sample, and a white screen that catches what it diffracts.
+
+Lengths are in mm. The sample lies at the origin, its normal along +z and its tangent along +x; the screen is the plane
+z = `distance_mm`, parallel to it. Light is traced from the beam on: it meets the sample, leaves it in a direction that
+the sample's BSDF has sampled, and meets the screen, which the camera sees. The camera's film is parallel to the screen,
+so that pixels are squares on it, with x to the right and y up.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+# Paths kept in memory at a time.
+PATHS_PER_PASS = 1 << 22
+# The camera stands beside the sample, in the plane of it, where the sample itself is not seen.
+CAMERA_Y_MM = -60.0
+SAMPLE_EDGE_MM = 4.0
+# Where the beam starts, in front of the screen.
+BEAM_START_MM = 20.0
+# Half of the width of a line of monochromatic light.
+LINE_NM = 1.0
+# Half of the height of the strip about y = 0 in which spots are measured.
+STRIP_MM = 5.0
+# Columns over which the brightest place is sought, and times that the centroid's window is centred anew.
+SMOOTHED_COLUMNS = 3
+CENTROID_ROUNDS = 20
+# Beam, sample, screen, camera: nothing that the screen throws back to the sample.
+SEGMENTS = 3
+
+
+@dataclass(frozen=True)
+class Bench:
+    """The set-up. `theta_i_deg` is the angle of the beam with the sample's normal, in the plane of x, positive where it
+    comes from +x."""
+
+    theta_i_deg: float = 0.0
+    distance_mm: float = 200.0
+    width_mm: float = 800.0
+    height_mm: float = 600.0
+    beam_radius_mm: float = 0.1
+    pixels_per_mm: float = 1.0
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in pixels."""
+        return round(self.width_mm * self.pixels_per_mm), round(self.height_mm * self.pixels_per_mm)
+
+    def x_mm(self) -> np.ndarray:
+        """Positions of the columns of a picture."""
+        count = self.size[0]
+        return ((np.arange(count) + 0.5) / count - 0.5) * self.width_mm
+
+    def y_mm(self) -> np.ndarray:
+        """Positions of the rows of a picture, from the top down."""
+        count = self.size[1]
+        return (0.5 - (np.arange(count) + 0.5) / count) * self.height_mm
+
+    def position_mm(self, spacing_um: float, order: int, wavelength_nm: float) -> float | None:
+        """x on the screen by the grating equation, `wo.x = jλ/d − sin θi`; None beyond the horizon."""
+        sine = order * wavelength_nm / 1e3 / spacing_um - math.sin(math.radians(self.theta_i_deg))
+        return self.distance_mm * sine / math.sqrt(1 - sine**2) if abs(sine) < 1 else None
+
+    def angle_deg(self, x_mm):
+        """The angle with the normal at which a place on the screen, at y = 0, is seen from the sample."""
+        return np.degrees(np.arctan2(x_mm, self.distance_mm))
+
+
+def line(wavelength_nm: float) -> dict:
+    """The spectrum of monochromatic light, a triangle of a width that does not matter here."""
+    nodes = (wavelength_nm - LINE_NM, wavelength_nm, wavelength_nm + LINE_NM)
+    return {"type": "irregular", "wavelengths": ", ".join(map(str, nodes)), "values": "0, 1, 0"}
+
+
+def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
+    """A dictionary of the scene; `bsdf` is the sample's, as a dictionary or an object that is made already."""
+    transform = mi.ScalarTransform4f
+    width, height = bench.size
+    theta = math.radians(bench.theta_i_deg)
+    to_light = [math.sin(theta), 0.0, math.cos(theta)]
+    start = (bench.distance_mm - BEAM_START_MM) / to_light[2]
+    place = [start * component for component in to_light]
+    camera = [0.0, CAMERA_Y_MM, 0.0]
+    screen = transform().translate([0, 0, bench.distance_mm])
+    screen = screen @ transform().scale([0.6 * bench.width_mm, 0.6 * bench.height_mm, 1])
+    return {
+        "type": "scene",
+        "integrator": {"type": "ptracer", "max_depth": SEGMENTS, "rr_depth": 100},
+        "sensor": {
+            "type": "perspective",
+            # Mitsuba's camera, looking along +z, has +x at its left; mirrored, x is to the right.
+            "to_world": transform().look_at(camera, [0, CAMERA_Y_MM, 1], [0, 1, 0]) @ transform().scale([-1, 1, 1]),
+            "fov_axis": "x",
+            "fov": 2 * math.degrees(math.atan(0.5 * bench.width_mm / bench.distance_mm)),
+            "near_clip": 1.0,
+            "far_clip": 1e4,
+            "sampler": {"type": "independent"},
+            "film": {
+                "type": "hdrfilm",
+                "width": width,
+                # Centred on the camera; the upper part is the picture.
+                "height": height + 2 * round(-CAMERA_Y_MM * bench.pixels_per_mm),
+                "crop_width": width,
+                "crop_height": height,
+                "crop_offset_x": 0,
+                "crop_offset_y": 0,
+                "pixel_format": "rgb",
+                "component_format": "float32",
+                "rfilter": {"type": "box"},
+            },
+        },
+        "beam": {
+            "type": "disk",
+            "to_world": transform().look_at(place, [0, 0, 0], [0, 1, 0]) @ transform().scale(bench.beam_radius_mm),
+            "emitter": {"type": "directionalarea", "radiance": spectrum},
+        },
+        "sample": {
+            "type": "rectangle",
+            "to_world": transform().scale(0.5 * SAMPLE_EDGE_MM),
+            "bsdf": bsdf,
+        },
+        "screen": {
+            "type": "rectangle",
+            # Facing down, to the sample.
+            "to_world": screen @ transform().rotate([1, 0, 0], 180),
+            "bsdf": {"type": "diffuse", "reflectance": {"type": "uniform", "value": 1.0}},
+        },
+    }
+
+
+def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) -> np.ndarray:
+    """The screen, linear sRGB (rows, columns, 3) from the top down, traced with about so many paths from the beam."""
+    scene = mi.load_dict(bench_scene(bsdf, bench, spectrum))
+    width, height = bench.size
+    passes = math.ceil(paths / PATHS_PER_PASS)
+    spp = max(1, round(paths / passes / (width * height)))
+    return sum(np.array(mi.render(scene, spp=spp, seed=seed + i), dtype=np.float64) for i in range(passes)) / passes
+
+
+def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]:
+    """Where the camera sees a place on the screen: column and row, in pixels from the top left corner."""
+    sensor = mi.load_dict(bench_scene({"type": "diffuse"}, bench, line(550.0))["sensor"])
+    at = dr.zeros(mi.SurfaceInteraction3f)
+    at.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
+    found, _ = sensor.sample_direction(at, mi.Point2f(0.5))
+    return tuple(
+        float(dr.slice(component) if dr.width(component) > 1 else np.ravel(component)[0]) for component in found.uv
+    )
+
+
+def spot_mm(
+    bench: Bench, picture: np.ndarray, spacing_um: float, order: int, wavelength_nm: float, window: float
+) -> float | None:
+    """x of an order's spot on a monochromatic picture, measured: the centroid about the brightest place.
+
+    The brightest place is sought half way to the orders beside it, along y = 0; `window` is the standard deviation, in
+    cycles per um, of the weight under which the centroid is taken, which is centred on it. None where the order lies
+    beyond the picture.
+    """
+    expected = bench.position_mm(spacing_um, order, wavelength_nm)
+    if expected is None or abs(expected) > 0.49 * bench.width_mm:
+        return None
+    x = bench.x_mm()
+    profile = picture[np.abs(bench.y_mm()) < STRIP_MM].sum(axis=(0, 2))
+    # Frequencies along x that the columns stand for.
+    mirror = math.sin(math.radians(bench.theta_i_deg))
+    frequency = (np.sin(np.radians(bench.angle_deg(x))) + mirror) * 1e3 / wavelength_nm
+    near = np.abs(frequency - order / spacing_um) < 0.5 / spacing_um
+    smooth = np.convolve(profile, np.ones(SMOOTHED_COLUMNS) / SMOOTHED_COLUMNS, mode="same")
+    centre = frequency[near][np.argmax(smooth[near])]
+    for _ in range(CENTROID_ROUNDS):
+        weights = profile * np.exp(-0.5 * ((frequency - centre) / window) ** 2)
+        centre = float(np.average(frequency, weights=weights))
+    sine = centre * wavelength_nm / 1e3 - mirror
+    return bench.distance_mm * sine / math.sqrt(1 - sine**2)

@@ -1,0 +1,54 @@
+"""What the BSDF samples arrives on the laboratory's screen where the grating equation has it."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from conftest import built, use_variant
+
+from mitsuba_scenes.laboratory import Bench, film_position, line, photograph, spot_mm
+
+# A strip of the screen is enough for a grating.
+BENCH = Bench(height_mm=20.0, pixels_per_mm=2.0)
+PERIOD_UM, WAVELENGTH_NM = 2.5, 550.0
+# Deviation of an order's lobe in cycles per um at the default coherence length, the window of the centroid.
+LOBE_PER_UM = 0.0069
+# The lobe is 0.8 mm wide on the screen and has some ten thousand paths: 0.01 mm of noise, and less than 0.05 mm from
+# the efficiency's slope across the lobe. A period wrong by 2 % moves the order by 0.9 mm.
+TOLERANCE_MM = 0.15
+
+
+@pytest.fixture(scope="module")
+def first_order_mm():
+    """Measured x of order −1 of the blazed preset, into which most of the light goes."""
+    bsdf = built("scalar_spectral", preset="blazed", conserve_energy=False)
+    picture = photograph(bsdf, BENCH, line(WAVELENGTH_NM), paths=20_000)
+    assert np.all(np.isfinite(picture))
+    return spot_mm(BENCH, picture, PERIOD_UM, -1, WAVELENGTH_NM, LOBE_PER_UM)
+
+
+def test_the_first_order_is_where_the_grating_equation_has_it(first_order_mm):
+    assert first_order_mm == pytest.approx(BENCH.position_mm(PERIOD_UM, -1, WAVELENGTH_NM), abs=TOLERANCE_MM)
+
+
+@pytest.mark.parametrize("wrong", [0.98, 1.02])
+def test_a_period_wrong_by_two_percent_is_told_apart(first_order_mm, wrong):
+    moved = BENCH.position_mm(wrong * PERIOD_UM, -1, WAVELENGTH_NM)
+    assert abs(first_order_mm - moved) > 4 * TOLERANCE_MM
+
+
+def test_the_film_is_parallel_to_the_screen():
+    """To single precision: columns go along +x, rows against +y."""
+    use_variant("scalar_rgb")
+    bench = Bench()
+    for x, y in [(0.0, 0.0), (100.0, 50.0), (-399.0, 299.0)]:
+        column, row = film_position(bench, x, y)
+        assert column == pytest.approx(400 + x, abs=1e-3)
+        assert row == pytest.approx(300 - y, abs=1e-3)
+
+
+def test_a_mirror_sends_the_beam_to_the_mirror_direction():
+    use_variant("scalar_spectral")
+    bench = Bench(theta_i_deg=30.0, height_mm=20.0)
+    picture = photograph(mi.load_dict({"type": "conductor"}), bench, line(WAVELENGTH_NM), paths=16_000).sum(axis=(0, 2))
+    # The beam is a fifth of a pixel wide.
+    assert abs(np.average(bench.x_mm(), weights=picture) + 200 * np.tan(np.radians(30))) < 0.5
