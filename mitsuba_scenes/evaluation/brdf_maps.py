@@ -83,9 +83,9 @@ def sheets() -> list[Sheet]:
         ),
         Sheet(
             "coherence",
-            "Coherence lengths, on Elaphe",
+            "Coherence lengths, on the blazed grating",
             "2.7",
-            [Panel(f"{um:g} um", preset("elaphe", "--coherence-length", um), method("flss")) for um in COHERENCE_UM],
+            [Panel(f"{um:g} um", preset("blazed", "--coherence-length", um), method("flss")) for um in COHERENCE_UM],
         ),
         Sheet(
             "taylor",
