@@ -5,8 +5,9 @@
 //! [`View`], and runs four stages.
 //!
 //! 1. *raster*: which triangle each pixel sees. Nothing is interpolated.
-//! 2. *locate*: where the pixel's ray meets that triangle, the shading frame there, the directions in it, and a ray to
-//!    the sun through a tree of boxes. Its conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
+//! 2. *locate*: where the pixel's ray meets that triangle, the shading frame there, the directions in it, and whether the
+//!    sun is seen: a depth map from the sun tells for nearly every pixel, and a ray through a tree of boxes for the rest.
+//!    Its conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
 //! 3. *shade*: the method, for the lit samples only, in submissions of bounded time.
 //! 4. *resolve*: pigment and light; the mean over a pixel's samples.
 //!
