@@ -74,7 +74,7 @@ pub struct MethodArgs {
     /// repeats: flss, nmm, pq, stam
     #[arg(long, value_name = "NAME", default_value = "table")]
     method: Method,
-    /// Step between wavelengths in nm, 0.1 to 20; not of nmm and stam [default: 5]
+    /// Step between wavelengths in nm, 0.1 to 50; not of nmm and stam [default: 5]
     #[arg(long, value_name = "NM", allow_negative_numbers = true)]
     lambda_step: Option<f64>,
     /// Terms of the series of flss, nmm and pq, 1 to 256 [default: as many as the tolerance asks for]
@@ -140,7 +140,7 @@ impl MethodArgs {
         }
         // Under the name that users gave it by; the others are called alike.
         if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
-            return Err(format!("parameter \"lambda-step\" is {step}, but must be 0.1 to 20 nm"));
+            return Err(format!("parameter \"lambda-step\" is {step}, but must be 0.1 to 50 nm"));
         }
         if let Some(factor) = self.table_resolution.filter(|factor| !RESOLUTION.contains(factor)) {
             return Err(format!("parameter \"table-resolution\" is {factor}, but must be 0.25 to 4"));

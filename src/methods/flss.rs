@@ -2,7 +2,7 @@
 //! wavelength, each the sum over a neighbourhood of wave orders.
 
 use super::colours::{self, Colours};
-use super::orders::{OrderGrid, Orders};
+use super::orders::{OrderCounts, OrderGrid, Orders};
 use super::{Method, MethodError, MethodOptions, MethodShader, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
@@ -44,6 +44,11 @@ impl Flss {
     ) -> Result<Self, MethodError> {
         let orders = Orders::new(field, coherence_length_um, tolerance, options)?;
         Ok(Self { orders, colours: colours::samples(options.lambda_step_nm)? })
+    }
+
+    /// The terms and orders that are summed.
+    pub fn counts(&self) -> OrderCounts {
+        self.orders.counts()
     }
 }
 

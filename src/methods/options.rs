@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Accepted steps between wavelengths in nm: coarser ones do not make white, finer ones only take time.
-pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=20.0;
+pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=50.0;
 /// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
 pub const REPEATS_MAX: u32 = 10_000;
 
@@ -83,7 +83,7 @@ impl fmt::Display for MethodKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MethodOptions {
-    /// Step between wavelengths in nm, 0.1 to 20 (default: 5).
+    /// Step between wavelengths in nm, 0.1 to 50 (default: 5).
     pub lambda_step_nm: f64,
     /// Terms of the series, 1 to 256 (default: as many as the tolerance asks for).
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -182,7 +182,7 @@ impl MethodOptions {
     /// # Errors
     /// [`MethodError::OutOfRange`], which names the field.
     pub fn validate(&self) -> Result<(), MethodError> {
-        in_range("lambda_step_nm", self.lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 20 nm")?;
+        in_range("lambda_step_nm", self.lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 50 nm")?;
         let count = |name, value: Option<usize>, most: usize, accepted| match value {
             Some(found) if !(1..=most).contains(&found) => {
                 Err(MethodError::OutOfRange { name, found: found as f64, accepted })

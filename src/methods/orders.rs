@@ -56,7 +56,18 @@ pub(super) struct OrderGrid {
 /// signs; each carries `√½` of its amplitude, as in [`crate::reflectance::Exact`].
 pub(super) struct Orders {
     pub grid: OrderGrid,
+    /// Terms asked for; the grid's are filled up with zeros.
+    count: usize,
     terms: Vec<[f32; 4]>,
+}
+
+/// What is summed at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OrderCounts {
+    /// Terms of the series.
+    pub terms: usize,
+    /// Orders along each axis.
+    pub neighbourhood: usize,
 }
 
 impl Orders {
@@ -100,7 +111,12 @@ impl Orders {
             neighbourhood: neighbourhood as u32,
             _pad: 0,
         };
-        Ok(Self { grid, terms: pack(&transform, [nx, ny], reach, count) })
+        Ok(Self { grid, count, terms: pack(&transform, [nx, ny], reach, count) })
+    }
+
+    /// What is summed at a place, given or as the tolerance asks for.
+    pub fn counts(&self) -> OrderCounts {
+        OrderCounts { terms: self.count, neighbourhood: self.grid.neighbourhood as usize }
     }
 
     /// The terms as the shaders read them.
