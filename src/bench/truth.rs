@@ -15,9 +15,9 @@ use serde::Serialize;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 /// Of a Chebyshev series with as many terms as there are nodes, relative to the power of the whole.
-const REMAINDER: f64 = 1e-13;
-/// Gaussians of an amplitude below e⁻³⁶ are left out.
-const FAINT: f64 = 36.0;
+const REMAINDER: f64 = 1e-12;
+/// Gaussians of an amplitude below e⁻²⁹ are left out.
+const FAINT: f64 = 29.0;
 
 /// `S/λ²` in 1/sr of both models, for a tile that repeats.
 pub struct Truth {

@@ -105,26 +105,26 @@ pub(super) fn candidates(
 }
 
 impl Builder<'_> {
-    /// One of the sources' methods, at the surface's tolerance or another.
-    fn order_method<M: Method + 'static>(
+    /// One of the sources' methods with its parameters; `tolerance` is that of the surface unless it is given.
+    fn push<M: Method + 'static>(
         &mut self,
         kind: MethodKind,
-        tolerance: Option<f64>,
-        asked: &MethodOptions,
-        make: impl Fn(&HeightField, f64, f64, &MethodOptions) -> Result<M, methods::MethodError>,
-        describe: impl Fn(&M) -> (OrderCounts, Map<String, Value>),
-    ) -> Result<OrderCounts, BenchError> {
-        let start = Instant::now();
-        let used = tolerance.unwrap_or(self.options.tolerance);
-        let made = make(self.field, self.options.coherence_length_um, used, asked);
-        let made = made.map_err(|source| BenchError::Method { candidate: format!("{kind} {asked:?}"), source })?;
-        let build_seconds = start.elapsed().as_secs_f64();
-        let (counts, mut parameters) = describe(&made);
-        if kind.options().contains(&"lambda_step_nm") {
-            parameters.insert("lambda_step_nm".into(), json!(asked.lambda_step_nm));
-        }
-        parameters.insert("terms".into(), json!(counts.terms));
-        parameters.insert("series".into(), json!(asked.series));
+        made: M,
+        (tolerance, asked): (Option<f64>, &MethodOptions),
+        counts: OrderCounts,
+        build_seconds: f64,
+    ) {
+        let mut parameters = Map::new();
+        let mut tell = |name: &str, value: Value| {
+            if kind.options().contains(&name) {
+                parameters.insert(name.to_owned(), value);
+            }
+        };
+        tell("lambda_step_nm", json!(asked.lambda_step_nm));
+        tell("terms", json!(counts.terms));
+        tell("neighbourhood", json!(counts.neighbourhood));
+        tell("series", json!(asked.series));
+        tell("weighted", json!(asked.weighted));
         if let Some(tolerance) = tolerance {
             parameters.insert("tolerance".into(), json!(tolerance));
         }
@@ -137,87 +137,96 @@ impl Builder<'_> {
             build_seconds,
             evaluator: Evaluator::Colour(Box::new(made)),
         });
-        Ok(counts)
     }
 
-    fn one_flss(&mut self, tolerance: Option<f64>, asked: &MethodOptions) -> Result<OrderCounts, BenchError> {
-        self.order_method(MethodKind::Flss, tolerance, asked, Flss::new, |made| {
-            let counts = made.counts();
-            (counts, Map::from_iter([("neighbourhood".into(), json!(counts.neighbourhood))]))
-        })
+    fn tolerance(&self, asked: Option<f64>) -> f64 {
+        asked.unwrap_or(self.options.tolerance)
+    }
+
+    /// One set of orders at several steps between wavelengths, in nm.
+    fn flss_steps(
+        &mut self,
+        tolerance: Option<f64>,
+        asked: &MethodOptions,
+        steps_nm: &[f64],
+    ) -> Result<OrderCounts, BenchError> {
+        let start = Instant::now();
+        let refused = |source| BenchError::Method { candidate: format!("flss {asked:?}"), source };
+        let length_um = self.options.coherence_length_um;
+        let made = Flss::new(self.field, length_um, self.tolerance(tolerance), asked).map_err(refused)?;
+        let build_seconds = start.elapsed().as_secs_f64();
+        for lambda_step_nm in steps_nm {
+            let stepped = made.with_lambda_step(*lambda_step_nm).map_err(refused)?;
+            let asked = MethodOptions { lambda_step_nm: *lambda_step_nm, ..asked.clone() };
+            self.push(MethodKind::Flss, stepped, (tolerance, &asked), made.counts(), build_seconds);
+        }
+        Ok(made.counts())
     }
 
     fn flss(&mut self, few: bool) -> Result<(), BenchError> {
         let default = MethodOptions::default();
         let sources = MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..default.clone() };
-        let own = self.one_flss(None, &default)?;
-        let step = |lambda_step_nm| MethodOptions { lambda_step_nm, ..default.clone() };
-        self.one_flss(None, &step(25.0))?;
-        self.one_flss(None, &sources)?;
         if few {
+            self.flss_steps(None, &default, &[5.0, 25.0])?;
+            self.flss_steps(None, &sources, &[5.0])?;
             return Ok(());
         }
-        for nm in [1.0, 10.0, 50.0] {
-            self.one_flss(None, &step(nm))?;
-        }
-        for nm in [1.0, 10.0, 25.0] {
-            self.one_flss(None, &MethodOptions { lambda_step_nm: nm, ..sources.clone() })?;
-        }
-        self.one_flss(None, &MethodOptions { series: Series::Taylor, ..default.clone() })?;
+        // The defaults come first: ratios are to them.
+        let own = self.flss_steps(None, &default, &[5.0, 1.0, 2.0, 10.0, 25.0, 50.0])?;
+        self.flss_steps(None, &sources, &[1.0, 5.0, 10.0, 25.0])?;
         // As many terms as Chebyshev's series needs.
-        self.one_flss(None, &MethodOptions { series: Series::Taylor, terms: Some(own.terms), ..default.clone() })?;
-        for neighbourhood in [1, 2, 3, 4, 5, 7].into_iter().filter(|n| *n < own.neighbourhood) {
-            self.one_flss(None, &MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() })?;
+        self.flss_steps(None, &MethodOptions { terms: Some(own.terms), ..sources }, &[5.0])?;
+        for tolerance in [1e-1, 1e-2] {
+            self.flss_steps(Some(tolerance), &default, &[2.0, 5.0, 10.0, 25.0])?;
+        }
+        for neighbourhood in [1, 3].into_iter().filter(|n| *n < own.neighbourhood) {
+            let asked = MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() };
+            self.flss_steps(None, &asked, &[5.0, 25.0])?;
         }
         // Shaders and Rust sum eight terms at a time: in between, fewer cost as much.
-        for terms in [own.terms.saturating_sub(3), 16, 8].into_iter().filter(|n| (1..own.terms).contains(n)) {
-            self.one_flss(None, &MethodOptions { terms: Some(terms), ..default.clone() })?;
+        for terms in [16, 8].into_iter().filter(|n| *n < own.terms) {
+            self.flss_steps(None, &MethodOptions { terms: Some(terms), ..default.clone() }, &[5.0, 10.0])?;
         }
-        for tolerance in [1e-1, 1e-2, 1e-4] {
-            self.one_flss(Some(tolerance), &default)?;
-        }
-        for (nm, tolerance) in [(1.0, 1e-2), (2.0, 1e-2), (10.0, 1e-2), (10.0, 1e-1), (25.0, 1e-1), (50.0, 1e-1)] {
-            self.one_flss(Some(tolerance), &step(nm))?;
-        }
-        self.one_flss(None, &MethodOptions { lambda_step_nm: 25.0, neighbourhood: Some(1), ..default.clone() })?;
         Ok(())
     }
 
     fn nmm(&mut self, few: bool) -> Result<(), BenchError> {
         let default = MethodOptions::default();
-        for weighted in [false, true] {
-            let mut sets = vec![(None, MethodOptions { weighted, ..default.clone() })];
-            if !few {
-                sets.push((None, MethodOptions { weighted, neighbourhood: Some(3), ..default.clone() }));
-                sets.push((Some(1e-2), MethodOptions { weighted, ..default.clone() }));
-                sets.push((Some(1e-1), MethodOptions { weighted, ..default.clone() }));
-                let sources = MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..default.clone() };
-                sets.push((None, MethodOptions { weighted, ..sources }));
-            }
-            for (tolerance, asked) in sets {
-                self.order_method(MethodKind::Nmm, tolerance, &asked, Nmm::new, |made| {
-                    let counts = made.counts();
-                    let neighbourhood = ("neighbourhood".into(), json!(counts.neighbourhood));
-                    (counts, Map::from_iter([neighbourhood, ("weighted".into(), json!(weighted))]))
-                })?;
-            }
+        let weighted = MethodOptions { weighted: true, ..default.clone() };
+        let mut sets = vec![(None, default.clone()), (None, weighted.clone())];
+        if !few {
+            sets.push((None, MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..default.clone() }));
+            sets.push((None, MethodOptions { neighbourhood: Some(1), ..default }));
+            sets.push((Some(1e-1), weighted));
+        }
+        for (tolerance, asked) in sets {
+            let start = Instant::now();
+            let made = Nmm::new(self.field, self.options.coherence_length_um, self.tolerance(tolerance), &asked)
+                .map_err(|source| BenchError::Method { candidate: format!("nmm {asked:?}"), source })?;
+            let (counts, seconds) = (made.counts(), start.elapsed().as_secs_f64());
+            self.push(MethodKind::Nmm, made, (tolerance, &asked), counts, seconds);
         }
         Ok(())
     }
 
     fn pq(&mut self, few: bool) -> Result<(), BenchError> {
         let default = MethodOptions::default();
-        let step = |lambda_step_nm| MethodOptions { lambda_step_nm, ..default.clone() };
-        let mut sets = vec![(None, default.clone())];
+        let all: &[f64] = &[5.0, 1.0, 10.0, 25.0, 50.0];
+        let mut sets = vec![(default.clone(), if few { &all[..1] } else { all })];
         if !few {
-            sets.extend([1.0, 10.0, 25.0, 50.0].map(|nm| (None, step(nm))));
-            sets.extend([1e-2, 1e-1].map(|tolerance| (Some(tolerance), default.clone())));
-            sets.push((None, MethodOptions { series: Series::Taylor, ..default.clone() }));
+            sets.push((MethodOptions { series: Series::Taylor, ..default }, &all[..1]));
         }
-        for (tolerance, asked) in sets {
-            self.order_method(MethodKind::Pq, tolerance, &asked, Pq::new, |made| {
-                (made.counts(), Map::from_iter([("repeats".into(), json!(made.repeats()))]))
-            })?;
+        for (asked, steps_nm) in sets {
+            let start = Instant::now();
+            let refused = |source| BenchError::Method { candidate: format!("pq {asked:?}"), source };
+            let tolerance = self.options.tolerance;
+            let made = Pq::new(self.field, self.options.coherence_length_um, tolerance, &asked).map_err(refused)?;
+            let (counts, seconds) = (made.counts(), start.elapsed().as_secs_f64());
+            for lambda_step_nm in steps_nm {
+                let stepped = made.with_lambda_step(*lambda_step_nm).map_err(refused)?;
+                let asked = MethodOptions { lambda_step_nm: *lambda_step_nm, ..asked.clone() };
+                self.push(MethodKind::Pq, stepped, (None, &asked), counts, seconds);
+            }
         }
         Ok(())
     }
@@ -247,8 +256,8 @@ impl Builder<'_> {
         let mut sets = vec![(Model::Ensemble, 1.0, own), (Model::Ensemble, 0.5, own)];
         if !few {
             sets.extend([0.35, 0.7, 1.4].map(|resolution| (Model::Ensemble, resolution, own)));
-            sets.extend([1e-1, 1e-2, 1e-4].map(|tolerance| (Model::Ensemble, 1.0, tolerance)));
-            sets.extend([0.5, 0.7, 1.0, 1.4].map(|resolution| (Model::Patch, resolution, own)));
+            sets.extend([1e-1, 1e-2].map(|tolerance| (Model::Ensemble, 1.0, tolerance)));
+            sets.extend([0.5, 1.0].map(|resolution| (Model::Patch, resolution, own)));
         }
         for (model, resolution, tolerance) in sets {
             let options = ColourTableOptions {
@@ -281,7 +290,7 @@ impl Builder<'_> {
 
     fn spectral_tables(&mut self, few: bool) -> Result<(), BenchError> {
         let own = self.options.tolerance;
-        let tolerances: &[f64] = if few { &[own] } else { &[own, 1e-1, 1e-2, 1e-4] };
+        let tolerances: &[f64] = if few { &[own] } else { &[own, 1e-1, 1e-2] };
         let mut sets: Vec<(Model, f64)> = tolerances.iter().map(|tolerance| (Model::Ensemble, *tolerance)).collect();
         if !few {
             sets.push((Model::Patch, own));

@@ -49,8 +49,8 @@ impl Effort {
         directions: 1024,
         truth_step_nm: 0.5,
         timed_directions: 8192,
-        repetitions: 7,
-        repetition_ms: 30.0,
+        repetitions: 5,
+        repetition_ms: 25.0,
         few: false,
     };
     /// A look in seconds.

@@ -6,7 +6,7 @@ use crate::methods::Method;
 use crate::reflectance::Options;
 
 /// Queries of the first look at a shader's speed.
-const FIRST_QUERIES: usize = 512;
+const FIRST_QUERIES: usize = 128;
 /// Most queries of a repetition: enough to fill any GPU.
 const QUERIES_MAX: usize = 1 << 20;
 

@@ -1,14 +1,15 @@
 use super::Effort;
 use super::candidates::Candidate;
 use crate::bench::DirectionPair;
+use cpu_time::ThreadTime;
 use serde::Serialize;
 use std::hint::black_box;
-use std::time::Instant;
 
 /// Fewest directions of a timing: fewer are not like the rest.
 const DIRECTIONS_MIN: usize = 64;
 
-/// Time per colour, over the repetitions of one run.
+/// Time per colour, over the repetitions of one run: a core's own time on the CPU; on a GPU that of its clock, on a software
+/// adapter the wall clock's.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Timing {
     /// Median in µs.
@@ -65,13 +66,14 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
     (0..candidates.len()).map(|i| Timing::new(&of(i), &of(0))).collect()
 }
 
+/// Seconds of this thread's own time, to which what else the machine runs adds little.
 fn seconds(candidate: &Candidate, pairs: &[DirectionPair]) -> f64 {
-    let start = Instant::now();
+    let start = ThreadTime::now();
     for pair in pairs {
         // The angular factor is everyone's and not timed; the spectral tables compute it themselves.
         black_box(candidate.rgb(black_box(pair), 1.0));
     }
-    start.elapsed().as_secs_f64()
+    start.elapsed().as_secs_f64().max(1e-9)
 }
 
 #[cfg(test)]
