@@ -13,7 +13,6 @@ from .page import images
 PAGE = "speed-error"
 # An eye just notices a difference of 1.
 DELTA_E_LIMITS = (10.0, 3.0, 1.0, 0.5, 0.1, 0.01)
-METHODS = ("flss", "nmm", "pq", "stam", "colour-table", "spectral-table")
 
 
 def figures(scan: Path = SCAN, *words: str) -> dict:
@@ -52,7 +51,6 @@ def surface_figures(surface: dict) -> dict:
         "extent_um": surface["extent_um"],
         "kappa_h": round(surface["kappa_h"], 2),
         "oracle": surface["oracle"],
-        "entries": entries,
         "defaults": [entry for entry in entries if entry["is_default"]],
         "off_front": [entry["label"] for entry in entries if entry["is_default"] and not entry["on_front_of_method"]],
         "choices": [
@@ -64,6 +62,7 @@ def surface_figures(surface: dict) -> dict:
         "orders": [
             e for e in of(entries, "flss") if e["parameters"]["lambda_step_nm"] == 5 and "chebyshev" in e["group"]
         ],
+        "others": [entry for entry in entries if entry["method"] in ("nmm", "pq", "stam")],
         "tables": of(entries, "colour-table"),
         "spectral": of(entries, "spectral-table"),
     }
@@ -83,11 +82,9 @@ def entry_figures(entry: dict) -> dict:
         "mb": rounded(entry["bytes"] / 1e6),
         "build_s": rounded(entry["build_seconds"]),
         "cpu_us": rounded(entry["cpu"]["microseconds"]),
-        "cpu_least_us": rounded(entry["cpu"]["least_us"]),
-        "cpu_most_us": rounded(entry["cpu"]["most_us"]),
         "cpu_ratio": rounded(entry["cpu"]["ratio"]),
         "gpu_us": rounded(gpu["microseconds"]) if gpu else None,
-        "gpu_ratio": rounded(gpu["ratio"]) if gpu else None,
+        "gpu_least_us": rounded(gpu["least_us"]) if gpu else None,
         **{name: rounded(value) for name, value in entry["errors"].items()},
         "on_front": entry["on_front"],
         "on_front_of_method": entry["on_front_of_method"],

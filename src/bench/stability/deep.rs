@@ -1,6 +1,6 @@
 //! Deep relief: each expansion of the phase screen against the direct sum as κH grows.
 
-use super::relief::rough;
+use super::relief::{anywhere, rough};
 use super::{largest, percentile_99, table_error};
 use crate::bench::BenchError;
 use crate::height_field::HeightField;
@@ -78,9 +78,12 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let exact = Exact::new(&field, &options, None);
     let mut random = Random::new(8);
     let mut tables: Vec<f64> = (0..directions)
-        .map(|_| {
-            let (wi, nm) = (super::relief::anywhere(&mut random), random.between(360.0, 830.0));
-            table_error(&surface, &exact, wi, super::relief::anywhere(&mut random), nm)
+        .map(|i| {
+            let (wi, nm) = (anywhere(&mut random), random.between(360.0, 830.0));
+            // Orders stand apart: directions anywhere are dark.
+            let u = [random.unit(), random.unit(), random.unit()];
+            let lit = if i % 4 == 0 { None } else { surface.sample_direction(wi, &[nm], u) };
+            table_error(&surface, &exact, wi, lit.unwrap_or_else(|| anywhere(&mut random)), nm)
         })
         .collect();
     Ok(DeepPoint {

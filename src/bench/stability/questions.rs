@@ -37,7 +37,7 @@ pub struct Questions {
     pub without_density: u64,
     /// Largest relative difference of the reflectance under exchange of the directions.
     pub reciprocity: f64,
-    /// Samples drawn, and surfaces with energy scaling among those.
+    /// Samples drawn, and ensembles whose energy is scaled.
     pub samples: u64,
     pub scaled_surfaces: u64,
     /// Albedos integrated over the hemisphere, and the largest, on surfaces whose energy is scaled.
@@ -169,14 +169,14 @@ fn one_surface(number: u64, count: u64) -> Result<Questions, BenchError> {
         }
     }
     found.asked = count;
-    if drawn.options.conserve_energy {
+    // A single patch is brighter than the mean in places; the scaling is that of the mean.
+    if drawn.options.conserve_energy && drawn.options.model == Model::Ensemble {
         found.scaled_surfaces = 1;
         let n = count.max(1) as f64;
         let mean = sum / n;
         found.mean_weight = mean - 4.0 * ((squares / n - mean * mean).max(0.0) / n).sqrt();
         for _ in 0..ALBEDOS {
             let (wi, nm) = (incident(&mut random), wavelength(&mut random));
-            // None of a patch, whose albedo is not that of the mean.
             if let Some(albedo) = surface.albedo(wi, nm) {
                 found.albedos += 1;
                 found.see(albedo);
