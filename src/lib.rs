@@ -1,7 +1,8 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
 //! Data flows one way: [`height_field`] → [`transform`] → [`table`] → [`reflectance`], [`methods`] → consumers
-//! (the command line, the Mitsuba plugin). Nothing upstream knows a consumer. [`compare`] judges their pictures.
+//! (the command line, the Mitsuba plugin). Nothing upstream knows a consumer. [`compare`] judges their pictures, [`bench`]
+//! what the methods cost and how far off they are.
 //!
 //! # Conventions (stated once, used everywhere)
 //! - Local frame: z is the normal, x the tangent, y the bitangent; `wi` and `wo` point away from the surface.
@@ -12,6 +13,7 @@
 //! - Reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 
+pub mod bench;
 pub mod colour;
 pub mod compare;
 pub mod config;

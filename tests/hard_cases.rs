@@ -1,5 +1,5 @@
 //! The hard cases of model.md §6: whatever the directions, the wavelength and the height field, answers are finite,
-//! not negative, reciprocal, and those of the oracle.
+//! not negative, reciprocal, and those of the oracle. Sweeps and random questions are in `stability.rs`.
 
 mod common;
 
@@ -212,32 +212,4 @@ fn directions_that_are_not_above_the_surface_get_zero() {
     }
     assert!(surface.sample(up, &[], [0.5; 3]).is_none());
     assert!(surface.sample([0.0, 0.0, -1.0], &[500.0], [0.5; 3]).is_none());
-}
-
-#[test]
-fn a_million_random_queries() {
-    let options = Options::default();
-    let alone = Options { tiling: Tiling::Aperiodic, coherence_length_um: 5.0, ..Options::default() };
-    let surfaces = [
-        Surface::new(&relief(16, 8, 0.2, 0.3, 0.5), &options).unwrap(),
-        Surface::new(&sinusoid(64, 2.5, 0.2), &options).unwrap(),
-        Surface::new(&waves(12, 10, 0.2, 0.2, 0.5), &alone).unwrap(),
-        Surface::new(&waves(12, 10, 0.2, 0.2, 0.5), &Options { model: Model::Patch, ..options.clone() }).unwrap(),
-    ];
-    let mut random = Random::new(6);
-    for i in 0..1_000_000 {
-        let surface = &surfaces[i % surfaces.len()];
-        let nm = random.wavelength_nm();
-        let wi =
-            if i % 7 == 0 { direction(random.between(89.0, 90.0), 360.0 * random.unit()) } else { random.direction() };
-        let wo = if i % 3 == 0 {
-            random.direction()
-        } else {
-            let Some(sample) = surface.sample(wi, &[nm], random.three()) else { continue };
-            assert!(sample.weight.is_finite() && sample.weight >= 0.0, "{sample:?}");
-            sample.wo
-        };
-        let answer = surface.eval_pdf(wi, wo, nm);
-        assert!(answer.f.is_finite() && answer.f >= 0.0 && answer.pdf.is_finite() && answer.pdf > 0.0, "{answer:?}");
-    }
 }

@@ -3,6 +3,7 @@
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
+mod bench;
 pub mod brdf_map;
 mod compare;
 mod eval;
@@ -58,6 +59,7 @@ enum Command {
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
     Compare(compare::CompareArgs),
+    Bench(Box<bench::BenchArgs>),
     #[cfg(feature = "viewer")]
     View(view::ViewArgs),
 }
@@ -78,6 +80,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Bench(args) => bench::run(args),
         #[cfg(feature = "viewer")]
         Command::View(args) => view::run(args),
     };

@@ -113,6 +113,34 @@ impl SurfaceArgs {
         Ok(unscaled.config()?)
     }
 
+    /// Whether the arguments name a surface.
+    pub fn is_given(&self) -> bool {
+        self.preset.is_some() || self.height_field.is_some()
+    }
+
+    /// The same arguments for each of the presets.
+    pub fn presets(&self, presets: &[Preset]) -> Vec<Self> {
+        presets.iter().map(|preset| Self { preset: Some(*preset), ..self.clone() }).collect()
+    }
+
+    /// Refuses what does not leave the methods comparable: each is held against its own model, on a tile that repeats,
+    /// without Fresnel reflectance or energy scaling.
+    pub fn refuse_what_methods_differ_in(&self) -> Result<(), String> {
+        let given = [
+            ("--model", self.model.is_some()),
+            ("--tiling", self.tiling.is_some()),
+            ("--conserve-energy", self.conserve_energy.is_some()),
+            ("--eta", self.eta.is_some()),
+            ("--k", self.k.is_some()),
+        ];
+        match given.iter().find(|(_, given)| *given) {
+            Some((flag, _)) => {
+                Err(format!("{flag} has no effect here: each method is measured with the model it knows"))
+            }
+            None => Ok(()),
+        }
+    }
+
     /// The refractive index, `None` for a surface that reflects everything.
     pub fn index(&self) -> Result<Option<ComplexIndex>, String> {
         let (least, most) = INDEX_PARTS;

@@ -10,7 +10,7 @@ mod error;
 mod file;
 mod level;
 mod preset;
-mod random;
+pub(crate) mod random;
 mod skin;
 mod synthetic;
 

@@ -2,7 +2,8 @@
 //! wavelength, each the sum over a neighbourhood of wave orders.
 
 use super::colours::{self, Colours};
-use super::orders::{OrderGrid, Orders};
+use super::options::{LAMBDA_STEP_NM, in_range};
+use super::orders::{OrderCounts, OrderGrid, Orders};
 use super::{Method, MethodError, MethodOptions, MethodShader, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
@@ -44,6 +45,20 @@ impl Flss {
     ) -> Result<Self, MethodError> {
         let orders = Orders::new(field, coherence_length_um, tolerance, options)?;
         Ok(Self { orders, colours: colours::samples(options.lambda_step_nm)? })
+    }
+
+    /// The same with another step between wavelengths in nm; the orders are shared.
+    ///
+    /// # Errors
+    /// A step out of range.
+    pub fn with_lambda_step(&self, lambda_step_nm: f64) -> Result<Self, MethodError> {
+        in_range("lambda_step_nm", lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
+        Ok(Self { orders: self.orders.clone(), colours: colours::samples(lambda_step_nm)? })
+    }
+
+    /// The terms and orders that are summed.
+    pub fn counts(&self) -> OrderCounts {
+        self.orders.counts()
     }
 }
 

@@ -24,7 +24,7 @@ pub use bessel::TERMS_MAX;
 pub use flss::Flss;
 pub use nmm::Nmm;
 pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEATS_MAX, RESOLUTION, Repeats, build};
-pub use orders::{NEIGHBOURHOOD_MAX, ORDERS_BYTES_MAX, TAYLOR_KAPPA_H_MAX};
+pub use orders::{NEIGHBOURHOOD_MAX, ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
 pub use table::{ColourTable, ColourTableOptions, ColourTableReport};

@@ -14,7 +14,7 @@
 //! counts, around (u, v) = (0, 0), the answer is white, as the sources have it, at the value at 550 nm.
 
 use super::colours::{self, Colours, colour_density};
-use super::orders::{OrderGrid, Orders};
+use super::orders::{OrderCounts, OrderGrid, Orders};
 use super::{
     Method, MethodError, MethodOptions, MethodShader, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
 };
@@ -63,6 +63,11 @@ impl Nmm {
         let colours = if options.weighted { colours::density()? } else { colours::density_over_square()? };
         let line_width = orders.grid.sharpness.map(|sharpness| line_width(sharpness.into()) as f32);
         Ok(Self { orders, colours, line_width })
+    }
+
+    /// The terms and orders that are summed.
+    pub fn counts(&self) -> OrderCounts {
+        self.orders.counts()
     }
 }
 

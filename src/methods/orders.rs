@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 use std::f32::consts::{FRAC_1_SQRT_2, TAU};
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 /// Most orders along each axis that are summed at a place.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
@@ -54,9 +55,21 @@ pub(super) struct OrderGrid {
 /// their range, in pairs of an even and an odd n, `[jy][jx][n]` with jy from 0 and jx from −reach: those of a real
 /// function obey `D(−j) = conj D(j)`. In an even number of pixels the bin at half the sampling rate stands for both
 /// signs; each carries `√½` of its amplitude, as in [`crate::reflectance::Exact`].
+#[derive(Clone)]
 pub(super) struct Orders {
     pub grid: OrderGrid,
-    terms: Vec<[f32; 4]>,
+    /// Terms asked for; the grid's are filled up with zeros.
+    count: usize,
+    terms: Arc<Vec<[f32; 4]>>,
+}
+
+/// What is summed at a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OrderCounts {
+    /// Terms of the series.
+    pub terms: usize,
+    /// Orders along each axis.
+    pub neighbourhood: usize,
 }
 
 impl Orders {
@@ -100,12 +113,17 @@ impl Orders {
             neighbourhood: neighbourhood as u32,
             _pad: 0,
         };
-        Ok(Self { grid, terms: pack(&transform, [nx, ny], reach, count) })
+        Ok(Self { grid, count, terms: Arc::new(pack(&transform, [nx, ny], reach, count)) })
+    }
+
+    /// What is summed at a place, given or as the tolerance asks for.
+    pub fn counts(&self) -> OrderCounts {
+        OrderCounts { terms: self.count, neighbourhood: self.grid.neighbourhood as usize }
     }
 
     /// The terms as the shaders read them.
     pub fn bytes(&self) -> &[u8] {
-        bytemuck::cast_slice(&self.terms)
+        bytemuck::cast_slice(self.terms.as_slice())
     }
 
     /// `p = (u, v)·L/λ`, the place of `q` among the orders.
@@ -218,8 +236,8 @@ fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Re
     needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
 }
 
-/// Orders along each axis: so many that the Gaussian of an amplitude left out is below a tenth of the tolerance, or as
-/// many as are asked for. The first order left out is at least half their number away.
+/// Orders along each axis: so many that the Gaussian of an amplitude left out is below half the tolerance, or as many as
+/// are asked for. The first order left out is at least half their number away.
 fn neighbourhood(
     sharpness: [f64; 2],
     pixels: [usize; 2],
@@ -230,7 +248,7 @@ fn neighbourhood(
         return Ok(given);
     }
     let along = |axis: usize| {
-        let across = 2.0 * ((0.1 * tolerance).recip().ln() / sharpness[axis]).sqrt();
+        let across = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness[axis]).sqrt();
         // No more than the orders there are, and half the sampling rate counts twice.
         across.ceil().clamp(1.0, pixels[axis] as f64 + 1.0) as usize
     };

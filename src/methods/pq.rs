@@ -8,7 +8,8 @@
 
 use super::bessel::TERMS_MAX;
 use super::colours::{self, Colours};
-use super::orders::{OrderGrid, Orders};
+use super::options::{LAMBDA_STEP_NM, in_range};
+use super::orders::{OrderCounts, OrderGrid, Orders};
 use super::{Method, MethodError, MethodOptions, MethodShader, REPEATS_MAX, Repeats, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
@@ -63,6 +64,25 @@ impl Pq {
         let repeats = options.repeats.map_or([as_bright(lx), as_bright(ly)], Repeats::xy);
         orders.grid.peak_um2 = (lx * ly * f64::from(repeats[0]) * f64::from(repeats[1])) as f32;
         Ok(Self { orders, repeats: repeats.map(|n| n as f32), colours: colours::samples(options.lambda_step_nm)? })
+    }
+
+    /// The same with another step between wavelengths in nm; the orders are shared.
+    ///
+    /// # Errors
+    /// A step out of range.
+    pub fn with_lambda_step(&self, lambda_step_nm: f64) -> Result<Self, MethodError> {
+        in_range("lambda_step_nm", lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
+        Ok(Self { orders: self.orders.clone(), repeats: self.repeats, colours: colours::samples(lambda_step_nm)? })
+    }
+
+    /// The terms and orders that are summed.
+    pub fn counts(&self) -> OrderCounts {
+        self.orders.counts()
+    }
+
+    /// How often the tile repeats along x and y.
+    pub fn repeats(&self) -> [u32; 2] {
+        self.repeats.map(|n| n as u32)
     }
 
     /// S in µm².

@@ -18,6 +18,8 @@ const FULL_ROUNDS: usize = 4;
 /// direction of each also every wavelength of the cell at which an order grazes the surface, since that is where narrow
 /// orders peak.
 const SAMPLES: usize = 9;
+/// Fewest places, in the cells at the horizon.
+const GRAZING_SAMPLES: usize = 5;
 /// Places looked at in every cell where the albedo has no sharp features; grazing orders are not looked for there.
 const SMOOTH_SAMPLES: usize = 4;
 /// How far below one the last rounds bring a cell that they find above it: what is left between the places looked at.
@@ -67,7 +69,10 @@ impl AlbedoScale {
         // Few sharp lobes are cheap and need a fine grid; many or wide ones are smooth and dear.
         let sharp = bins.sharp();
         let (cosines, azimuths, wavelengths) = if sharp { (24, 32, 12) } else { (16, 16, 6) };
-        let samples = |c: usize| if sharp { 1 + (SAMPLES - 1) * (c + 2) / (cosines + 1) } else { SMOOTH_SAMPLES };
+        let samples = |c: usize| {
+            let towards_normal = 1 + (SAMPLES - 1) * (c + 2) / (cosines + 1);
+            if sharp { towards_normal.max(GRAZING_SAMPLES) } else { SMOOTH_SAMPLES }
+        };
         let mut scale =
             Self { cosines, azimuths, wavelengths, values: vec![1.0; wavelengths * azimuths * (cosines + 1)] };
         let albedo = |scale: &Self, (wi, wavelength_nm): (Vec3, f64)| {
