@@ -225,3 +225,50 @@ fn views_that_show_nothing_are_refused_by_name() {
         assert!(refused.unwrap_err().to_string().contains("light-"));
     }
 }
+
+/// A level square above the ground throws its outline along the sun's rays, and everything else on the ground is lit,
+/// also far outside the square's own box.
+#[test]
+fn a_square_throws_its_outline_on_the_ground() {
+    let Some(gpu) = gpu() else { return };
+    let corner = |x: f32, y: f32| [x, y, 1.0];
+    let mesh = Mesh {
+        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    };
+    let pigment = pigment_texture(&SnakeOptions::default(), 16, 16).unwrap();
+    let scene = Scene::new(&gpu, &mesh, &pigment).unwrap();
+    let renderer = Renderer::new(&gpu).unwrap();
+    let shader = Shader::new(&gpu, &White, &Optics::default()).unwrap();
+    let (side, half_view) = (96, 12.0);
+    let camera = Camera {
+        origin: [0.0, -1e-3, 200.0],
+        target: [0.0; 3],
+        fov_deg: 2.0 * (half_view / 200.0f64).atan().to_degrees(),
+    };
+    for (azimuth, elevation) in [(0.0, 80.0), (-90.0, 50.0), (30.0, 30.0), (135.0, 12.0)] {
+        let light = Light::from_angles(azimuth, elevation).unwrap();
+        let view = View { camera, light, ..View::default() };
+        let target = Target::new(&gpu, side, side).unwrap();
+        renderer.draw(&gpu, &scene, &shader, &target, &view).unwrap();
+        let sun = light.to_sun();
+        let (mut shadowed, mut lit) = (0, 0);
+        for (i, query) in target.read_queries(&gpu).unwrap().iter().enumerate() {
+            let across = |cell: usize| ((cell as f64 + 0.5) / f64::from(side) - 0.5) * 2.0 * half_view;
+            let (x, y) = (across(i % side as usize), -across(i / side as usize));
+            // Where the ray to the sun passes the square's height.
+            let outline = f64::max((x + sun[0] / sun[2]).abs(), (y + sun[1] / sun[2]).abs());
+            // The camera is not straight above, and the square hides what is below it.
+            if query.kind != Query::GROUND || (outline - 1.0).abs() < 0.05 {
+                continue;
+            }
+            assert_eq!(query.lit == 1, outline > 1.0, "sun at {azimuth}, {elevation}: the ground at {x}, {y}");
+            *(if query.lit == 1 { &mut lit } else { &mut shadowed }) += 1;
+        }
+        assert!(lit > 1000, "sun at {azimuth}, {elevation}: {lit} lit");
+        // The square hides what is straight below it, which is most of the shadow of a high sun.
+        assert!(shadowed > 10 || elevation > 60.0, "sun at {azimuth}, {elevation}: {shadowed} in the shadow");
+    }
+}

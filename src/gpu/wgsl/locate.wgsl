@@ -64,8 +64,10 @@ fn locate_is_lit(p: vec3<f32>, n: vec3<f32>) -> bool {
         let at = u32(corner.y) * side + u32(corner.x);
         let depths = vec4<f32>(sunlit[at], sunlit[at + 1u], sunlit[at + side], sunlit[at + side + 1u]);
         let plane = vec4<f32>(-t.x, 1.0 - t.x, -t.x, 1.0 - t.x) * slope.x + vec4<f32>(-t.y, -t.y, 1.0 - t.y, 1.0 - t.y) * slope.y;
-        // How far what the sun sees is in front of the plane, in texels.
-        let in_front = ((2.0 * depths - 1.0 - place.z) * sunlight.half_depth - plane) / size.x;
+        // How far what the sun sees is in front of the plane, in texels. Where it sees no mesh, nothing is in front of
+        // anything; the margin of the box keeps the depths of the mesh above 0.
+        let along = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
+        let in_front = ((along - place.z) * sunlight.half_depth - plane) / size.x;
         if all(in_front <= vec4<f32>(LOCATE_SAME)) {
             return true;
         }
