@@ -62,7 +62,7 @@ def draw_deep(points: list[dict], file: Path) -> None:
     axes.set(xscale="log", yscale="log", xlabel="κH", ylabel="error")
     axes.axhline(1, color="grey", linewidth=0.6)
     axes.grid(alpha=0.3)
-    axes.legend(fontsize=8, loc="center right")
+    axes.legend(fontsize=8, loc="upper left")
     save(figure, file)
 
 
