@@ -8,7 +8,7 @@
 #include <mitsuba/core/warp.h>
 #include <mitsuba/render/bsdf.h>
 
-#include "tables.h"
+#include "proposal.h"
 
 namespace sunbeam {
 
@@ -31,7 +31,8 @@ public:
     using Value                      = LobeValue<Float, UnpolarizedSpectrum>;
     static constexpr bool IsSpectral = mitsuba::is_spectral_v<Spectrum>;
 
-    explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_tables(*m_surface) {}
+    explicit DiffractionLobe(rust::Box<Surface> surface)
+        : m_surface(std::move(surface)), m_tables(*m_surface), m_proposal(*m_surface) {}
 
     Value eval_pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
         if constexpr (IsSpectral) {
@@ -58,7 +59,7 @@ public:
         } else {
             wavelength_nm = mitsuba::sample_rgb_spectrum(rest).first;
         }
-        const Vector3f order = m_tables.sample_order(wi, in_range(wavelength_nm) * 1e-3f, sample2, active && !uniform);
+        const Vector3f order = m_proposal.sample(m_tables, wi, in_range(wavelength_nm), sample2, active && !uniform);
         const Float z = 1.f - sample2.x(), r = dr::safe_sqrt(1.f - z * z);
         const auto [sin, cos] = dr::sincos(dr::TwoPi<Float> * sample2.y());
         return dr::select(uniform, Vector3f(r * cos, r * sin, z), order);
@@ -84,29 +85,34 @@ private:
     /// `f_r cosθo` at each wavelength into `value`; returns the density, the mean of each one's.
     template <size_t N> Float carried(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_nm,
                                       const Mask &active, Wide<N> &value) const {
-        const auto density          = m_tables.template lookup<N>(wi, wo, wavelength_nm, active);
+        using Wide64                = dr::Array<typename Tables<Float>::Float64, N>;
+        const Layout &layout        = m_tables.layout();
         const Wide<N> wavelength_um = wavelength_nm * 1e-3f;
-        const Wide<N> per_area      = 1.f / (wavelength_um * wavelength_um);
-        Wide<N> scale               = m_tables.template scale<N>(wi, wavelength_um, active);
-        scale *= m_tables.template scale<N>(wo, wavelength_um, active);
-        const Float share(m_tables.layout().uniform_share);
-        value = angular_factor(wi, wo) * scale * density.value * per_area;
-        return (1.f - share) * wo.z() * dr::mean(density.proposal * per_area) + share * dr::InvTwoPi<Float>;
-    }
+        const auto local            = m_proposal.template at<N>(wi, wavelength_nm, active);
+        const auto position         = m_tables.template position<N>(wi, wo, Wide64(1.0), wavelength_nm);
+        const auto window           = m_proposal.template window<N>(local, position.column, position.row, active);
+        const Wide<N> kappa         = dr::TwoPi<Float> * (wi.z() + wo.z()) / wavelength_um;
+        const auto density          = m_tables.template lookup<N>(position, kappa, window, active);
 
-    /// `O·M·cosθo`.
-    Float angular_factor(const Vector3f &wi, const Vector3f &wo) const {
-        const Vector3f sum = wi + wo;
-        const Float cos_i = dr::maximum(wi.z(), 1e-7f), cos_o = dr::maximum(wo.z(), 1e-7f), w = cos_i + cos_o;
-        const Float sum_squared = dr::fmadd(sum.x(), sum.x(), dr::fmadd(sum.y(), sum.y(), w * w));
-        Float factor            = wo.z();
-        if (m_tables.layout().stam) {
-            const Float ratio = sum_squared / (2.f * w);
-            factor *= ratio * ratio / (cos_i * cos_o);
-        }
-        if (m_tables.layout().shadowing)
-            factor *= dr::minimum(4.f * w * dr::minimum(cos_i, cos_o) / sum_squared, 1.f);
-        return factor;
+        // What the fold brings here lies at ρ² = 1 + c cosθo.
+        const Mask low           = active && wo.z() < float(layout.fold_cos_max);
+        const Wide64 further     = dr::sqrt(dr::fmadd(Wide64(local.fold_cos), Wide64(wo.z()), 1.0) /
+                                            Wide64(dr::maximum(1.f - wo.z() * wo.z(), .5f)));
+        const auto beyond        = m_tables.template position<N>(wi, wo, further, wavelength_nm);
+        const auto beyond_window = m_proposal.template window<N>(local, beyond.column, beyond.row, low);
+        Wide<N> folded           = .5f * local.fold_cos * m_tables.template proposal<N>(beyond, beyond_window, low);
+        folded                   = dr::select(low, folded, Wide<N>(0.f));
+
+        const Wide<N> per_area = 1.f / (wavelength_um * wavelength_um);
+        Wide<N> scale          = m_tables.template scale<N>(wi, wavelength_um, active);
+        scale *= m_tables.template scale<N>(wo, wavelength_um, active);
+        const Float share(layout.uniform_share);
+        const Float cos_i = dr::maximum(wi.z(), 1e-7f), cos_o = dr::maximum(wo.z(), 1e-7f);
+        const Float angular =
+            angular_factor<Float>(layout, wi.x() + wo.x(), wi.y() + wo.y(), cos_i, cos_o) / (cos_i * cos_o);
+        value                = angular * wo.z() * scale * density.value * per_area;
+        const Float proposed = dr::mean(dr::fmadd(density.proposal, wo.z(), folded) * per_area);
+        return (1.f - share) * proposed + share * dr::InvTwoPi<Float>;
     }
 
     /// Both integrated over wavelength, by the midpoint rule in the wavenumber.
@@ -151,9 +157,10 @@ private:
 
     rust::Box<Surface> m_surface;
     Tables<Float> m_tables;
+    Proposal<Float> m_proposal;
 
 public:
-    DRJIT_TRAVERSE(DiffractionLobe, m_tables)
+    DRJIT_TRAVERSE(DiffractionLobe, m_tables, m_proposal)
 };
 
 /// Scalar variants ask the Rust core, ray by ray.

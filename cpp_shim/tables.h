@@ -2,9 +2,9 @@
 // `src/reflectance/albedo_scale.rs`, which say what the numbers mean. Names are the same there and here.
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <utility>
-#include <vector>
 
 #include <drjit/util.h>
 #include <drjit/while_loop.h>
@@ -30,17 +30,32 @@ public:
     using Packet                   = dr::Array<Float, 4>;
     template <size_t N> using Wide = dr::Array<Float, N>;
 
-    /// κ bands of the proposal and floats before the spline coefficients of a record.
-    static constexpr size_t BANDS = 6, HEADER = 8;
+    /// κ bands of the proposal, floats before the spline coefficients of a record, and most leaves that a look-up meets
+    /// along an axis.
+    static constexpr size_t BANDS = 6, HEADER = 8, LEAVES_MET_MAX = 4;
 
     /// Power density `S(f; κ)` in µm² and the proposal's density over f, for each wavelength.
     template <size_t N> struct Density { Wide<N> value, proposal; };
 
+    /// Where a look-up lies on the lattice: its first node, counted from the lattice's first, and the distance from
+    /// there.
+    template <size_t N> struct Position {
+        dr::Array<UInt32, N> column, row;
+        Wide<N> from_x, from_y;
+        /// Whether the table knows what is there.
+        dr::mask_t<Wide<N>> known;
+    };
+
+    /// What the proposal gives the leaves that a look-up meets: the first of them, then for each, row by row, a factor
+    /// and a position among the κ bands.
+    template <size_t N> struct Window {
+        dr::Array<UInt32, N> first_x, first_y;
+        std::array<Wide<N>, LEAVES_MET_MAX * LEAVES_MET_MAX> amount, band_at;
+    };
+
     explicit Tables(const Surface &surface) : m_layout(surface.layout()) {
         auto floats = [](auto slice) { return dr::load<FloatX>(slice.data(), slice.size()); };
         m_records   = floats(surface.records());
-        m_row_cdf   = floats(surface.row_cdf());
-        m_block_cdf = floats(surface.block_cdf());
         m_offsets   = dr::load<UInt32X>(surface.offsets().data(), surface.offsets().size());
         if (m_layout.scale_cosines > 0)
             m_scale_corners = floats(surface.scale_corners());
@@ -49,96 +64,89 @@ public:
 
     const Layout &layout() const { return m_layout; }
 
-    /// Weight of each κ band for outgoing directions over the whole hemisphere.
-    template <size_t N> dr::Array<Wide<N>, BANDS> band_weights(const Float &cos_i, const Wide<N> &wavelength_um) const {
-        const Wide<N> unit = dr::TwoPi<Float> * float(BANDS / m_layout.kappa_max) / wavelength_um;
-        const Wide<N> low = cos_i * unit, high = low + unit;
-        dr::Array<Wide<N>, BANDS> weights;
-        for (size_t b = 0; b < BANDS; ++b) {
-            const Wide<N> top = b + 1 == BANDS ? high : dr::minimum(high, float(b + 1));
-            weights[b]        = dr::maximum(top - dr::maximum(low, float(b)), 0.f) / unit;
-        }
-        return weights;
+    /// Where the direction cosines (x, y), times `further`, lie on the lattice. Positions are taken in double
+    /// precision, from wavelengths as they were given: a narrow order is a small part of the distance from the origin.
+    template <size_t N> Position<N> position(const Vector3f &wi, const Vector3f &wo,
+                                             const dr::Array<Float64, N> &further, const Wide<N> &wavelength_nm) const {
+        using Wide64            = dr::Array<Float64, N>;
+        const Wide64 wavenumber = 1e3 / Wide64(wavelength_nm);
+        const Wide64 px      = dr::fmadd(further, Float64(wo.x()), Float64(wi.x())) * m_layout.period_x_um * wavenumber;
+        const Wide64 py      = dr::fmadd(further, Float64(wo.y()), Float64(wi.y())) * m_layout.period_y_um * wavenumber;
+        const Wide64 first_x = first_tap(px, m_layout.taps_x, m_layout.reach_x);
+        const Wide64 first_y = first_tap(py, m_layout.taps_y, m_layout.reach_y);
+        Position<N> position;
+        position.column = dr::Array<UInt32, N>(first_x + double(m_layout.reach_x));
+        position.row    = dr::Array<UInt32, N>(first_y + double(m_layout.reach_y));
+        position.from_x = Wide<N>(px - first_x);
+        position.from_y = Wide<N>(py - first_y);
+        position.known  = dr::mask_t<Wide<N>>(dr::abs(px) <= m_layout.cutoff_x && dr::abs(py) <= m_layout.cutoff_y);
+        return position;
     }
 
-    /// `S(f; κ)` and the proposal's density. Positions on the lattice are taken in double precision, from wavelengths
-    /// as they were given: a narrow order is a small part of the distance from the origin.
-    template <size_t N>
-    Density<N> lookup(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_nm, const Mask &active) const {
-        using Wide64 = dr::Array<Float64, N>;
-        using WideI  = dr::Array<Int32, N>;
-        using WideF  = Wide<N>;
-
-        const WideF wavelength_um = wavelength_nm * 1e-3f;
-        const Wide64 wavenumber   = 1e3 / Wide64(wavelength_nm);
-        const Wide64 px           = (Float64(wi.x()) + Float64(wo.x())) * m_layout.period_x_um * wavenumber;
-        const Wide64 py           = (Float64(wi.y()) + Float64(wo.y())) * m_layout.period_y_um * wavenumber;
-        const Wide64 first_x      = first_tap(px, m_layout.taps_x, m_layout.reach_x);
-        const Wide64 first_y      = first_tap(py, m_layout.taps_y, m_layout.reach_y);
-        const WideF from_x(px - first_x), from_y(py - first_y);
-        const WideI jx0(first_x), jy0(first_y);
-
-        const WideF kappa =
-            dr::minimum(dr::TwoPi<Float> * (wi.z() + wo.z()) / wavelength_um, float(m_layout.kappa_max));
-        const Curve<N> curve(*this, kappa);
-        const auto bands = band_weights<N>(wi.z(), wavelength_um);
-
-        const float log2_e = 1.44269504f;
-        const float ax     = float(-0.5 * log2_e / (m_layout.sigma_x * m_layout.sigma_x));
-        const float ay     = float(-0.5 * log2_e / (m_layout.sigma_y * m_layout.sigma_y));
-        const int reach_x = int(m_layout.reach_x), reach_y = int(m_layout.reach_y);
-        const int columns = 2 * reach_x + 1;
-
-        auto tap = [&](const UInt32 &ix, const UInt32 &iy, WideF &re, WideF &im, WideF &proposal) {
-            const WideF dx = from_x - Float(ix), dy = from_y - Float(iy);
-            const WideF e  = dr::exp2(dr::fmadd(dx * dx, ax, dy * dy * ay));
-            const WideI jx = jx0 + Int32(ix), jy = jy0 + Int32(iy);
-            for (size_t k = 0; k < N; ++k) {
-                const UInt32 node((jy[k] + reach_y) * columns + jx[k] + reach_x);
-                const UInt32 record = dr::gather<UInt32>(m_offsets, node, active);
-                const Packet head   = dr::gather<Packet>(m_records, record, active),
-                             tail   = dr::gather<Packet>(m_records, record + 1, active);
-                Float power         = bands[0][k] * head[0];
-                for (size_t b = 1; b < BANDS; ++b)
-                    power = dr::fmadd(bands[b][k], b < 4 ? head[b] : tail[b - 4], power);
-                if (m_layout.amplitude) {
-                    const auto [a, b] = curve.amplitude(k, record, active);
-                    re[k]             = dr::fmadd(e[k], tail[2] + a, re[k]);
-                    im[k]             = dr::fmadd(e[k], tail[3] + b, im[k]);
-                    proposal[k]       = dr::fmadd(e[k] * e[k], power, proposal[k]);
-                } else {
-                    const Float at_zero = dr::fmadd(curve.linear[k], tail[3], tail[2]);
-                    re[k]               = dr::fmadd(e[k], at_zero + curve.power(k, record, active), re[k]);
-                    proposal[k]         = dr::fmadd(e[k], power, proposal[k]);
-                }
-            }
-        };
-
+    /// `S(f; κ)` and the proposal's density at a position.
+    template <size_t N> Density<N> lookup(const Position<N> &position, const Wide<N> &kappa, const Window<N> &window,
+                                          const Mask &active) const {
+        using WideF = Wide<N>;
+        const Curve<N> curve(*this, dr::minimum(kappa, float(m_layout.kappa_max)));
         WideF re(0.f), im(0.f), proposal(0.f);
-        const uint32_t taps = m_layout.taps_x * m_layout.taps_y;
-        if (taps == 1) {
-            tap(UInt32(0), UInt32(0), re, im, proposal);
-        } else {
-            UInt32 i(0);
-            const uint32_t taps_x        = m_layout.taps_x;
-            dr::tie(i, re, im, proposal) = dr::while_loop(
-                dr::make_tuple(i, re, im, proposal),
-                [taps, active](const UInt32 &i, const WideF &, const WideF &, const WideF &) {
-                    return active && i < taps;
-                },
-                [&tap, taps_x](UInt32 &i, WideF &re, WideF &im, WideF &proposal) {
-                    const UInt32 iy = i / taps_x;
-                    tap(i - iy * taps_x, iy, re, im, proposal);
-                    i += 1;
-                },
-                "diffraction orders");
-        }
+        for_taps(
+            position, active, "diffraction orders",
+            [&](const WideF &e, const dr::Array<UInt32, N> &column, const dr::Array<UInt32, N> &row, WideF &re,
+                WideF &im, WideF &proposal) {
+                const auto [amount, at] = chosen<N>(window, column, row);
+                for (size_t k = 0; k < N; ++k) {
+                    const UInt32 record = dr::gather<UInt32>(m_offsets, row[k] * columns() + column[k], active);
+                    const Packet head   = dr::gather<Packet>(m_records, record, active),
+                                 tail   = dr::gather<Packet>(m_records, record + 1, active);
+                    Float power(0.f);
+                    for (size_t b = 0; b < BANDS; ++b)
+                        power = dr::fmadd(dr::maximum(1.f - dr::abs(at[k] - float(b)), 0.f),
+                                          b < 4 ? head[b] : tail[b - 4], power);
+                    power *= amount[k];
+                    if (m_layout.amplitude) {
+                        const auto [a, b] = curve.amplitude(k, record, active);
+                        re[k]             = dr::fmadd(e[k], tail[2] + a, re[k]);
+                        im[k]             = dr::fmadd(e[k], tail[3] + b, im[k]);
+                        proposal[k]       = dr::fmadd(e[k] * e[k], power, proposal[k]);
+                    } else {
+                        const Float at_zero = dr::fmadd(curve.linear[k], tail[3], tail[2]);
+                        re[k]               = dr::fmadd(e[k], at_zero + curve.power(k, record, active), re[k]);
+                        proposal[k]         = dr::fmadd(e[k], power, proposal[k]);
+                    }
+                }
+            },
+            re, im, proposal);
         WideF value = m_layout.amplitude ? dr::fmadd(re, re, im * im) : dr::maximum(re, 0.f);
-        if (std::isfinite(m_layout.cutoff_x))
-            value &= dr::abs(px) <= m_layout.cutoff_x;
-        if (std::isfinite(m_layout.cutoff_y))
-            value &= dr::abs(py) <= m_layout.cutoff_y;
+        if (std::isfinite(m_layout.cutoff_x) || std::isfinite(m_layout.cutoff_y))
+            value &= position.known;
         return { value * float(m_layout.norm), proposal * float(m_layout.proposal_norm) };
+    }
+
+    /// The proposal's density alone.
+    template <size_t N>
+    Wide<N> proposal(const Position<N> &position, const Window<N> &window, const Mask &active) const {
+        using WideF = Wide<N>;
+        WideF re(0.f), im(0.f), proposal(0.f);
+        for_taps(
+            position, active, "folded orders",
+            [&](const WideF &e, const dr::Array<UInt32, N> &column, const dr::Array<UInt32, N> &row, WideF &, WideF &,
+                WideF &proposal) {
+                const auto [amount, at] = chosen<N>(window, column, row);
+                for (size_t k = 0; k < N; ++k) {
+                    const Float power = amount[k] * node_power(row[k] * columns() + column[k], at[k], active);
+                    proposal[k]       = dr::fmadd(m_layout.amplitude ? e[k] * e[k] : e[k], power, proposal[k]);
+                }
+            },
+            re, im, proposal);
+        return proposal * float(m_layout.proposal_norm);
+    }
+
+    /// Power of a node, given by its row-major number, at a position among the κ bands.
+    Float node_power(const UInt32 &node, const Float &band_at, const Mask &active) const {
+        const UInt32 record = dr::gather<UInt32>(m_offsets, node, active) * 4;
+        const UInt32 band   = dr::minimum(UInt32(band_at), uint32_t(BANDS) - 2);
+        return dr::lerp(dr::gather<Float>(m_records, record + band, active),
+                        dr::gather<Float>(m_records, record + band + 1, active), band_at - Float(band));
     }
 
     /// The energy scaling of one direction at each wavelength.
@@ -180,73 +188,53 @@ public:
                         t - Float(i));
     }
 
-    /// A direction by the orders of one wavelength, with zero for what lies beyond the horizon.
-    Vector3f sample_order(const Vector3f &wi, const Float &wavelength_um, const Point2f &u, const Mask &active) const {
-        // The band; u.x is stretched over it.
-        const auto weights = band_weights<1>(wi.z(), Wide<1>(wavelength_um));
-        UInt32 band(BANDS - 1);
-        Float low(0.f), sum(0.f), width(1.f);
-        Mask found(false);
-        for (size_t b = 0; b < BANDS; ++b) {
-            const Float next = sum + weights[b][0];
-            const Mask here  = !found && u.x() < next;
-            band             = dr::select(here, UInt32(b), band);
-            low              = dr::select(here, sum, low);
-            width            = dr::select(here, weights[b][0], width);
-            found |= here;
-            // Where rounding keeps the sum below u.x, the last band of any weight is taken.
-            const Mask spare = !found && weights[b][0] > 0.f;
-            band             = dr::select(spare, UInt32(b), band);
-            low              = dr::select(spare, sum, low);
-            width            = dr::select(spare, weights[b][0], width);
-            sum              = next;
-        }
-        const float last = dr::OneMinusEpsilon<float>;
-        Float ux         = dr::clip((u.x() - low) / width, 0.f, last);
+private:
+    uint32_t columns() const { return 2 * m_layout.reach_x + 1; }
 
-        const uint32_t rows = m_layout.sampler_rows, blocks = m_layout.sampler_blocks,
-                       block_len = m_layout.sampler_block_len, columns = 2 * m_layout.reach_x + 1;
-        auto [row, uy] = descend(m_row_cdf, band * (rows + 1), rows, u.y(), active);
-        UInt32 block;
-        std::tie(block, ux) = descend(m_block_cdf, (band * rows + row) * (blocks + 1), blocks, ux, active);
-
-        // The node within its block.
-        std::vector<Float> powers(block_len);
-        Float total(0.f);
-        for (uint32_t k = 0; k < block_len; ++k) {
-            const UInt32 column = block * block_len + k;
-            const Mask inside   = active && column < columns;
-            const UInt32 record = dr::gather<UInt32>(m_offsets, row * columns + column, inside);
-            powers[k]           = dr::gather<Float>(m_records, record * 4 + band, inside);
-            total += powers[k];
+    /// Visits the nodes about a position; `visit` adds to the three sums.
+    template <size_t N, typename Visit> void for_taps(const Position<N> &position, const Mask &active, const char *name,
+                                                      Visit visit, Wide<N> &re, Wide<N> &im, Wide<N> &proposal) const {
+        using WideF        = Wide<N>;
+        const float log2_e = 1.44269504f;
+        const float ax     = float(-0.5 * log2_e / (m_layout.sigma_x * m_layout.sigma_x));
+        const float ay     = float(-0.5 * log2_e / (m_layout.sigma_y * m_layout.sigma_y));
+        auto tap           = [&](const UInt32 &ix, const UInt32 &iy, WideF &re, WideF &im, WideF &proposal) {
+            const WideF dx = position.from_x - Float(ix), dy = position.from_y - Float(iy);
+            const WideF e = dr::exp2(dr::fmadd(dx * dx, ax, dy * dy * ay));
+            visit(e, position.column + ix, position.row + iy, re, im, proposal);
+        };
+        const uint32_t taps = m_layout.taps_x * m_layout.taps_y, taps_x = m_layout.taps_x;
+        if (taps == 1) {
+            tap(UInt32(0), UInt32(0), re, im, proposal);
+            return;
         }
-        Float left = ux * total, power(1.f), start(0.f), passed(0.f);
-        UInt32 chosen(0);
-        Mask done(false);
-        for (uint32_t k = 0; k < block_len; ++k) {
-            // The last node of any power is kept where rounding leaves `left` beyond the end.
-            const Mask here = !done && powers[k] > 0.f;
-            chosen          = dr::select(here, UInt32(k), chosen);
-            power           = dr::select(here, powers[k], power);
-            start           = dr::select(here, passed, start);
-            passed += powers[k];
-            done |= here && left < passed;
-        }
-        ux = dr::clip((left - start) / power, 0.f, last);
-
-        // Box–Muller.
-        const Float radius    = dr::sqrt(-2.f * dr::log(1.f - ux));
-        const auto [sin, cos] = dr::sincos(dr::TwoPi<Float> * uy);
-        const Float jx        = Float(Int32(block * block_len + chosen) - int(m_layout.reach_x)),
-                    jy        = Float(Int32(row) - int(m_layout.reach_y));
-        const Float fx = dr::fmadd(radius * cos, float(m_layout.proposal_sigma_x), jx) / float(m_layout.period_x_um),
-                    fy = dr::fmadd(radius * sin, float(m_layout.proposal_sigma_y), jy) / float(m_layout.period_y_um);
-        const Float x = dr::fmsub(wavelength_um, fx, wi.x()), y = dr::fmsub(wavelength_um, fy, wi.y());
-        const Float z_squared = 1.f - dr::fmadd(x, x, y * y);
-        return dr::select(z_squared > 0.f, Vector3f(x, y, dr::safe_sqrt(z_squared)), Vector3f(0.f));
+        UInt32 i(0);
+        dr::tie(i, re, im, proposal) = dr::while_loop(
+            dr::make_tuple(i, re, im, proposal),
+            [taps, active](const UInt32 &i, const WideF &, const WideF &, const WideF &) { return active && i < taps; },
+            [&tap, taps_x](UInt32 &i, WideF &re, WideF &im, WideF &proposal) {
+                const UInt32 iy = i / taps_x;
+                tap(i - iy * taps_x, iy, re, im, proposal);
+                i += 1;
+            },
+            name);
     }
 
-private:
+    /// What a window gives the leaf of a node.
+    template <size_t N> std::pair<Wide<N>, Wide<N>> chosen(const Window<N> &window, const dr::Array<UInt32, N> &column,
+                                                           const dr::Array<UInt32, N> &row) const {
+        const uint32_t mx = m_layout.leaf_met_x, my = m_layout.leaf_met_y;
+        Wide<N> amount = window.amount[0], at = window.band_at[0];
+        const auto x = (column >> m_layout.leaf_shift_x) - window.first_x,
+                   y = (row >> m_layout.leaf_shift_y) - window.first_y;
+        for (uint32_t i = 1; i < mx * my; ++i) {
+            const auto here = x == i % mx && y == i / mx;
+            amount          = dr::select(here, window.amount[i], amount);
+            at              = dr::select(here, window.band_at[i], at);
+        }
+        return { amount, at };
+    }
+
     /// First node that a look-up reads along an axis: the nearest ones that there are.
     template <typename Wide64> static Wide64 first_tap(const Wide64 &position, uint32_t taps, uint32_t reach) {
         return dr::clip(dr::ceil(position - 0.5 * taps), -double(reach), double(reach) + 1.0 - double(taps));
@@ -302,23 +290,12 @@ private:
         }
     };
 
-    /// The interval of the cumulative table of `size` intervals from `start` that holds `u`, and where in it `u` lies.
-    std::pair<UInt32, Float> descend(const FloatX &cdf, const UInt32 &start, uint32_t size, const Float &u,
-                                     const Mask &active) const {
-        const UInt32 i = dr::binary_search<UInt32>(
-            0, size - 1, [&](const UInt32 &index) { return dr::gather<Float>(cdf, start + index + 1, active) <= u; });
-        const Float low    = dr::gather<Float>(cdf, start + i, active),
-                    high   = dr::gather<Float>(cdf, start + i + 1, active);
-        const Float inside = dr::clip((u - low) / (high - low), 0.f, dr::OneMinusEpsilon<float>);
-        return { i, dr::select(high > low, inside, .5f) };
-    }
-
     Layout m_layout;
-    FloatX m_records, m_row_cdf, m_block_cdf, m_scale_corners, m_weights;
+    FloatX m_records, m_scale_corners, m_weights;
     UInt32X m_offsets;
 
 public:
-    DRJIT_TRAVERSE(Tables, m_records, m_row_cdf, m_block_cdf, m_scale_corners, m_weights, m_offsets)
+    DRJIT_TRAVERSE(Tables, m_records, m_scale_corners, m_weights, m_offsets)
 };
 
 } // namespace sunbeam

@@ -7,13 +7,16 @@ use std::ffi::{c_char, c_void};
 
 use crate::config::{BuildError, Source, SurfaceConfig};
 use crate::guard::{Panic, guard};
-use crate::reflectance::{self, Obliquity, SurfaceReport, UNIFORM_SHARE, WavelengthWeights};
+use crate::reflectance::{
+    self, ANYWHERE_SHARE, CellShares, FOLD_COS_MAX, Obliquity, Proposal, Shade, SurfaceReport, UNIFORM_SHARE,
+    WavelengthWeights,
+};
 use crate::table::{KernelKind, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
-    /// Everything about a surface's tables that is not an array; see `table::SpectralTable`, `table::OrderSampler` and
-    /// `reflectance::AlbedoScale` for the meaning.
+    /// Everything about a surface's tables that is not an array; see `table::SpectralTable`, `table::Leaves`,
+    /// `reflectance::Proposal` and `reflectance::AlbedoScale` for the meaning.
     struct Layout {
         period_x_um: f64,
         period_y_um: f64,
@@ -34,9 +37,33 @@ mod ffi {
         kappa_max: f64,
         kappa_step: f64,
         kappa_knee: f64,
-        sampler_rows: u32,
-        sampler_blocks: u32,
-        sampler_block_len: u32,
+        /// Nodes of a leaf as a power of two, leaves, leaves of a cell, and most leaves and cells that a look-up meets.
+        leaf_shift_x: u32,
+        leaf_shift_y: u32,
+        leaf_count_x: u32,
+        leaf_count_y: u32,
+        leaf_in_cell_x: u32,
+        leaf_in_cell_y: u32,
+        leaf_met_x: u32,
+        leaf_met_y: u32,
+        cells_met_x: u32,
+        cells_met_y: u32,
+        /// Farthest that a leaf's Gaussians reach from a node of it, in nodes, and the share of a leaf's weight that takes
+        /// its power to be anywhere in it.
+        leaf_reach_x: f64,
+        leaf_reach_y: f64,
+        anywhere_share: f64,
+        /// Standard deviation of the widest node in cycles/µm, and the cosine up to which samples are folded.
+        fold_sigma: f64,
+        fold_cos_max: f64,
+        /// Zero where energy is not scaled.
+        shade_azimuths: u32,
+        shade_cosines: u32,
+        /// The grid of incidences, zero where there is one cell, and the most cells at a node of it.
+        share_polar: u32,
+        share_azimuths: u32,
+        share_wavelengths: u32,
+        share_cells_max: u32,
         /// Zero where energy is not scaled.
         scale_cosines: u32,
         scale_azimuths: u32,
@@ -61,8 +88,13 @@ mod ffi {
         fn layout(self: &Surface) -> Result<Layout>;
         fn offsets(self: &Surface) -> &[u32];
         fn records(self: &Surface) -> &[f32];
-        fn row_cdf(self: &Surface) -> &[f32];
-        fn block_cdf(self: &Surface) -> &[f32];
+        /// See `table::Leaves`, `reflectance::Shade` and `reflectance::CellShares`.
+        fn leaf_powers(self: &Surface) -> &[f32];
+        fn leaf_places(self: &Surface) -> &[f32];
+        fn leaf_rows(self: &Surface) -> &[f32];
+        fn shade(self: &Surface) -> &[f32];
+        fn share_index(self: &Surface) -> &[u32];
+        fn share_cumulative(self: &Surface) -> &[u16];
         /// The four corners of each cell of the energy scaling, `[wavelength][azimuth][cosine][4]`.
         fn scale_corners(self: &Surface) -> Result<Vec<f32>>;
         /// Red, green, blue and luminance weights for each whole nm.
@@ -113,7 +145,11 @@ impl Surface {
 
     fn layout(&self) -> Result<ffi::Layout, PluginError> {
         guard(|| {
-            let (table, sampler, options) = (self.core.table(), self.core.sampler(), self.core.options());
+            let (table, proposal, options) = (self.core.table(), self.core.proposal(), self.core.options());
+            let (leaves, shares) = (proposal.leaves(), proposal.shares());
+            let [leaf_reach_x, leaf_reach_y] = leaves.reach();
+            let shade = if proposal.shade().values().is_empty() { (0, 0) } else { Shade::shape() };
+            let grid = if shares.index().is_empty() { (0, 0, 0) } else { CellShares::shape() };
             let (x, y) = (&table.lattice().x, &table.lattice().y);
             let (proposal_sigma_x, proposal_sigma_y) = table.proposal_sigma();
             let scale = self.core.scale().map_or((0, 0, 0), |s| s.shape());
@@ -136,9 +172,27 @@ impl Surface {
                 kappa_max: table.kappa_max(),
                 kappa_step: table.kappa_step(),
                 kappa_knee: table.kappa_knee(),
-                sampler_rows: sampler.rows() as u32,
-                sampler_blocks: sampler.blocks() as u32,
-                sampler_block_len: sampler.block_len() as u32,
+                leaf_shift_x: leaves.x.len.ilog2(),
+                leaf_shift_y: leaves.y.len.ilog2(),
+                leaf_count_x: leaves.x.count as u32,
+                leaf_count_y: leaves.y.count as u32,
+                leaf_in_cell_x: leaves.x.in_cell as u32,
+                leaf_in_cell_y: leaves.y.in_cell as u32,
+                leaf_met_x: leaves.x.met as u32,
+                leaf_met_y: leaves.y.met as u32,
+                cells_met_x: leaves.x.cells_met as u32,
+                cells_met_y: leaves.y.cells_met as u32,
+                leaf_reach_x,
+                leaf_reach_y,
+                anywhere_share: ANYWHERE_SHARE,
+                fold_sigma: Proposal::fold_sigma(table),
+                fold_cos_max: FOLD_COS_MAX,
+                shade_azimuths: shade.0 as u32,
+                shade_cosines: shade.1 as u32,
+                share_polar: grid.0 as u32,
+                share_azimuths: grid.1 as u32,
+                share_wavelengths: grid.2 as u32,
+                share_cells_max: shares.cells_max() as u32,
                 scale_cosines: scale.0 as u32,
                 scale_azimuths: scale.1 as u32,
                 scale_wavelengths: scale.2 as u32,
@@ -159,12 +213,28 @@ impl Surface {
         self.core.table().records()
     }
 
-    fn row_cdf(&self) -> &[f32] {
-        self.core.sampler().row_cdf()
+    fn leaf_powers(&self) -> &[f32] {
+        self.core.proposal().leaves().powers()
     }
 
-    fn block_cdf(&self) -> &[f32] {
-        self.core.sampler().block_cdf()
+    fn leaf_places(&self) -> &[f32] {
+        self.core.proposal().leaves().places()
+    }
+
+    fn leaf_rows(&self) -> &[f32] {
+        self.core.proposal().leaves().rows()
+    }
+
+    fn shade(&self) -> &[f32] {
+        self.core.proposal().shade().values()
+    }
+
+    fn share_index(&self) -> &[u32] {
+        self.core.proposal().shares().index()
+    }
+
+    fn share_cumulative(&self) -> &[u16] {
+        self.core.proposal().shares().cumulative()
     }
 
     fn scale_corners(&self) -> Result<Vec<f32>, PluginError> {

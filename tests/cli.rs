@@ -1,12 +1,13 @@
 //! The command line as users meet it: the binary is run, and what it prints is judged.
 
 mod cli_support;
+mod common;
 #[path = "cli_support/service.rs"]
 mod service;
 
 use cli_support::{refused, run, succeeded};
 use serde_json::{Value, json};
-use service::{directions, eval, surface_of};
+use service::{directions, eval, reflectance_of};
 use std::f64::consts::PI;
 use sunbeam::height_field::{FileScale, HeightField, Preset};
 
@@ -351,13 +352,15 @@ mod table_against_exact {
             .collect();
         let tolerance = TOLERANCE.to_string();
         let arguments = [surface, &["--tolerance", &tolerance]].concat();
+        let built = service::surface(&arguments);
         let table = eval(&[&arguments[..], &["--method", "table"]].concat(), &lines);
         let exact = eval(&[&arguments[..], &["--method", "exact"]].concat(), &lines);
         let mut lit = 0;
         for (i, ((wi, wo), (t, e))) in pairs.iter().zip(table.iter().zip(&exact)).enumerate() {
             assert_eq!(t["pdf"], e["pdf"], "one sampler serves both");
             let (f_table, f_exact) = (t["f"].as_f64().unwrap(), e["f"].as_f64().unwrap());
-            let scale = surface_of(*wi, *wo, wavelengths[i % 5], e["pdf"].as_f64().unwrap());
+            let (_, mean) = common::table_density(&built, *wi, *wo, wavelengths[i % 5]);
+            let scale = reflectance_of(mean, *wi, *wo, wavelengths[i % 5]);
             let allowed = 2.0 * TOLERANCE * f_exact.max(scale);
             assert!((f_table - f_exact).abs() <= allowed, "{surface:?} {}: {f_table} {f_exact} {scale}", lines[i]);
             lit += usize::from(f_exact > scale);

@@ -104,7 +104,7 @@ fn a_patch_of_a_scan_that_stands_alone_is_within_the_tolerance() {
     let field = waves(100, 100, 0.065, 0.065, 0.4);
     for length in [10.0, 65.0] {
         let options = with(Model::Patch, Tiling::Aperiodic, length, 1e-3);
-        assert!(holds(&format!("scan Patch {length} µm"), &field, &options, 60));
+        assert!(holds(&format!("scan Patch {length} µm"), &field, &options, 600));
     }
 }
 
@@ -115,7 +115,7 @@ fn the_ensemble_of_a_scan_that_stands_alone_is_within_the_tolerance() {
     let (scan, small) = (waves(100, 100, 0.065, 0.065, 0.4), waves(24, 18, 0.065, 0.07, 0.5));
     for length in [10.0, 65.0] {
         let options = with(Model::Ensemble, Tiling::Aperiodic, length, 1e-3);
-        all &= holds(&format!("scan Ensemble {length} µm"), &scan, &options, 60);
+        all &= holds(&format!("scan Ensemble {length} µm"), &scan, &options, 600);
     }
     for (length, tolerance) in [(1.0, 1e-3), (10.0, 1e-3), (1e4, 1e-3), (20.0, 1e-2), (20.0, 1e-4), (20.0, 1e-6)] {
         let options = with(Model::Ensemble, Tiling::Aperiodic, length, tolerance);

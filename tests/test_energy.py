@@ -152,6 +152,6 @@ def test_a_furnace_is_not_brighter_than_its_walls(preset):
 
 def test_a_perfect_reflector_vanishes_in_a_furnace():
     """Seen at most 80° from the normal; towards the horizon, half of the lobe lies beyond it."""
-    image = furnace(built("llvm_ad_rgb", preset="flat"), 256)
+    image = furnace(built("llvm_ad_rgb", preset="flat"), 512)
     assert np.all(image <= 1 + FURNACE_NOISE)
     np.testing.assert_allclose(image[2:6, 2:6].mean(axis=(0, 1)), 1, atol=FURNACE_MEAN_NOISE)

@@ -2,6 +2,7 @@
 //!
 //! - [`methods`]: time, memory, build time and error against the oracle of the sources' methods, of the colour table
 //!   and of the spectral tables, over their parameters.
+//! - [`sampler`]: how evenly importance sampling weighs what it finds.
 //! - [`stability`]: model.md §6, swept: deep relief, grazing directions, random questions.
 //!
 //! [`Truth`] is the oracle over whole spectra. Nothing but the command line uses this room.
@@ -9,6 +10,7 @@
 mod directions;
 mod error;
 pub mod methods;
+pub mod sampler;
 pub mod stability;
 mod truth;
 

@@ -1,18 +1,17 @@
 use super::albedo_scale::{AlbedoScaleReport, Cell};
-use super::geometry::direction_above;
+use super::cell_shares::Incidence;
 use super::power_bins::PowerBins;
-use super::{AlbedoScale, Obliquity, Pair, Vec3};
+use super::{AlbedoScale, CellShares, Obliquity, Pair, Proposal, Vec3};
 use crate::height_field::HeightField;
 use crate::table::{
-    BANDS, Model, OrderSampler, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM,
-    WAVELENGTH_MIN_NM, build,
+    Model, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
 };
 use serde::Serialize;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Share of samples drawn uniformly over the hemisphere: it bounds the weight where the obliquity factor grows as
-/// 1/cosθo towards the horizon and the orders' own density falls as cosθo.
+/// Share of samples drawn uniformly over the hemisphere: it bounds the weight where the orders' own density is far below
+/// what is reflected.
 pub const UNIFORM_SHARE: f64 = 0.02;
 
 pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
@@ -77,7 +76,7 @@ pub struct Sample {
 pub struct Surface {
     options: Options,
     table: SpectralTable,
-    sampler: OrderSampler,
+    proposal: Proposal,
     scale: Option<Arc<AlbedoScale>>,
     report: SurfaceReport,
 }
@@ -104,7 +103,6 @@ impl Surface {
         in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
         in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
         let (table, table_report) = build_table(field, options)?;
-        let sampler = OrderSampler::new(&table);
         let mut energy = None;
         let mut scale = None;
         if options.conserve_energy {
@@ -121,14 +119,15 @@ impl Surface {
                 scale = (!built.is_one()).then(|| Arc::new(built));
             }
         }
+        let proposal = Proposal::new(&table, options, scale.as_deref());
         let scale_bytes = scale.as_ref().map_or(0, |s| size_of_val(s.values()));
         let report = SurfaceReport {
-            bytes: table.bytes() + sampler.bytes() + scale_bytes,
+            bytes: table.bytes() + proposal.bytes() + scale_bytes,
             table: table_report,
             energy,
             build_seconds: start.elapsed().as_secs_f64(),
         };
-        Ok(Self { options: options.clone(), table, sampler, scale, report })
+        Ok(Self { options: options.clone(), table, proposal, scale, report })
     }
 
     /// The options it was built with.
@@ -146,9 +145,9 @@ impl Surface {
         &self.table
     }
 
-    /// The sampler of orders.
-    pub fn sampler(&self) -> &OrderSampler {
-        &self.sampler
+    /// What orders are drawn from.
+    pub fn proposal(&self) -> &Proposal {
+        &self.proposal
     }
 
     /// The energy scaling, `None` where nothing is scaled.
@@ -166,7 +165,15 @@ impl Surface {
     pub fn pair(&self, wi: Vec3, wo: Vec3) -> Option<SurfacePair<'_>> {
         let pair = Pair::new(wi, wo)?;
         let scale = self.scale.as_deref().map(|scale| (scale, scale.cell(wi), scale.cell(wo)));
-        Some(SurfacePair { surface: self, pair, angular_factor: self.options.angular_factor(&pair), scale })
+        Some(SurfacePair {
+            surface: self,
+            wi,
+            wo,
+            pair,
+            incidence: CellShares::incidence(wi),
+            angular_factor: self.options.angular_factor(&pair),
+            scale,
+        })
     }
 
     /// The density of a direction sampled for several wavelengths at once: the mean of each one's (model.md §5.4).
@@ -190,8 +197,8 @@ impl Surface {
     }
 
     /// A direction from three random numbers in [0, 1): the first picks the uniform lobe or one of the wavelengths (nm),
-    /// the second a κ band of the outgoing hemisphere; then the two draw an order by its mean power there and a place
-    /// in its Gaussian. `None` where that lies beyond the horizon, or `wi` below it.
+    /// the others an order by its [`Proposal`] and a place in its Gaussian. `None` where that lies too far beyond the
+    /// horizon, or `wi` below it.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         if wi[2].is_nan() || wi[2] <= 0.0 {
             return None;
@@ -208,18 +215,7 @@ impl Surface {
 
     /// A direction by the orders of one wavelength alone.
     pub(super) fn sample_order(&self, wi: Vec3, wavelength_nm: f64, u: [f64; 2]) -> Option<Vec3> {
-        let wavelength_um = wavelength_nm * 1e-3;
-        let bands = self.table.band_weights(wi[2], wavelength_um);
-        let (band, left) = pick(&bands, u[0]);
-        let order = self.sampler.choose(&self.table, band, [left, u[1]]);
-        // Box–Muller.
-        let radius = (-2.0 * (1.0 - order.u[0]).ln()).sqrt();
-        let (sin, cos) = (TAU * order.u[1]).sin_cos();
-        let (sx, sy) = self.table.proposal_sigma();
-        let lattice = self.table.lattice();
-        let fx = (order.jx as f64 + sx * radius * cos) / lattice.x.period_um;
-        let fy = (order.jy as f64 + sy * radius * sin) / lattice.y.period_um;
-        direction_above(wavelength_um * fx - wi[0], wavelength_um * fy - wi[1])
+        self.proposal.at(&self.table, &self.options, wi, &CellShares::incidence(wi), wavelength_nm).sample(u)
     }
 
     /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out, every node of the table
@@ -234,7 +230,10 @@ impl Surface {
 /// A surface and a pair of directions, ready to answer for any wavelength.
 pub struct SurfacePair<'a> {
     surface: &'a Surface,
+    wi: Vec3,
+    wo: Vec3,
     pair: Pair,
+    incidence: Incidence,
     angular_factor: f64,
     scale: Option<(&'a AlbedoScale, Cell, Cell)>,
 }
@@ -245,11 +244,11 @@ impl SurfacePair<'_> {
         if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {
             return Answer::default();
         }
-        let (table, pair) = (&self.surface.table, &self.pair);
+        let (surface, pair, q) = (self.surface, &self.pair, [self.wo[0], self.wo[1]]);
         let wavelength_um = wavelength_nm * 1e-3;
-        let bands = table.band_weights(pair.cos_i, wavelength_um);
-        let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-        let density = table.lookup(f, pair.kappa(wavelength_um), &bands);
+        let local = surface.proposal.at(&surface.table, &surface.options, self.wi, &self.incidence, wavelength_nm);
+        let density = local.lookup(q, pair.kappa(wavelength_um));
+        let proposed = density.proposal * pair.cos_o + local.folded(q, pair.cos_o);
         let per_area = 1.0 / (wavelength_um * wavelength_um);
         let scale = self
             .scale
@@ -257,7 +256,7 @@ impl SurfacePair<'_> {
             .map_or(1.0, |(scale, i, o)| scale.at_cell(i, wavelength_nm) * scale.at_cell(o, wavelength_nm));
         Answer {
             f: self.angular_factor * scale * density.value * per_area,
-            pdf: (1.0 - UNIFORM_SHARE) * density.proposal * pair.cos_o * per_area + UNIFORM_SHARE / TAU,
+            pdf: (1.0 - UNIFORM_SHARE) * proposed * per_area + UNIFORM_SHARE / TAU,
         }
     }
 }
@@ -276,17 +275,4 @@ fn in_range(
     accepted: &'static str,
 ) -> Result<(), TableError> {
     if range.contains(&value) { Ok(()) } else { Err(TableError::OutOfRange { name, value, accepted }) }
-}
-
-/// The band in which the cumulative sum of `weights` passes `u`, and where in it `u` lies.
-fn pick(weights: &[f64; BANDS], u: f64) -> (usize, f64) {
-    let mut left = u;
-    for (band, &weight) in weights.iter().enumerate() {
-        if left < weight {
-            return (band, left / weight);
-        }
-        left -= weight;
-    }
-    // Rounding has left u at the very end.
-    (weights.iter().rposition(|&w| w > 0.0).unwrap_or(0), 1.0 - f64::EPSILON)
 }

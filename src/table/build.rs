@@ -43,9 +43,10 @@ pub struct TableReport {
     pub build_seconds: f64,
 }
 
-/// Nodes up to which knots cost next to nothing, and are set for a tenth of the tolerance: few orders leave deep gaps, in
-/// which a percentile over all κ is no comfort.
+/// Nodes up to which knots cost next to nothing, and are set for this share of the tolerance: few orders leave deep gaps,
+/// in which a percentile over all κ is no comfort.
 const FEW_NODES: usize = 4096;
+const FEW_NODES_SHARE: f64 = 0.1;
 
 /// Builds the table of `spectrum` to a relative error of `tolerance`.
 ///
@@ -54,7 +55,8 @@ const FEW_NODES: usize = 4096;
 pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, TableReport), TableError> {
     let start = Instant::now();
     let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
-    let target = if nodes <= FEW_NODES { 0.1 * tolerance } else { tolerance };
+    let splines = if nodes <= FEW_NODES { FEW_NODES_SHARE } else { spectrum.lattice().spline_share() };
+    let target = splines * tolerance;
     let first_spacing = KNOT_SPACING * target.powf(0.25);
     let mut spacing = first_spacing;
     loop {
@@ -305,7 +307,9 @@ impl<'a> Build<'a> {
                 if TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) > self.kappa_max {
                     return None;
                 }
-                let mean = table.lookup(f, kappa, &[1.0 / BANDS as f64; BANDS]);
+                let mean = table.lookup(f, kappa, |_, _, means| {
+                    means[..BANDS].iter().map(|&p| f64::from(p)).sum::<f64>() / BANDS as f64
+                });
                 let truth = table.combine([px, py], |index| nodes[index]);
                 Some((mean.value - truth).abs() / truth.max(mean.proposal).max(DENSITY_FLOOR_UM2))
             }));

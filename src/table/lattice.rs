@@ -31,6 +31,15 @@ pub struct Lattice {
     pub y: LatticeAxis,
 }
 
+impl Lattice {
+    /// The share of a tolerance that splines in κ may take: all on the native lattice, where joining the nodes is exact
+    /// but for tails far below the tolerance; else half, since that error comes on top.
+    pub(super) fn spline_share(&self) -> f64 {
+        let native = |axis: &LatticeAxis| axis.inverse_variance == 0.0;
+        if native(&self.x) && native(&self.y) { 1.0 } else { 0.5 }
+    }
+}
+
 /// How much further down the tails of orders are followed where the tile is a grating and look-ups are few.
 const GRATING_MARGIN: f64 = 400.0;
 

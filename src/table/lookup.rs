@@ -147,58 +147,84 @@ impl SpectralTable {
         self.lattice.x.period_um * self.lattice.y.period_um / (TAU * sx * sy)
     }
 
-    /// Weight of each band in the proposal for outgoing directions over the whole hemisphere: the share of
-    /// `[2π cosθi/λ, 2π(cosθi + 1)/λ]` that lies in it, `wavelength_um` in µm. Sums to one.
-    pub fn band_weights(&self, cos_i: f64, wavelength_um: f64) -> [f64; BANDS] {
-        let width = self.kappa_max / BANDS as f64;
-        let low = TAU * cos_i / wavelength_um / width;
-        let high = low + TAU / wavelength_um / width;
-        std::array::from_fn(|b| {
-            let top = if b + 1 == BANDS { f64::INFINITY } else { b as f64 + 1.0 };
-            (high.min(top) - low.max(b as f64)).max(0.0) / (high - low)
-        })
+    /// Where among the bands the power at `kappa` (rad/µm) is read; see [`BandReading::new`].
+    pub fn band_position(&self, kappa: f64) -> f64 {
+        kappa / self.kappa_max * BANDS as f64 - 0.5
     }
 
-    /// `S(f; κ)` and the proposal's density at the frequency `f` (cycles/µm) and `kappa` (rad/µm), for the band
-    /// weights of [`SpectralTable::band_weights`].
-    pub fn lookup(&self, f: [f64; 2], kappa: f64, band_weights: &[f64; BANDS]) -> Density {
-        let (x, y) = (&self.lattice.x, &self.lattice.y);
-        let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
+    /// `S(f; κ)` and the proposal's density at the frequency `f` (cycles/µm) and `kappa` (rad/µm), where `draw`
+    /// gives the weight of a node in the proposal from its column and row, counted from the first, and its band means.
+    pub fn lookup(&self, f: [f64; 2], kappa: f64, draw: impl Fn(usize, usize, &[f32]) -> f64) -> Density {
         let curve = NodeCurve::new(self, kappa);
         let (mut power, mut amplitude, mut proposal) = (0.0, Complex64::ZERO, 0.0);
-        let columns = taps(x, px);
-        let mut ex = [0.0; TAPS_MAX];
-        for (e, jx) in ex.iter_mut().zip(columns.clone()) {
-            *e = gaussian(px - jx as f64, x.sigma);
-        }
-        for jy in taps(y, py) {
-            let ey = gaussian(py - jy as f64, y.sigma);
-            let first = (jy + y.reach as i64) as usize * x.nodes() + (columns.start + x.reach as i64) as usize;
-            let offsets = &self.offsets[first..first + x.taps];
-            for (&offset, ex) in offsets.iter().zip(ex) {
-                let record = &self.records[4 * offset as usize..];
-                let e = ey * ex;
-                let bands: f64 = band_weights.iter().zip(record).map(|(w, &p)| w * p as f64).sum();
-                match self.kernel {
-                    KernelKind::Power => {
-                        power += e * curve.power(record);
-                        proposal += e * bands;
-                    }
-                    KernelKind::Amplitude => {
-                        amplitude += e * curve.amplitude(record);
-                        proposal += e * e * bands;
-                    }
+        self.joined(f, |column, row, e, record| {
+            let drawn = draw(column, row, record);
+            match self.kernel {
+                KernelKind::Power => {
+                    power += e * curve.power(record);
+                    proposal += e * drawn;
+                }
+                KernelKind::Amplitude => {
+                    amplitude += e * curve.amplitude(record);
+                    proposal += e * e * drawn;
                 }
             }
-        }
+        });
         let value = match self.kernel {
             // A spline may undershoot a zero of the power by the tolerance.
             KernelKind::Power => power.max(0.0),
             KernelKind::Amplitude => amplitude.norm_sqr(),
         };
-        let known = px.abs() <= x.cutoff && py.abs() <= y.cutoff;
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let known = (f[0] * x.period_um).abs() <= x.cutoff && (f[1] * y.period_um).abs() <= y.cutoff;
         let value = if known { self.norm * value } else { 0.0 };
         Density { value, proposal: self.proposal_norm() * proposal }
+    }
+
+    /// The proposal's density alone; arguments as of [`SpectralTable::lookup`].
+    pub fn proposal(&self, f: [f64; 2], draw: impl Fn(usize, usize, &[f32]) -> f64) -> f64 {
+        let mut sum = 0.0;
+        self.joined(f, |column, row, e, record| {
+            let e = if self.kernel == KernelKind::Power { e } else { e * e };
+            sum += e * draw(column, row, record);
+        });
+        self.proposal_norm() * sum
+    }
+
+    /// Mean of `S(f; κ)` in µm² over the κ that outgoing directions span, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: what an error
+    /// of `S` is small or large against. `f` in cycles/µm, the wavelength in µm.
+    pub fn hemisphere_mean(&self, f: [f64; 2], cos_i: f64, wavelength_um: f64) -> f64 {
+        let unit = TAU / wavelength_um * BANDS as f64 / self.kappa_max;
+        let (low, high) = (unit * cos_i, unit * (cos_i + 1.0));
+        let weights: [f64; BANDS] = std::array::from_fn(|b| {
+            let top = if b + 1 == BANDS { f64::INFINITY } else { b as f64 + 1.0 };
+            (high.min(top) - low.max(b as f64)).max(0.0) / unit
+        });
+        self.proposal(f, |_, _, means| weights.iter().zip(means).map(|(w, &p)| w * f64::from(p)).sum())
+    }
+
+    /// Column and row, counted from the first, of the first node that a look-up at `f` (cycles/µm) reads.
+    pub fn first_node(&self, f: [f64; 2]) -> [usize; 2] {
+        let first = |axis: &LatticeAxis, f: f64| (axis.first_tap(f * axis.period_um) + axis.reach as i64) as usize;
+        [first(&self.lattice.x, f[0]), first(&self.lattice.y, f[1])]
+    }
+
+    /// Visits the nodes around `f` (cycles/µm): column, row, Gaussian and record.
+    fn joined(&self, f: [f64; 2], mut visit: impl FnMut(usize, usize, f64, &[f32])) {
+        let (x, y) = (&self.lattice.x, &self.lattice.y);
+        let (px, py) = (f[0] * x.period_um + x.reach as f64, f[1] * y.period_um + y.reach as f64);
+        let [column, row] = self.first_node(f);
+        let mut ex = [0.0; TAPS_MAX];
+        for (i, e) in ex.iter_mut().enumerate().take(x.taps) {
+            *e = gaussian(px - (column + i) as f64, x.sigma);
+        }
+        for row in row..row + y.taps {
+            let ey = gaussian(py - row as f64, y.sigma);
+            let offsets = &self.offsets[row * x.nodes() + column..][..x.taps];
+            for (i, (&offset, ex)) in offsets.iter().zip(ex).enumerate() {
+                visit(column + i, row, ey * ex, &self.records[4 * offset as usize..]);
+            }
+        }
     }
 }
 

@@ -17,8 +17,8 @@
 mod build;
 mod error;
 mod lattice;
+mod leaves;
 mod lookup;
-mod order_sampler;
 mod spectrum;
 mod spline;
 pub(crate) use spline::cubic;
@@ -26,8 +26,9 @@ pub(crate) use spline::cubic;
 pub use build::{DENSITY_FLOOR_UM2, TableReport, build};
 pub use error::TableError;
 pub use lattice::{Lattice, LatticeAxis};
+pub(crate) use leaves::pick;
+pub use leaves::{BandReading, LEAVES_MET_MAX, LeafAxis, Leaves, OrderChoice};
 pub use lookup::{BANDS, Density, HEADER, KernelKind, NodeCurve, SpectralTable};
-pub use order_sampler::{OrderChoice, OrderSampler};
 pub use spectrum::{Model, Spectrum, Tiling};
 pub(crate) use spectrum::{lag_grid, taper};
 

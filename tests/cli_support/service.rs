@@ -4,7 +4,8 @@
 use crate::cli_support::{run, succeeded};
 use serde_json::Value;
 use std::f64::consts::TAU;
-use sunbeam::reflectance::UNIFORM_SHARE;
+use sunbeam::config::SurfaceConfig;
+use sunbeam::reflectance::Surface;
 use sunbeam::table::DENSITY_FLOOR_UM2;
 
 /// The answers of `sunbeam eval` to the lines.
@@ -25,19 +26,30 @@ pub fn directions(count: usize) -> impl Iterator<Item = [f64; 3]> {
     })
 }
 
-/// The reflectance against which an error of the tables is small or large: that of the mean density `S̄` over κ, or of
-/// the density floor, whichever is more, with the obliquity factor `stam` and nothing else.
+/// The library's surface that a command line describes: `--key value` in turn, or `--key` alone for true.
+pub fn surface(arguments: &[&str]) -> Surface {
+    let mut config = serde_json::Map::new();
+    let mut rest = arguments.iter().peekable();
+    while let Some(key) = rest.next() {
+        let key = key.trim_start_matches('-').replace('-', "_");
+        let key = if key == "height_field" { "filename".into() } else { key };
+        let value = rest
+            .next_if(|next| !next.starts_with("--"))
+            .map_or(Value::Bool(true), |value| serde_json::from_str(value).unwrap_or_else(|_| Value::from(*value)));
+        config.insert(key, value);
+    }
+    SurfaceConfig::from_json(&Value::Object(config).to_string()).unwrap().build().unwrap()
+}
+
+/// The reflectance against which an error of the tables is small or large: that of the mean density over κ, or of the
+/// density floor, whichever is more, with the obliquity factor `stam` and nothing else.
 ///
-/// `S̄` follows from the density of the sampler, `pdf = (1 − q)·S̄·cosθo/λ² + q/2π` with q the uniform share. Energy
-/// scaling and shadowing only lower both reflectances, and `unit` is never more than `stam`: there the comparison is
-/// the weaker one.
-pub fn surface_of(wi: [f64; 3], wo: [f64; 3], wavelength_nm: f64, pdf: f64) -> f64 {
-    let (cos_i, cos_o) = (wi[2], wo[2]);
+/// Energy scaling and shadowing only lower both reflectances, and `unit` is never more than `stam`: there the comparison
+/// is the weaker one.
+pub fn reflectance_of(mean_density: f64, wi: [f64; 3], wo: [f64; 3], wavelength_nm: f64) -> f64 {
     let dot: f64 = wi.iter().zip(wo).map(|(a, b)| a * b).sum();
-    let w = cos_i + cos_o;
-    let obliquity = (1.0 + dot).powi(2) / (cos_i * cos_o * w * w);
-    let mean = (pdf - UNIFORM_SHARE / TAU).max(0.0) / ((1.0 - UNIFORM_SHARE) * cos_o);
+    let w = wi[2] + wo[2];
+    let obliquity = (1.0 + dot).powi(2) / (wi[2] * wo[2] * w * w);
     let wavelength_um = wavelength_nm * 1e-3;
-    let floor = DENSITY_FLOOR_UM2 / (wavelength_um * wavelength_um);
-    obliquity * mean.max(floor)
+    obliquity * mean_density.max(DENSITY_FLOOR_UM2) / (wavelength_um * wavelength_um)
 }

@@ -76,16 +76,22 @@ pub fn sinusoid(n: usize, period_um: f64, amplitude_um: f64) -> HeightField {
     HeightField::new(Array2::from_shape_fn((1, n), height), period_um / n as f64, period_um).unwrap()
 }
 
-/// Error of the table's S against the oracle's, relative to the largest of the oracle's, the sampler's mean over κ
-/// there, and the density floor.
+/// `S(f; κ)` in µm² as the table has it, and its mean over the κ that the outgoing hemisphere spans.
+pub fn table_density(surface: &Surface, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> (f64, f64) {
+    let um = wavelength_nm * 1e-3;
+    let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
+    let value = surface.table().lookup(f, TAU * (wi[2] + wo[2]) / um, |_, _, _| 0.0).value;
+    (value, surface.table().hemisphere_mean(f, wi[2], um))
+}
+
+/// Error of the table's S against the oracle's, relative to the largest of the oracle's, the mean over κ there, and the
+/// density floor.
 pub fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
     let um = wavelength_nm * 1e-3;
     let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
-    let kappa = TAU * (wi[2] + wo[2]) / um;
-    let table = surface.table();
-    let density = table.lookup(f, kappa, &table.band_weights(wi[2], um));
-    let truth = exact.power_density(f, kappa);
-    (density.value - truth).abs() / truth.max(density.proposal).max(DENSITY_FLOOR_UM2)
+    let (value, mean) = table_density(surface, wi, wo, wavelength_nm);
+    let truth = exact.power_density(f, TAU * (wi[2] + wo[2]) / um);
+    (value - truth).abs() / truth.max(mean).max(DENSITY_FLOOR_UM2)
 }
 
 /// The oracle of a surface's field, with the surface's own options.
