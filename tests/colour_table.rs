@@ -46,7 +46,7 @@ impl Case {
     fn truth(&self, spectrum: &SpectralToRgb, pair: &Pair) -> [f64; 3] {
         spectrum.rgb_of(|nm| {
             let um = nm * 1e-3;
-            self.spectral.lookup([pair.u / um, pair.v / um], TAU * pair.w / um, &[0.0; 6]).value / (um * um)
+            self.spectral.density([pair.u / um, pair.v / um], TAU * pair.w / um) / (um * um)
         })
     }
 

@@ -3,6 +3,7 @@
 //! [`Surface`] answers from tables; [`Exact`] from the direct double-precision sum. Both scale by the same
 //! [`AlbedoScale`] where energy is to be conserved, and both take the same [`Pair`] of directions.
 
+mod albedo_limit;
 mod albedo_scale;
 mod cell_shares;
 mod exact;

@@ -3,14 +3,22 @@
 use super::geometry::direction_above;
 use super::surface::Options;
 use super::{Pair, Vec3};
-use crate::table::{BANDS, HEADER, KernelKind, NodeCurve, SpectralTable, WAVELENGTH_MAX_NM};
+use crate::table::{BANDS, HEADER, KernelKind, NodeCurve, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use std::f64::consts::{PI, TAU};
 
 /// Standard deviation in direction cosines below which a lobe is not integrated across.
 const SHARP: f64 = 0.01;
+/// The same below which lobes make sharp features of the albedo.
+const FEATURES: f64 = 0.03;
+/// Standard deviations of a node in a panel of 16 places, and most panels of an integral over the hemisphere.
+const PANEL_SIGMAS: f64 = 18.0;
+const PANELS_MAX: usize = 10;
 /// Lobes below which each of them counts, and is cheap enough to be integrated finely.
 const FEW: usize = 40;
 /// Nodes that stay alone whatever their number, the strongest first.
 const SINGLES: usize = 48;
+/// Lobes up to which each is integrated finely, and not the strongest alone.
+const FINE: usize = 300;
 
 /// One lobe: power `P(κ)` about the frequency `f` with a Gaussian spread.
 struct Lobe {
@@ -26,6 +34,9 @@ pub(super) struct PowerBins<'a> {
     lobes: Vec<Lobe>,
     /// Whether every lobe is integrated across as well as along its radius. Many lobes that tile the plane need not.
     fine: bool,
+    /// Where nodes are so wide that the density is smooth, the panels along x and y in which it is integrated over the
+    /// hemisphere.
+    panels: Option<[usize; 2]>,
 }
 
 impl<'a> PowerBins<'a> {
@@ -38,7 +49,6 @@ impl<'a> PowerBins<'a> {
         }
         let (x, y) = (&table.lattice().x, &table.lattice().y);
         let mut nodes = table.kept_nodes();
-        nodes.retain(|(jx, jy, _)| jx.abs() as f64 <= x.cutoff && jy.abs() as f64 <= y.cutoff);
         let strength = |record: &[f32]| record[..BANDS].iter().sum::<f32>();
         nodes.sort_by(|a, b| strength(b.2).total_cmp(&strength(a.2)));
         let mut lobes = Vec::new();
@@ -69,14 +79,35 @@ impl<'a> PowerBins<'a> {
                 record,
             });
         }
-        Some(Self { table, fine: target == usize::MAX || lobes.len() < FEW, lobes })
+        // A panel of 16 for each so many standard deviations of a node.
+        let panels = [x, y].map(|axis| {
+            let sigma = 1e-3 * WAVELENGTH_MIN_NM * axis.sigma / axis.period_um;
+            (PI / (PANEL_SIGMAS * sigma)).ceil() as usize
+        });
+        let panels = (panels[0] * panels[1] <= PANELS_MAX).then_some(panels);
+        Some(Self { table, fine: target == usize::MAX || lobes.len() <= FINE, lobes, panels })
     }
 
-    /// Whether the albedo has sharp features: few lobes, so narrow that one evaluation stands for each away from the
-    /// horizon.
-    pub fn sharp(&self) -> bool {
+    /// Whether lobes are so narrow that the albedo has sharp features where one leaves along the surface.
+    pub fn narrow(&self) -> bool {
         let widest = self.lobes.iter().flat_map(|lobe| lobe.sigma_f).fold(0.0, f64::max);
-        self.lobes.len() < FEW && 1e-3 * WAVELENGTH_MAX_NM * widest < SHARP
+        1e-3 * WAVELENGTH_MAX_NM * widest < FEATURES
+    }
+
+    /// Whether there are few lobes, all of them narrow.
+    pub fn sharp(&self) -> bool {
+        self.lobes.len() < FEW && self.narrow()
+    }
+
+    /// About how many places [`PowerBins::visit`] takes, as a measure of its cost.
+    pub fn places(&self) -> usize {
+        /// Places of a lobe on average: one in the middle of the hemisphere, dozens about the horizon.
+        const OF_A_LOBE: usize = 10;
+        let lattice = self.table.lattice();
+        match self.panels {
+            Some([x, y]) => 256 * x * y * lattice.x.taps * lattice.y.taps,
+            None => OF_A_LOBE * self.lobes.len(),
+        }
     }
 
     /// Wavelengths in nm, from `low_nm` to `high_nm`, at which light from `wi` leaves just above the horizon in one of
@@ -106,15 +137,69 @@ impl<'a> PowerBins<'a> {
 
     /// `∫ f_r cosθo · scale(wo) dωo` over the upper hemisphere, Fresnel reflectance left out.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64, options: &Options, scale: impl Fn(Vec3) -> f64) -> f64 {
-        let wavelength_um = wavelength_nm * 1e-3;
-        let term = |lobe: &Lobe, wo: Vec3| {
-            Pair::new(wi, wo).map_or(0.0, |pair| {
-                let curve = NodeCurve::new(self.table, pair.kappa(wavelength_um));
-                curve.power(&lobe.record) * options.angular_factor(&pair) * scale(wo)
-            })
-        };
-        self.lobes.iter().map(|lobe| lobe.integrate(wi, wavelength_um, self.fine, |wo| term(lobe, wo))).sum()
+        let mut sum = 0.0;
+        self.visit(wi, wavelength_nm, options, |wo, part| sum += part * scale(wo));
+        sum
     }
+
+    /// Visits directions with the parts of `∫ f_r cosθo dωo` that they stand for.
+    pub fn visit(&self, wi: Vec3, wavelength_nm: f64, options: &Options, mut visit: impl FnMut(Vec3, f64)) {
+        let wavelength_um = wavelength_nm * 1e-3;
+        if let Some(panels) = self.panels {
+            let lattice = self.table.lattice();
+            let known = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, wi)| {
+                let reach = wavelength_um * axis.cutoff / axis.period_um;
+                [(-reach - wi).max(-1.0), (reach - wi).min(1.0)]
+            });
+            for (wo, area) in hemisphere(panels, known) {
+                if let Some(pair) = Pair::new(wi, wo) {
+                    let f = [pair.u / wavelength_um, pair.v / wavelength_um];
+                    let value = self.table.density(f, pair.kappa(wavelength_um));
+                    visit(wo, area * options.angular_factor(&pair) * value / (wavelength_um * wavelength_um));
+                }
+            }
+            return;
+        }
+        for (i, lobe) in self.lobes.iter().enumerate() {
+            lobe.integrate(wi, wavelength_um, self.fine || i < SINGLES, |wo, area| {
+                let pair = Pair::new(wi, wo);
+                let known = |pair: &Pair| self.table.knows([pair.u / wavelength_um, pair.v / wavelength_um]);
+                if let Some(pair) = pair.filter(known) {
+                    let curve = NodeCurve::new(self.table, pair.kappa(wavelength_um));
+                    visit(wo, area * curve.power(&lobe.record) * options.angular_factor(&pair));
+                }
+            });
+        }
+    }
+}
+
+/// Directions over the part of the hemisphere between two direction cosines along x and two along y, with their areas in
+/// direction cosines, `cosθ dω`.
+///
+/// With `y = sin α` and `x = cos α sin ψ` the cosine is `cos α cos ψ` and the area `cos α · cosθ dα dψ`, so that the cosine
+/// that the obliquity factor divides by cancels, and places crowd towards the horizon.
+fn hemisphere(
+    [panels_x, panels_y]: [usize; 2],
+    [between_x, between_y]: [[f64; 2]; 2],
+) -> impl Iterator<Item = (Vec3, f64)> {
+    in_panels(panels_y, between_y.map(f64::asin)).flat_map(move |(alpha, weight_y)| {
+        let (y, across) = alpha.sin_cos();
+        let between = between_x.map(|x| (x / across.max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).asin());
+        in_panels(panels_x, between).map(move |(psi, weight_x)| {
+            let (sin, cos) = psi.sin_cos();
+            ([across * sin, y, across * cos], weight_x * weight_y * across * across * cos)
+        })
+    })
+}
+
+/// Places between two with their weights, 16 in each of the panels; none if the two are in the wrong order.
+fn in_panels(panels: usize, [low, high]: [f64; 2]) -> impl Iterator<Item = (f64, f64)> {
+    let half = 0.5 * (high - low).max(0.0) / panels as f64;
+    (0..panels).flat_map(move |panel| {
+        let middle = low + (2 * panel + 1) as f64 * half;
+        let both = move |&(node, weight): &(f64, f64)| [-node, node].map(|node| (middle + half * node, half * weight));
+        LEGENDRE_16.iter().flat_map(both)
+    })
 }
 
 /// Abscissae and weights of a three-point Gauss–Hermite rule for a standard normal variate.
@@ -141,10 +226,10 @@ const LEGENDRE_16: [(f64, f64); 8] = [
 ];
 
 impl Lobe {
-    /// Mean of `value(wo)` over the lobe's Gaussian in the plane of direction cosines, with what lies beyond the
-    /// horizon counted as zero. Near the horizon the radial integral is taken in cosθo, which the obliquity factor
+    /// Visits directions with their shares of the lobe's Gaussian in the plane of direction cosines, of which nothing
+    /// lies beyond the horizon. Near the horizon the radial integral is taken in cosθo, which the obliquity factor
     /// divides by, so that the integrand stays smooth.
-    fn integrate(&self, wi: Vec3, wavelength_um: f64, fine: bool, value: impl Fn(Vec3) -> f64) -> f64 {
+    fn integrate(&self, wi: Vec3, wavelength_um: f64, fine: bool, mut visit: impl FnMut(Vec3, f64)) {
         let [qx, qy] = [wavelength_um * self.f[0] - wi[0], wavelength_um * self.f[1] - wi[1]];
         let [sx, sy] = [wavelength_um * self.sigma_f[0], wavelength_um * self.sigma_f[1]];
         let rho = qx.hypot(qy);
@@ -152,25 +237,28 @@ impl Lobe {
         // Half a per mille of 1/cosθo averaged over the Gaussian is 40 standard deviations inside in cos²θo.
         if 1.0 - rho * rho > 40.0 * widest {
             if widest < SHARP || !fine {
-                return direction_above(qx, qy).map_or(0.0, value);
+                if let Some(wo) = direction_above(qx, qy) {
+                    visit(wo, 1.0);
+                }
+                return;
             }
-            let mut sum = 0.0;
             for (tx, px) in HERMITE_3 {
                 for (ty, py) in HERMITE_3 {
-                    sum += px * py * direction_above(qx + tx * sx, qy + ty * sy).map_or(0.0, &value);
+                    if let Some(wo) = direction_above(qx + tx * sx, qy + ty * sy) {
+                        visit(wo, px * py);
+                    }
                 }
             }
-            return sum;
+            return;
         }
         let (ex, ey) = if rho > 1e-9 { (qx / rho, qy / rho) } else { (1.0, 0.0) };
         let radial = (ex * sx).hypot(ey * sy);
         let across = (ey * sx).hypot(ex * sy);
         const CUT: f64 = 5.0;
         if rho - CUT * radial >= 1.0 {
-            return 0.0;
+            return;
         }
         let across_rule: &[(f64, f64)] = if across < SHARP || !fine { &[(0.0, 1.0)] } else { &HERMITE_3 };
-        let mut sum = 0.0;
         for &(t, p) in across_rule {
             // cosθo along the radius at this offset across: cos² = reach² − ρ².
             let offset = t * across;
@@ -192,12 +280,10 @@ impl Lobe {
                 for psi in [middle - half * node, middle + half * node] {
                     let (r, cos) = (reach * psi.sin(), reach * psi.cos());
                     let z = (r - rho) / radial;
-                    let density = (-0.5 * z * z).exp() / (std::f64::consts::TAU.sqrt() * radial);
-                    let wo = [r * ex - offset * ey, r * ey + offset * ex, cos];
-                    sum += p * weight * half * density * cos * value(wo);
+                    let density = (-0.5 * z * z).exp() / (TAU.sqrt() * radial);
+                    visit([r * ex - offset * ey, r * ey + offset * ex, cos], p * weight * half * density * cos);
                 }
             }
         }
-        sum
     }
 }

@@ -187,7 +187,7 @@ impl<'a> Local<'a> {
         }
         let cos = (squared - 1.0) / self.fold_cos;
         let inward = ((1.0 - cos * cos) / squared).sqrt();
-        (cos > 0.0 && cos < FOLD_COS_MAX).then(|| [x * inward, y * inward, cos])
+        (cos > 0.0 && cos < FOLD_COS_MAX).then_some([x * inward, y * inward, cos])
     }
 
     fn choose(&self, u: [f64; 2]) -> Option<OrderChoice> {

@@ -175,10 +175,13 @@ impl SpectralTable {
             KernelKind::Power => power.max(0.0),
             KernelKind::Amplitude => amplitude.norm_sqr(),
         };
-        let (x, y) = (&self.lattice.x, &self.lattice.y);
-        let known = (f[0] * x.period_um).abs() <= x.cutoff && (f[1] * y.period_um).abs() <= y.cutoff;
-        let value = if known { self.norm * value } else { 0.0 };
+        let value = if self.knows(f) { self.norm * value } else { 0.0 };
         Density { value, proposal: self.proposal_norm() * proposal }
+    }
+
+    /// `S(f; κ)` in µm² alone.
+    pub fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
+        self.lookup(f, kappa, |_, _, _| 0.0).value
     }
 
     /// The proposal's density alone; arguments as of [`SpectralTable::lookup`].
@@ -189,6 +192,12 @@ impl SpectralTable {
             sum += e * draw(column, row, record);
         });
         self.proposal_norm() * sum
+    }
+
+    /// Whether the pixels say anything about a frequency (cycles/µm); `S` is zero elsewhere.
+    pub fn knows(&self, f: [f64; 2]) -> bool {
+        let known = |axis: &LatticeAxis, f: f64| (f * axis.period_um).abs() <= axis.cutoff;
+        known(&self.lattice.x, f[0]) && known(&self.lattice.y, f[1])
     }
 
     /// Mean of `S(f; κ)` in µm² over the κ that outgoing directions span, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: what an error

@@ -80,7 +80,7 @@ pub fn sinusoid(n: usize, period_um: f64, amplitude_um: f64) -> HeightField {
 pub fn table_density(surface: &Surface, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> (f64, f64) {
     let um = wavelength_nm * 1e-3;
     let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
-    let value = surface.table().lookup(f, TAU * (wi[2] + wo[2]) / um, |_, _, _| 0.0).value;
+    let value = surface.table().density(f, TAU * (wi[2] + wo[2]) / um);
     (value, surface.table().hemisphere_mean(f, wi[2], um))
 }
 

@@ -61,7 +61,7 @@ fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_
     let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
     let kappa = TAU * (wi[2] + wo[2]) / um;
     let table = surface.table();
-    let value = table.lookup(f, kappa, |_, _, _| 0.0).value;
+    let value = table.density(f, kappa);
     let truth = exact.power_density(f, kappa);
     (value - truth).abs() / truth.max(table.hemisphere_mean(f, wi[2], um)).max(DENSITY_FLOOR_UM2)
 }
