@@ -6,10 +6,11 @@
 //!
 //! 1. *raster*: which triangle each pixel sees. Nothing is interpolated.
 //! 2. *locate*: where the pixel's ray meets that triangle, the shading frame there, the directions in it, and whether the
-//!    sun is seen: a depth map from the sun tells for nearly every pixel, and a ray through a tree of boxes for the rest.
+//!    sun is seen: a depth map from the sun tells for nearly every pixel, and a ray through a tree of boxes for the rest,
+//!    which are listed and done together. The ground is done then.
 //!    Its conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
 //! 3. *shade*: the method, for the lit samples only, in submissions of bounded time.
-//! 4. *resolve*: pigment and light; the mean over a pixel's samples.
+//! 4. *resolve*: pigment and light, for the same samples; the mean over a pixel's samples.
 //!
 //! Supersampling repeats the four for each place in a pixel, so memory does not grow with it. Light is direct sunlight
 //! only. Methods are single precision, and leave out the energy scaling `conserve_energy` of the tables.
@@ -21,6 +22,7 @@ mod clock;
 mod device;
 mod error;
 mod layout;
+mod locate;
 mod mesh;
 mod pipeline;
 mod program;

@@ -9,27 +9,48 @@ pub(super) fn module(gpu: &Gpu, label: &str, source: String) -> wgpu::ShaderModu
     })
 }
 
-/// How a compute shader uses a buffer.
+/// How a compute shader uses what is bound.
 #[derive(Clone, Copy)]
 pub(super) enum Access {
     Uniform,
     Read,
     Write,
+    /// A texture of whole numbers.
+    Texture,
 }
 
-/// A group of buffers at the bindings 0, 1, …, for a shader that need not use all of them.
+/// Invocations of a workgroup over a list, as in `locate.wgsl` and `resolve.wgsl`.
+const WORKGROUP: u32 = 64;
+/// No dispatch has more workgroups in one direction on any adapter.
+pub(super) const WORKGROUPS_MAX: u32 = 65_535;
+
+/// Dispatches at least so many invocations, in rows, and a workgroup for an empty list too, so that a first picture,
+/// however small, has drivers finish compiling.
+pub(super) fn dispatch_over(pass: &mut wgpu::ComputePass<'_>, count: u32) {
+    let groups = count.div_ceil(WORKGROUP).max(1);
+    let columns = groups.min(WORKGROUPS_MAX);
+    pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
+}
+
+/// A group of buffers and textures at the bindings 0, 1, …, for a shader that need not use all of them.
 pub(super) fn layout(gpu: &Gpu, accesses: &[Access]) -> wgpu::BindGroupLayout {
+    let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let kind = |access: &Access| match access {
-        Access::Uniform => wgpu::BufferBindingType::Uniform,
-        Access::Read => wgpu::BufferBindingType::Storage { read_only: true },
-        Access::Write => wgpu::BufferBindingType::Storage { read_only: false },
+        Access::Uniform => buffer(wgpu::BufferBindingType::Uniform),
+        Access::Read => buffer(wgpu::BufferBindingType::Storage { read_only: true }),
+        Access::Write => buffer(wgpu::BufferBindingType::Storage { read_only: false }),
+        Access::Texture => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Uint,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
     };
     let entries: Vec<wgpu::BindGroupLayoutEntry> = (0..)
         .zip(accesses)
         .map(|(binding, access)| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer { ty: kind(access), has_dynamic_offset: false, min_binding_size: None },
+            ty: kind(access),
             count: None,
         })
         .collect();

@@ -1,13 +1,11 @@
 use super::clock::Clock;
+use super::locate::Locate;
 use super::scene::Scene;
 use super::shader::Shader;
 use super::target::{DEPTH_FORMAT, SEEN_FORMAT, Target};
 use super::view::View;
 use super::{Gpu, GpuError, pipeline, program};
 use bytemuck::Zeroable;
-
-/// Pixels along a side of a workgroup, as in `locate.wgsl` and `resolve.wgsl`.
-const WORKGROUP: u32 = 8;
 
 /// GPU times of a picture in ms; see [`Gpu::has_timestamps`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
@@ -59,7 +57,7 @@ pub struct FrameReport {
 pub struct Renderer {
     shadow: wgpu::RenderPipeline,
     raster: wgpu::RenderPipeline,
-    locate: wgpu::ComputePipeline,
+    locate: Locate,
     resolve: wgpu::ComputePipeline,
     frame: wgpu::Buffer,
 }
@@ -70,13 +68,12 @@ impl Renderer {
     /// # Errors
     /// [`GpuError::Refused`].
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let locate = pipeline::module(gpu, "locate", program::locate());
         let resolve = pipeline::module(gpu, "resolve", program::resolve());
         let frame = super::layout::FrameUniform::zeroed();
         Ok(Self {
             shadow: depth_pipeline(gpu, program::shadow(), "sunlit_corner", None)?,
             raster: depth_pipeline(gpu, program::raster(), "corner", Some("triangle_number"))?,
-            locate: pipeline::compute(gpu, &locate, "locate", None)?,
+            locate: Locate::new(gpu)?,
             resolve: pipeline::compute(gpu, &resolve, "resolve", None)?,
             frame: gpu.uniform_of("frame", bytemuck::bytes_of(&frame))?,
         })
@@ -109,13 +106,13 @@ impl Renderer {
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
             report.gpu_ms.raster +=
                 self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth)?;
-            let (ms, chosen) = self.find(gpu, target, &bindings)?;
+            let (ms, chosen) = self.locate.run(gpu, target, &bindings.locate)?;
             report.gpu_ms.locate += ms;
             let spent = shader.run(gpu, &bindings.shade, chosen)?;
             report.gpu_ms.shade += spent.gpu_ms;
             report.submissions += spent.submissions;
             report.answered += u64::from(chosen);
-            report.gpu_ms.resolve += self.finish(gpu, target, &bindings)?;
+            report.gpu_ms.resolve += self.finish(gpu, &bindings, chosen)?;
         }
         Ok(report)
     }
@@ -157,41 +154,20 @@ impl Renderer {
         clock.run(gpu, encoder)
     }
 
-    /// Makes the queries of a sample; the time in ms, and how many need an answer.
-    fn find(&self, gpu: &Gpu, target: &Target, bindings: &Bindings) -> Result<(f64, u32), GpuError> {
+    /// Adds the radiance of what was answered to the picture; the time in ms.
+    fn finish(&self, gpu: &Gpu, bindings: &Bindings, chosen: u32) -> Result<f64, GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
-        encoder.clear_buffer(&target.chosen_count, 0, None);
-        over_pixels(&mut encoder, &self.locate, &bindings.locate, target, clock.compute());
-        let count = gpu.staging(target.chosen_count.size());
-        encoder.copy_buffer_to_buffer(&target.chosen_count, 0, &count, 0, count.size());
-        let ms = clock.run(gpu, encoder)?;
-        Ok((ms, bytemuck::pod_read_unaligned(&gpu.read_staging(&count)?)))
-    }
-
-    /// Adds a sample's radiance to the picture; the time in ms.
-    fn finish(&self, gpu: &Gpu, target: &Target, bindings: &Bindings) -> Result<f64, GpuError> {
-        let clock = Clock::new(gpu);
-        let mut encoder = gpu.encoder();
-        over_pixels(&mut encoder, &self.resolve, &bindings.resolve, target, clock.compute());
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("resolve"),
+            timestamp_writes: clock.compute(),
+        });
+        pass.set_pipeline(&self.resolve);
+        pass.set_bind_group(0, &bindings.resolve, &[]);
+        pipeline::dispatch_over(&mut pass, chosen);
+        drop(pass);
         clock.run(gpu, encoder)
     }
-}
-
-/// A compute pass with one invocation for each pixel.
-fn over_pixels(
-    encoder: &mut wgpu::CommandEncoder,
-    pipeline: &wgpu::ComputePipeline,
-    bindings: &wgpu::BindGroup,
-    target: &Target,
-    timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
-) {
-    let (width, height) = target.size();
-    let mut pass =
-        encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("over pixels"), timestamp_writes });
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, bindings, &[]);
-    pass.dispatch_workgroups(width.div_ceil(WORKGROUP), height.div_ceil(WORKGROUP), 1);
 }
 
 /// What ties the stages to the buffers of one scene, shader and target; cheap to make.
@@ -205,30 +181,13 @@ struct Bindings {
 
 impl Bindings {
     fn new(gpu: &Gpu, renderer: &Renderer, scene: &Scene, shader: &Shader, target: &Target) -> Self {
-        let seen = wgpu::BindingResource::TextureView(&target.seen);
         let shadow = renderer.shadow.get_bind_group_layout(0);
         let raster = renderer.raster.get_bind_group_layout(0);
-        let locate = renderer.locate.get_bind_group_layout(0);
         let resolve = renderer.resolve.get_bind_group_layout(0);
         Self {
             shadow: pipeline::bind(gpu, &shadow, &[&scene.sunlight.uniform, &scene.vertices, &scene.triangles]),
             raster: pipeline::bind(gpu, &raster, &[&renderer.frame, &scene.vertices, &scene.triangles]),
-            locate: pipeline::bind_resources(
-                gpu,
-                &locate,
-                &[
-                    renderer.frame.as_entire_binding(),
-                    scene.vertices.as_entire_binding(),
-                    scene.triangles.as_entire_binding(),
-                    scene.nodes.as_entire_binding(),
-                    seen,
-                    target.queries.as_entire_binding(),
-                    target.chosen.as_entire_binding(),
-                    target.chosen_count.as_entire_binding(),
-                    scene.sunlight.uniform.as_entire_binding(),
-                    scene.sunlight.depths.as_entire_binding(),
-                ],
-            ),
+            locate: renderer.locate.bind(gpu, &renderer.frame, scene, target),
             shade: shader.bind(gpu, &target.queries, &target.chosen, &target.reflectances),
             resolve: pipeline::bind(
                 gpu,
@@ -240,6 +199,8 @@ impl Bindings {
                     &target.reflectances,
                     target.picture(),
                     &scene.pigment,
+                    &target.chosen,
+                    &target.lists,
                 ],
             ),
         }

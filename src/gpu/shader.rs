@@ -1,6 +1,6 @@
 use super::clock::Clock;
 use super::layout::{Optics, OpticsUniform, Query, RangeUniform};
-use super::pipeline::{self, Access};
+use super::pipeline::{self, Access, WORKGROUPS_MAX};
 use super::{Gpu, GpuError, program};
 use crate::methods::Method;
 use bytemuck::Zeroable;
@@ -16,8 +16,6 @@ const FIRST_QUERIES: u32 = 1024;
 const GROWTH: u32 = 8;
 /// Queries of a workgroup, as in `shade.wgsl`.
 const WORKGROUP: u32 = 64;
-/// No dispatch has more workgroups in one direction on any adapter.
-const WORKGROUPS_MAX: u32 = 65_535;
 /// An answer is not taken into more parts.
 const PARTS_MAX: u32 = 4096;
 /// Queries that [`Shader::evaluate`] keeps on the GPU at a time.

@@ -16,12 +16,18 @@ pub struct Target {
     pub(super) depth: wgpu::TextureView,
     pub(super) queries: wgpu::Buffer,
     pub(super) chosen: wgpu::Buffer,
-    pub(super) chosen_count: wgpu::Buffer,
+    /// How many are chosen, unsure and missed, and the missed; see `locate.wgsl`.
+    pub(super) lists: wgpu::Buffer,
+    /// Rays to the sun that decide whether it is seen.
+    pub(super) unsure: wgpu::Buffer,
     pub(super) reflectances: wgpu::Buffer,
     picture: wgpu::Buffer,
 }
 
 impl Target {
+    /// Of the counts before the missed.
+    pub(super) const LIST_COUNTS_BYTES: u64 = size_of::<[u32; 3]>() as u64;
+
     /// A target for pictures of so many pixels.
     ///
     /// # Errors
@@ -63,7 +69,8 @@ impl Target {
             depth: view(&texture("depth", DEPTH_FORMAT, drawn)),
             queries: per_pixel("queries", size_of::<Query>())?,
             chosen: per_pixel("chosen", size_of::<u32>())?,
-            chosen_count: gpu.storage("chosen_count", size_of::<u32>() as u64)?,
+            lists: gpu.storage("lists", Self::LIST_COUNTS_BYTES + pixels(width, height) * size_of::<u32>() as u64)?,
+            unsure: per_pixel("unsure", size_of::<[f32; 4]>())?,
             reflectances: per_pixel("reflectances", size_of::<[f32; 4]>())?,
             picture: per_pixel("picture", size_of::<[f32; 4]>())?,
         };

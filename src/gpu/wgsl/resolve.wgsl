@@ -6,6 +6,9 @@
 // The sum over the samples so far, rows from the top.
 @group(0) @binding(4) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(5) var<storage, read> pigment: Pigment;
+// Indices of the answered queries, and how many there are.
+@group(0) @binding(6) var<storage, read> chosen: array<u32>;
+@group(0) @binding(7) var<storage, read> chosen_count: u32;
 
 // The pigment's texture: its width and height, and sRGB in bytes, rows in the order of v.
 struct Pigment {
@@ -51,24 +54,15 @@ fn resolve_skin(query: Query, reflectance: vec3<f32>) -> vec3<f32> {
     return reflectance + diffuse * optics_remainder(optics, query.wi.z) * optics_remainder(optics, query.wo.z);
 }
 
-@compute @workgroup_size(8, 8)
-fn resolve(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= frame.width || id.y >= frame.height {
+// Adds the radiance of the pixels whose queries were answered to the picture.
+@compute @workgroup_size(64)
+fn resolve(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let number = id.y * groups.x * 64u + id.x;
+    if number >= chosen_count {
         return;
     }
-    let index = id.y * frame.width + id.x;
+    let index = chosen[number];
     let query = queries[index];
-    var radiance = vec3<f32>(0.0);
-    if query.lit != 0u {
-        var reflectance = frame.soil / RESOLVE_SUN;
-        if query.kind == QUERY_SKIN {
-            reflectance = resolve_skin(query, reflectances[index].rgb);
-        }
-        radiance = RESOLVE_SUN * query.wi.z * reflectance;
-    }
-    var sum = vec4<f32>(frame.weight * radiance, frame.weight);
-    if frame.first == 0u {
-        sum += picture[index];
-    }
-    picture[index] = sum;
+    let radiance = RESOLVE_SUN * query.wi.z * resolve_skin(query, reflectances[index].rgb);
+    picture[index] += vec4<f32>(frame.weight * radiance, 0.0);
 }

@@ -23,11 +23,10 @@ struct Hit {
     b: vec2<f32>,
 }
 
-// Möller and Trumbore.
-fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit {
-    let p0 = mesh_vertex(triangle, 0u).position;
-    let e1 = mesh_vertex(triangle, 1u).position - p0;
-    let e2 = mesh_vertex(triangle, 2u).position - p0;
+// Möller and Trumbore, for the triangle of this number with these corners.
+fn trace_corners(origin: vec3<f32>, direction: vec3<f32>, triangle: u32, p0: vec3<f32>, p1: vec3<f32>, p2: vec3<f32>) -> Hit {
+    let e1 = p1 - p0;
+    let e2 = p2 - p0;
     let across = cross(direction, e2);
     let determinant = dot(e1, across);
     if determinant == 0.0 {
@@ -41,6 +40,13 @@ fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit
         return Hit(TRACE_NONE, TRACE_FAR, b);
     }
     return Hit(triangle, distance, b);
+}
+
+fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit {
+    let p0 = mesh_vertex(triangle, 0u).position;
+    let p1 = mesh_vertex(triangle, 1u).position;
+    let p2 = mesh_vertex(triangle, 2u).position;
+    return trace_corners(origin, direction, triangle, p0, p1, p2);
 }
 
 // A component of zero becomes so small that the products below neither are NaN nor cut a box off.

@@ -75,8 +75,10 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
     let row = min(floor(y), f32(ring.heights) - 4.0);
     let across = cubic_weights(x - column);
     let along = cubic_weights(y - row);
-    // A turn lies in [-0.5, 1], so one addition makes the number of the direction positive.
-    var direction = (u32(i32(column) + i32(ring.directions) - 1)) % ring.directions;
+    // A turn lies in [-0.5, 1], so one addition makes the number of the direction positive, and one subtraction small
+    // enough; a remainder would take software adapters longer than all the rest of this.
+    let beyond = u32(i32(column) + i32(ring.directions) - 1);
+    var direction = select(beyond, beyond - ring.directions, beyond >= ring.directions);
     var sum = vec3<f32>();
     for (var a = 0u; a < 4u; a++) {
         let first = ring.offset + direction * ring.heights + u32(row);
@@ -86,6 +88,13 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
         direction = select(direction + 1u, 0u, direction + 1u == ring.directions);
     }
     return sum * ((w * w + ring.zero_squared) / (w * w + ring.knee_squared));
+}
+
+// The value at a direction on the ring of this number; those below 0 are beyond the centre, on the other side.
+fn on_ring_number(number: i32, turn: f32, w: f32) -> vec3<f32> {
+    let mirrored = number < 0;
+    let index = min(u32(select(number, -1 - number, mirrored)), arrayLength(&rings) - 1u);
+    return on_ring(rings[index], turn + select(0.0, 0.5, mirrored), w);
 }
 
 fn response(q: vec3<f32>) -> vec3<f32> {
@@ -98,12 +107,8 @@ fn response(q: vec3<f32>) -> vec3<f32> {
     let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
     let first = floor(position);
     let weights = lagrange_weights(position - first);
-    var sum = vec3<f32>();
-    for (var i = 0; i < 4; i++) {
-        let number = i32(first) + i - 1;
-        let mirrored = number < 0;
-        let index = min(u32(select(number, -1 - number, mirrored)), arrayLength(&rings) - 1u);
-        sum += weights[i] * on_ring(rings[index], turn + select(0.0, 0.5, mirrored), q.z);
-    }
-    return sum;
+    // Not a loop, whose turns would be counted: what depends on w alone is then worked out once.
+    let number = i32(first);
+    return weights.x * on_ring_number(number - 1, turn, q.z) + weights.y * on_ring_number(number, turn, q.z)
+        + weights.z * on_ring_number(number + 1, turn, q.z) + weights.w * on_ring_number(number + 2, turn, q.z);
 }
