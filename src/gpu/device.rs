@@ -98,12 +98,19 @@ impl Gpu {
         })
     }
 
-    /// What is asked of an adapter: all it can do in size, since the tables of a method may be large, and timestamps.
+    /// What is asked of an adapter: all it can do in size, since the tables of a method may be large, and timestamps; but
+    /// no more storage buffers in a stage than every adapter has, so that what one runs, all run.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+        let most = adapter.limits();
         wgpu::DeviceDescriptor {
             label: Some("sunbeam"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
-            required_limits: adapter.limits(),
+            required_limits: wgpu::Limits {
+                max_storage_buffers_per_shader_stage: most
+                    .max_storage_buffers_per_shader_stage
+                    .min(wgpu::Limits::default().max_storage_buffers_per_shader_stage),
+                ..most
+            },
             ..Default::default()
         }
     }

@@ -4,11 +4,11 @@ use super::scene::Scene;
 use super::target::Target;
 use super::{Gpu, GpuError, program};
 
-/// Pixels along a side of a workgroup over a picture, as in `locate.wgsl`.
-const WORKGROUP: u32 = 8;
+/// Pixels or entries that an invocation sorts, as in `locate.wgsl`.
+const RUN: u32 = 32;
 
-/// Frame, vertices, triangles, nodes, seen, queries, chosen, lists, unsure, picture, sunlight, its depths.
-const GROUP: [Access; 12] = [
+/// Frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight, its depths.
+const GROUP: [Access; 11] = [
     Access::Uniform,
     Access::Read,
     Access::Read,
@@ -18,18 +18,20 @@ const GROUP: [Access; 12] = [
     Access::Write,
     Access::Write,
     Access::Write,
-    Access::Write,
     Access::Uniform,
     Access::Read,
 ];
 
-/// Turns triangles into queries, in two submissions: every pixel, then those of which only a ray through the tree tells
-/// what they see or whether the sun is seen from there; see `locate.wgsl`.
+/// Turns triangles into queries, in three submissions: pixels are sorted; those with a triangle and those without are
+/// located; and then those of which only a ray through the tree tells what they see or whether the sun is seen from there,
+/// and what needs an answer is chosen. See `locate.wgsl`.
 pub(super) struct Locate {
     layout: wgpu::BindGroupLayout,
-    all: wgpu::ComputePipeline,
-    missed: wgpu::ComputePipeline,
-    unsure: wgpu::ComputePipeline,
+    sort: wgpu::ComputePipeline,
+    bare: wgpu::ComputePipeline,
+    found: wgpu::ComputePipeline,
+    rest: wgpu::ComputePipeline,
+    choose: wgpu::ComputePipeline,
 }
 
 impl Locate {
@@ -37,8 +39,9 @@ impl Locate {
         let module = pipeline::module(gpu, "locate", program::locate());
         let layout = pipeline::layout(gpu, &GROUP);
         let entry = |name| pipeline::compute(gpu, &module, name, Some(&[Some(&layout)]));
-        let (all, missed, unsure) = (entry("locate")?, entry("locate_missed")?, entry("locate_unsure")?);
-        Ok(Self { layout, all, missed, unsure })
+        let (sort, choose) = (entry("locate_sort")?, entry("locate_choose")?);
+        let (bare, found, rest) = (entry("locate_bare")?, entry("locate_found")?, entry("locate_rest")?);
+        Ok(Self { layout, sort, bare, found, rest, choose })
     }
 
     pub fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
@@ -54,7 +57,6 @@ impl Locate {
                 target.queries.as_entire_binding(),
                 target.chosen.as_entire_binding(),
                 target.lists.as_entire_binding(),
-                target.unsure.as_entire_binding(),
                 target.picture().as_entire_binding(),
                 scene.sunlight.uniform.as_entire_binding(),
                 scene.sunlight.depths.as_entire_binding(),
@@ -65,35 +67,36 @@ impl Locate {
     /// Makes the queries of a sample; the time in ms, and how many need an answer.
     pub fn run(&self, gpu: &Gpu, target: &Target, bindings: &wgpu::BindGroup) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
-        let (first_ms, [_, unsure, missed]) = self.submit(gpu, target, |encoder, pass| {
-            encoder.clear_buffer(&target.lists, 0, Some(Target::LIST_COUNTS_BYTES));
-            let mut pass = encoder.begin_compute_pass(pass);
-            pass.set_bind_group(0, bindings, &[]);
-            pass.set_pipeline(&self.all);
-            pass.dispatch_workgroups(width.div_ceil(WORKGROUP), height.div_ceil(WORKGROUP), 1);
-        })?;
-        let (ms, [chosen, ..]) = self.submit(gpu, target, |encoder, pass| {
-            let mut pass = encoder.begin_compute_pass(pass);
-            pass.set_bind_group(0, bindings, &[]);
-            pass.set_pipeline(&self.missed);
-            pipeline::dispatch_over(&mut pass, missed);
-            pass.set_pipeline(&self.unsure);
-            // Each of the missed may have become unsure.
-            pipeline::dispatch_over(&mut pass, unsure + missed);
-        })?;
-        Ok((first_ms + ms, chosen))
+        gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&[0u32; Target::LISTS]));
+        let (sort_ms, [_, _, skin, bare]) =
+            self.submit(gpu, target, bindings, &[(&self.sort, width.div_ceil(RUN) * height)])?;
+        let (found_ms, [_, rest, ..]) =
+            self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.found, skin)])?;
+        let (rest_ms, [chosen, ..]) =
+            self.submit(gpu, target, bindings, &[(&self.rest, rest), (&self.choose, skin.div_ceil(RUN))])?;
+        Ok((sort_ms + found_ms + rest_ms, chosen))
     }
 
-    /// Submits a compute pass; the time in ms, and how long the lists are then.
+    /// Submits a compute pass of pipelines, each over so many invocations; the time in ms, and how long the lists are then.
     fn submit(
         &self,
         gpu: &Gpu,
         target: &Target,
-        record: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::ComputePassDescriptor<'_>),
-    ) -> Result<(f64, [u32; 3]), GpuError> {
+        bindings: &wgpu::BindGroup,
+        dispatches: &[(&wgpu::ComputePipeline, u32)],
+    ) -> Result<(f64, [u32; Target::LISTS]), GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
-        record(&mut encoder, &wgpu::ComputePassDescriptor { label: Some("locate"), timestamp_writes: clock.compute() });
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("locate"),
+            timestamp_writes: clock.compute(),
+        });
+        pass.set_bind_group(0, bindings, &[]);
+        for &(pipeline, count) in dispatches {
+            pass.set_pipeline(pipeline);
+            pipeline::dispatch_over(&mut pass, count);
+        }
+        drop(pass);
         let counts = gpu.staging(Target::LIST_COUNTS_BYTES);
         encoder.copy_buffer_to_buffer(&target.lists, 0, &counts, 0, Target::LIST_COUNTS_BYTES);
         let ms = clock.run(gpu, encoder)?;

@@ -1,6 +1,8 @@
 use super::layout::Query;
 use super::{Gpu, GpuError};
 
+/// What the lists take for each pixel: a word in one of the first two, and one in that of the rest.
+const LISTED_BYTES: u64 = size_of::<[u32; 2]>() as u64;
 /// Accepted sides of a picture in pixels.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
@@ -16,17 +18,17 @@ pub struct Target {
     pub(super) depth: wgpu::TextureView,
     pub(super) queries: wgpu::Buffer,
     pub(super) chosen: wgpu::Buffer,
-    /// How many are chosen, unsure and missed, and the missed; see `locate.wgsl`.
+    /// How many pixels are in each list, and the lists but for the chosen; see `locate.wgsl`.
     pub(super) lists: wgpu::Buffer,
-    /// Rays to the sun that decide whether it is seen.
-    pub(super) unsure: wgpu::Buffer,
     pub(super) reflectances: wgpu::Buffer,
     picture: wgpu::Buffer,
 }
 
 impl Target {
-    /// Of the counts before the missed.
-    pub(super) const LIST_COUNTS_BYTES: u64 = size_of::<[u32; 3]>() as u64;
+    /// How many lists there are.
+    pub(super) const LISTS: usize = 4;
+    /// Of their lengths, which come before what is in them.
+    pub(super) const LIST_COUNTS_BYTES: u64 = size_of::<[u32; Self::LISTS]>() as u64;
 
     /// A target for pictures of so many pixels.
     ///
@@ -69,8 +71,7 @@ impl Target {
             depth: view(&texture("depth", DEPTH_FORMAT, drawn)),
             queries: per_pixel("queries", size_of::<Query>())?,
             chosen: per_pixel("chosen", size_of::<u32>())?,
-            lists: gpu.storage("lists", Self::LIST_COUNTS_BYTES + pixels(width, height) * size_of::<u32>() as u64)?,
-            unsure: per_pixel("unsure", size_of::<[f32; 4]>())?,
+            lists: gpu.storage("lists", Self::LIST_COUNTS_BYTES + pixels(width, height) * LISTED_BYTES)?,
             reflectances: per_pixel("reflectances", size_of::<[f32; 4]>())?,
             picture: per_pixel("picture", size_of::<[f32; 4]>())?,
         };

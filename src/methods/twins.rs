@@ -82,7 +82,21 @@ fn uniforms_lie_as_the_shaders_read_them() {
             MethodKind::Nmm => ("Nmm", layout!(NmmUniform, grid, line_width, _pad)),
             MethodKind::Pq => ("Pq", layout!(PqUniform, grid, repeats, wavelengths, _pad)),
             MethodKind::Stam => ("Stam", layout!(StamUniform, period_um, _pad0, _pad1, _pad2)),
-            MethodKind::Table => ("Table", layout!(TableUniform, knee_radius, growth, w_log, exponent_offset)),
+            MethodKind::Table => (
+                "Table",
+                layout!(
+                    TableUniform,
+                    knee_radius,
+                    growth,
+                    w_log,
+                    exponent_offset,
+                    last_ring,
+                    _pad0,
+                    _pad1,
+                    _pad2,
+                    rings
+                ),
+            ),
         };
         assert_eq!(reflected(&module, name), expected);
         assert_eq!(method.shader().uniform.len(), expected.0, "{kind}");

@@ -1,19 +1,24 @@
 // From the triangles that the rasteriser found to queries: the place on the triangle, the shading frame there, the
-// directions in it, and whether the sun is seen from there. Where that takes a ray through the tree, a pass of its own
-// has it: adapters that run several pixels in step would otherwise make all of them wait for the few that need it.
+// directions in it, and whether the sun is seen from there. Pixels are listed first, those with a triangle and the others,
+// and then those that take a ray through the tree, and each list has a pass of its own: adapters that run several pixels in
+// step would otherwise make all of them wait for those that need more.
 //
 // The conventions are those of Mitsuba 3 for a mesh with normals and texture coordinates, so that pictures can be
 // compared pixel by pixel.
 
-// Indices of pixels, and how many there are in each list.
+// Lists of pixels, and how many there are in each. A pixel is a word: its column, and its row in the upper half.
 struct Lists {
     // Of `chosen`.
     chosen: atomic<u32>,
-    // Of `unsure`.
-    unsure: atomic<u32>,
-    // Of `missed`: the ray passes the triangle that the rasteriser found.
-    missed_count: atomic<u32>,
-    missed: array<u32>,
+    // Those that take a ray through the tree.
+    rest: atomic<u32>,
+    // Those where the rasteriser found a triangle.
+    skin: atomic<u32>,
+    // The others.
+    bare: atomic<u32>,
+    // The skin from the first entry on, the bare backwards from the last of so many entries as there are pixels, and the
+    // rest after that.
+    entries: array<u32>,
 }
 
 @group(0) @binding(4) var seen: texture_2d<u32>;
@@ -21,13 +26,11 @@ struct Lists {
 // The indices of the queries that need an answer.
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> lists: Lists;
-// Where rays to the sun start that decide whether it is seen, and the pixel's index as the bits of the last number.
-@group(0) @binding(8) var<storage, read_write> unsure: array<vec4<f32>>;
 // The sum over the samples so far, rows from the top.
-@group(0) @binding(9) var<storage, read_write> picture: array<vec4<f32>>;
-@group(0) @binding(10) var<uniform> sunlight: Sunlight;
+@group(0) @binding(8) var<storage, read_write> picture: array<vec4<f32>>;
+@group(0) @binding(9) var<uniform> sunlight: Sunlight;
 // Its depths, rows from the top.
-@group(0) @binding(11) var<storage, read> sunlit: array<f32>;
+@group(0) @binding(10) var<storage, read> sunlit: array<f32>;
 
 // Half the edge of the ground.
 const LOCATE_GROUND: f32 = 200.0;
@@ -139,17 +142,13 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
     return found;
 }
 
-// What is seen along a ray that meets the mesh as `hit` says, at a triangle with these corners.
-fn locate_seen(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Seen {
-    var found = locate_skin(c0, c1, c2, hit.b, -ray);
-    if hit.triangle == TRACE_NONE {
-        found.query = Query();
-    }
+// What is seen along a ray where it meets no mesh nearer than `farthest`: the ground, or nothing.
+fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Seen {
+    var found: Seen;
     let ground = -frame.origin.z / ray.z;
     let p = frame.origin + ground * ray;
     let in_front = frame.ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
-    if in_front && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND)) && ground < hit.distance {
-        found.query = Query();
+    if in_front && all(abs(p.xy) <= vec2<f32>(LOCATE_GROUND)) && ground < farthest {
         found.query.wi = frame.to_sun;
         found.query.wo = -ray;
         found.query.kind = QUERY_GROUND;
@@ -159,33 +158,62 @@ fn locate_seen(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> 
     return found;
 }
 
-// What a sample adds to its pixel as yet, where there is light: the ground's radiance is known, the skin's is the
-// method's to answer.
-fn locate_lit(index: u32, kind: u32) -> vec3<f32> {
-    if kind == QUERY_SKIN {
-        chosen[atomicAdd(&lists.chosen, 1u)] = index;
-        return vec3<f32>(0.0);
+// What is seen along a ray that meets the mesh as `hit` says, at a triangle with these corners.
+fn locate_seen(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Seen {
+    var found = locate_beyond(ray, hit.distance);
+    if found.query.kind == QUERY_NOTHING && hit.triangle != TRACE_NONE {
+        found = locate_skin(c0, c1, c2, hit.b, -ray);
     }
-    return frame.weight * frame.to_sun.z * frame.soil;
+    return found;
 }
 
-// Stores what is seen at a pixel, and what is left to do about it; gives what the sample adds to the pixel as yet.
-fn locate_store(index: u32, found: Seen) -> vec3<f32> {
+fn locate_index(pixel: vec2<u32>) -> u32 {
+    return pixel.y * frame.width + pixel.x;
+}
+
+fn locate_packed(pixel: vec2<u32>) -> u32 {
+    return pixel.y << 16u | pixel.x;
+}
+
+fn locate_unpacked(packed: u32) -> vec2<u32> {
+    return vec2<u32>(packed & 0xffffu, packed >> 16u);
+}
+
+// How many pixels there are, which is also where the entries of the rest begin.
+fn locate_area() -> u32 {
+    return frame.width * frame.height;
+}
+
+// What a sample adds to its pixel as yet: the ground's radiance is known, the skin's is the method's to answer.
+fn locate_radiance(query: Query) -> vec3<f32> {
+    return select(vec3<f32>(0.0), frame.weight * frame.to_sun.z * frame.soil, query.kind == QUERY_GROUND && query.lit != 0u);
+}
+
+// Whether the sun is seen from what is seen at a pixel.
+fn locate_light_at(found: Seen) -> u32 {
+    let query = found.query;
+    if query.kind == QUERY_NOTHING || query.wi.z <= 0.0 || query.wo.z <= 0.0 {
+        return LOCATE_DARK;
+    }
+    return locate_light(found.p, found.face);
+}
+
+// Stores what is seen at a pixel, or with `missed` that it takes a ray to tell, and what that adds to the pixel as yet. The
+// first sample replaces the previous picture.
+fn locate_store(pixel: vec2<u32>, found: Seen, missed: bool) {
+    let index = locate_index(pixel);
     var query = found.query;
-    var light = LOCATE_DARK;
-    if query.kind != QUERY_NOTHING && query.wi.z > 0.0 && query.wo.z > 0.0 {
-        light = locate_light(found.p, found.face);
-    }
+    let light = locate_light_at(found);
     query.lit = u32(light == LOCATE_LIT);
+    if missed || light == LOCATE_UNSURE {
+        lists.entries[locate_area() + atomicAdd(&lists.rest, 1u)] = locate_packed(pixel);
+    }
     queries[index] = query;
-    if light == LOCATE_UNSURE {
-        let start = locate_offset(found.p, found.face, frame.to_sun);
-        unsure[atomicAdd(&lists.unsure, 1u)] = vec4<f32>(start, bitcast<f32>(index));
+    var sum = vec4<f32>(locate_radiance(query), frame.weight);
+    if frame.first == 0u {
+        sum += picture[index];
     }
-    if light == LOCATE_LIT {
-        return locate_lit(index, query.kind);
-    }
-    return vec3<f32>(0.0);
+    picture[index] = sum;
 }
 
 fn locate_ray(pixel: vec2<u32>) -> vec3<f32> {
@@ -194,70 +222,127 @@ fn locate_ray(pixel: vec2<u32>) -> vec3<f32> {
     return normalize(frame.forward + place.x * frame.across + place.y * frame.down);
 }
 
-// Every pixel, as far as it goes without the tree.
-@compute @workgroup_size(8, 8)
-fn locate(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= frame.width || id.y >= frame.height {
-        return;
-    }
-    let index = id.y * frame.width + id.x;
-    let number = textureLoad(seen, id.xy, 0).x;
-    // Where there is no triangle, any will do: what it gives is not used.
-    let triangle = max(number, 1u) - 1u;
-    let c0 = mesh_vertex(triangle, 0u);
-    let c1 = mesh_vertex(triangle, 1u);
-    let c2 = mesh_vertex(triangle, 2u);
-    let ray = locate_ray(id.xy);
-    var hit = Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
-    if number != 0u {
-        hit = trace_corners(frame.origin, ray, triangle, c0.position, c1.position, c2.position);
-    }
-    var sum = vec4<f32>(0.0, 0.0, 0.0, frame.weight);
-    if number != 0u && hit.triangle == TRACE_NONE {
-        // The rasteriser rounds corners to fractions of a pixel, so it now and then names a neighbour.
-        lists.missed[atomicAdd(&lists.missed_count, 1u)] = index;
-    } else {
-        sum += vec4<f32>(locate_store(index, locate_seen(ray, hit, c0, c1, c2)), 0.0);
-    }
-    if frame.first == 0u {
-        sum += picture[index];
-    }
-    picture[index] = sum;
-}
-
 // The number of an invocation in a dispatch over a list.
 fn locate_number(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * 64u + id.x;
 }
 
-// The pixels of `missed`.
+// Pixels or entries that an invocation sorts, one bit for each, so that invocations seldom have to wait for each other.
+const LOCATE_RUN: u32 = 32u;
+
+// Sorts runs of pixels along rows.
 @compute @workgroup_size(64)
-fn locate_missed(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
-    if number >= atomicLoad(&lists.missed_count) {
+    let columns = (frame.width + LOCATE_RUN - 1u) / LOCATE_RUN;
+    let row = number / columns;
+    if row >= frame.height {
         return;
     }
-    let index = lists.missed[number];
-    let ray = locate_ray(vec2<u32>(index % frame.width, index / frame.width));
-    let hit = trace(frame.origin, ray, TRACE_FAR, false);
-    let triangle = select(hit.triangle, 0u, hit.triangle == TRACE_NONE);
+    let column = LOCATE_RUN * (number - row * columns);
+    let count = min(LOCATE_RUN, frame.width - column);
+    var skin = 0u;
+    for (var i = 0u; i < count; i++) {
+        skin |= u32(textureLoad(seen, vec2<u32>(column + i, row), 0).x != 0u) << i;
+    }
+    let skins = countOneBits(skin);
+    var to_skin = atomicAdd(&lists.skin, skins);
+    var to_bare = locate_area() - atomicAdd(&lists.bare, count - skins);
+    for (var i = 0u; i < count; i++) {
+        let is_skin = (skin >> i & 1u) != 0u;
+        to_bare -= u32(!is_skin);
+        lists.entries[select(to_bare, to_skin, is_skin)] = locate_packed(vec2<u32>(column + i, row));
+        to_skin += u32(is_skin);
+    }
+}
+
+// The bare, as far as it goes without the tree.
+@compute @workgroup_size(64)
+fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let number = locate_number(id, groups);
+    if number >= atomicLoad(&lists.bare) {
+        return;
+    }
+    let pixel = locate_unpacked(lists.entries[locate_area() - 1u - number]);
+    locate_store(pixel, locate_beyond(locate_ray(pixel), TRACE_FAR), false);
+}
+
+// The skin, likewise.
+@compute @workgroup_size(64)
+fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let number = locate_number(id, groups);
+    if number >= atomicLoad(&lists.skin) {
+        return;
+    }
+    let pixel = locate_unpacked(lists.entries[number]);
+    let triangle = textureLoad(seen, pixel, 0).x - 1u;
     let c0 = mesh_vertex(triangle, 0u);
     let c1 = mesh_vertex(triangle, 1u);
     let c2 = mesh_vertex(triangle, 2u);
-    picture[index] += vec4<f32>(locate_store(index, locate_seen(ray, hit, c0, c1, c2)), 0.0);
+    let ray = locate_ray(pixel);
+    let hit = trace_corners(frame.origin, ray, triangle, c0.position, c1.position, c2.position);
+    // The rasteriser rounds corners to fractions of a pixel, so it now and then names a neighbour.
+    let missed = hit.triangle == TRACE_NONE;
+    var found: Seen;
+    if !missed {
+        found = locate_seen(ray, hit, c0, c1, c2);
+    }
+    locate_store(pixel, found, missed);
 }
 
-// The rays of `unsure`.
+// The rest.
 @compute @workgroup_size(64)
-fn locate_unsure(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
-    if number >= atomicLoad(&lists.unsure) {
+    if number >= atomicLoad(&lists.rest) {
         return;
     }
-    let start = unsure[number];
-    if trace(start.xyz, frame.to_sun, TRACE_FAR, true).triangle == TRACE_NONE {
-        let index = bitcast<u32>(start.w);
-        queries[index].lit = 1u;
-        picture[index] += vec4<f32>(locate_lit(index, queries[index].kind), 0.0);
+    let pixel = locate_unpacked(lists.entries[locate_area() + number]);
+    let ray = locate_ray(pixel);
+    // Where there is no triangle, any will do: what it gives is not used.
+    let named = textureLoad(seen, pixel, 0).x;
+    var triangle = max(named, 1u) - 1u;
+    var hit = Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
+    if named != 0u {
+        hit = trace_triangle(frame.origin, ray, triangle);
+        if hit.triangle == TRACE_NONE {
+            hit = trace(frame.origin, ray, TRACE_FAR, false);
+            triangle = select(hit.triangle, triangle, hit.triangle == TRACE_NONE);
+        }
+    }
+    let found = locate_seen(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
+    var light = locate_light_at(found);
+    if light == LOCATE_UNSURE {
+        let start = locate_offset(found.p, found.face, frame.to_sun);
+        let met = trace(start, frame.to_sun, TRACE_FAR, true).triangle;
+        light = select(LOCATE_DARK, LOCATE_LIT, met == TRACE_NONE);
+    }
+    var query = found.query;
+    query.lit = u32(light == LOCATE_LIT);
+    let index = locate_index(pixel);
+    queries[index] = query;
+    picture[index] += vec4<f32>(locate_radiance(query), 0.0);
+}
+
+// Chooses among runs of the skin.
+@compute @workgroup_size(64)
+fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    let first = LOCATE_RUN * locate_number(id, groups);
+    let end = atomicLoad(&lists.skin);
+    if first >= end {
+        return;
+    }
+    let count = min(LOCATE_RUN, end - first);
+    var lit = 0u;
+    for (var i = 0u; i < count; i++) {
+        let index = locate_index(locate_unpacked(lists.entries[first + i]));
+        lit |= u32(queries[index].lit != 0u && queries[index].kind == QUERY_SKIN) << i;
+    }
+    var to = atomicAdd(&lists.chosen, countOneBits(lit));
+    while lit != 0u {
+        let entry = lists.entries[first + firstTrailingBit(lit)];
+        chosen[to] = locate_index(locate_unpacked(entry));
+        to += 1u;
+        lit &= lit - 1u;
     }
 }

@@ -81,7 +81,8 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
     loop {
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let plan = Rings::plan(sigma, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
-        let small = 4 * plan.words() + size_of::<Ring>() * plan.rings.len() <= ColourTable::LIMIT_BYTES;
+        let small = 4 * plan.words() + size_of::<Ring>() * plan.rings.len() <= ColourTable::LIMIT_BYTES
+            && plan.rings.len() <= ColourTable::RINGS_MAX;
         if small && cost(&plan, sigma) <= COST_MAX {
             return (plan, coherence_length_um);
         }
@@ -230,9 +231,17 @@ fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, sta
         .reduce(|| 0.0, f32::max);
     let exponent_offset = exponent_offset(largest);
     let mut words = Vec::with_capacity(plan.words());
-    let mut rings = Vec::with_capacity(filled.len());
-    for (ring, filled) in plan.rings.iter().zip(filled) {
-        rings.push(Ring {
+    let rings = plan.rings.len();
+    let mut layout = Box::new(TableUniform {
+        knee_radius: plan.knee_radius as f32,
+        growth: plan.growth as f32,
+        w_log: W_LOG as f32,
+        exponent_offset,
+        last_ring: rings as u32 - 1,
+        ..bytemuck::Zeroable::zeroed()
+    });
+    for (place, (ring, filled)) in layout.rings.iter_mut().zip(plan.rings.iter().zip(filled)) {
+        *place = Ring {
             offset: words.len() as u32,
             directions: ring.directions as u32,
             heights: ring.heights() as u32,
@@ -241,23 +250,17 @@ fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, sta
             knee_squared: filled.knee_squared as f32,
             zero_squared: filled.zero_squared as f32,
             _pad: 0,
-        });
+        };
         words.extend(filled.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
     }
     // Whole fours, as buffers are bound.
     words.resize(words.len().next_multiple_of(4), 0);
     let report = ColourTableReport {
-        bytes: 4 * words.len() + size_of_val(rings.as_slice()),
-        rings: rings.len(),
+        bytes: 4 * words.len() + size_of::<Ring>() * rings,
+        rings,
         directions: plan.rings.iter().map(|ring| ring.directions).max().unwrap_or(0),
         coherence_length_um,
         build_seconds: start.elapsed().as_secs_f64(),
     };
-    let layout = TableUniform {
-        knee_radius: plan.knee_radius as f32,
-        growth: plan.growth as f32,
-        w_log: W_LOG as f32,
-        exponent_offset,
-    };
-    ColourTable { layout, rings, words, report }
+    ColourTable { layout, words, report }
 }

@@ -26,8 +26,7 @@ use std::borrow::Cow;
 
 /// The colour of a surface over `(u, v, w)`; see the [module](self).
 pub struct ColourTable {
-    layout: TableUniform,
-    rings: Vec<Ring>,
+    layout: Box<TableUniform>,
     /// Spline coefficients, `[ring][direction][height]`, packed by [`pack`].
     words: Vec<u32>,
     report: ColourTableReport,
@@ -61,9 +60,16 @@ pub(super) struct TableUniform {
     pub w_log: f32,
     /// Added to a word's exponent to make that of a float.
     pub exponent_offset: u32,
+    /// The outermost ring's number.
+    pub last_ring: u32,
+    pub _pad0: u32,
+    pub _pad1: u32,
+    pub _pad2: u32,
+    /// From the centre outwards; those after the last are empty.
+    pub rings: [Ring; ColourTable::RINGS_MAX],
 }
 
-/// One ring: an entry of the storage buffer at binding 1 of `table.wgsl`.
+/// One ring.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct Ring {
@@ -87,6 +93,9 @@ pub(super) struct Ring {
 impl ColourTable {
     /// No table is larger.
     pub const LIMIT_BYTES: usize = 64 << 20;
+    /// Nor has more rings, which is what half of the smallest uniform buffer of any adapter holds. The limit of bytes comes
+    /// first.
+    const RINGS_MAX: usize = 1024;
 
     /// What building took and gave.
     pub fn report(&self) -> &ColourTableReport {
@@ -130,7 +139,7 @@ impl Method for ColourTable {
             let number = first as i32 + i as i32 - 1;
             // Beyond the centre, the rings of the other side.
             let (index, turn) = if number < 0 { (-1 - number, turn + 0.5) } else { (number, turn) };
-            let ring = &self.rings[(index as usize).min(self.rings.len() - 1)];
+            let ring = &self.layout.rings[(index as usize).min(self.layout.last_ring as usize)];
             let value = self.on_ring(ring, turn, w);
             sum = std::array::from_fn(|c| sum[c] + weight * value[c]);
         }
@@ -145,11 +154,8 @@ impl Method for ColourTable {
         MethodShader {
             name: "table",
             wgsl: include_str!("table.wgsl"),
-            uniform: bytemuck::bytes_of(&self.layout).to_vec(),
-            storage: vec![
-                Cow::Borrowed(bytemuck::cast_slice(&self.rings)),
-                Cow::Borrowed(bytemuck::cast_slice(&self.words)),
-            ],
+            uniform: bytemuck::bytes_of(&*self.layout).to_vec(),
+            storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.words))],
         }
     }
 }

@@ -1,12 +1,5 @@
 // Twin of mod.rs.
 
-struct Table {
-    knee_radius: f32,
-    growth: f32,
-    w_log: f32,
-    exponent_offset: u32,
-}
-
 struct Ring {
     offset: u32,
     directions: u32,
@@ -18,9 +11,21 @@ struct Ring {
     _pad: u32,
 }
 
+struct Table {
+    knee_radius: f32,
+    growth: f32,
+    w_log: f32,
+    exponent_offset: u32,
+    last_ring: u32,
+    _pad0: u32,
+    _pad1: u32,
+    _pad2: u32,
+    // Here rather than in a storage buffer, which software adapters read word by word and pixel by pixel.
+    rings: array<Ring, 1024>,
+}
+
 @group(1) @binding(0) var<uniform> table: Table;
-@group(1) @binding(1) var<storage, read> rings: array<Ring>;
-@group(1) @binding(2) var<storage, read> words: array<u32>;
+@group(1) @binding(1) var<storage, read> words: array<u32>;
 
 fn unpack(word: u32) -> vec3<f32> {
     let scale = bitcast<f32>(((word >> 27u) + table.exponent_offset) << 23u);
@@ -93,8 +98,8 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
 // The value at a direction on the ring of this number; those below 0 are beyond the centre, on the other side.
 fn on_ring_number(number: i32, turn: f32, w: f32) -> vec3<f32> {
     let mirrored = number < 0;
-    let index = min(u32(select(number, -1 - number, mirrored)), arrayLength(&rings) - 1u);
-    return on_ring(rings[index], turn + select(0.0, 0.5, mirrored), w);
+    let index = min(u32(select(number, -1 - number, mirrored)), table.last_ring);
+    return on_ring(table.rings[index], turn + select(0.0, 0.5, mirrored), w);
 }
 
 fn response(q: vec3<f32>) -> vec3<f32> {
