@@ -329,7 +329,7 @@ private:
         const WideU<N> i      = dr::minimum(WideU<N>(dr::sqrt(cos) * float(cosines)), cosines - 1);
         const Wide<N> low = dr::square(Wide<N>(i) / float(cosines)), high = dr::square(Wide<N>(i + 1) / float(cosines));
         const WideU<N> at = azimuth * (cosines + 1) + i;
-        const Wide<N> t   = (cos - low) / (high - low);
+        const Wide<N> t   = dr::clip((cos - low) / (high - low), 0.f, 1.f);
         Wide<N> value;
         for (size_t k = 0; k < N; ++k)
             value[k] = dr::lerp(dr::gather<Float>(m_shade, at[k], active),

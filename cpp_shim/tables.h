@@ -158,7 +158,7 @@ public:
         const Float cos            = dr::clip(w.z(), 0.f, 1.f);
         const UInt32 i             = dr::minimum(UInt32(dr::sqrt(cos) * float(cosines)), cosines - 1);
         const Float at = dr::square(Float(i) / float(cosines)), next = dr::square(Float(i + 1) / float(cosines));
-        const Float fc    = (cos - at) / (next - at);
+        const Float fc    = dr::clip((cos - at) / (next - at), 0.f, 1.f);
         const Float turn  = dr::clip(dr::atan2(w.y(), w.x()) * dr::InvTwoPi<Float> + .5f, 0.f, 1.f) * float(azimuths);
         const UInt32 a    = UInt32(turn);
         const Float fa    = turn - Float(a);

@@ -79,12 +79,27 @@ fn stability_is_reported() {
 }
 
 #[test]
+fn the_sampler_is_measured() {
+    let report = bench(&["--what", "sampler", "--preset", "sinusoidal"]);
+    assert_eq!((&report["samples"], &report["surfaces"][0]["name"]), (&Value::from(1000), &Value::from("sinusoidal")));
+    let rows = report["surfaces"][0]["rows"].as_array().unwrap();
+    assert_eq!(rows.len(), 7 * 3 * 3);
+    for row in rows {
+        let number = |name: &str| row[name].as_f64().unwrap();
+        // Of a thousand samples; tests/sampling.rs judges more of them.
+        assert!(number("mean") > 0.0 && number("relative_std") < 1.0 && number("lost") < 0.5, "{row}");
+        assert!(number("p999_to_mean") <= number("max_to_mean"), "{row}");
+    }
+}
+
+#[test]
 fn what_has_no_effect_is_refused() {
     for (arguments, mentioned) in [
         (&["bench", "--quick", "--model", "patch"][..], "--model"),
         (&["bench", "--quick", "--tiling", "aperiodic"], "--tiling"),
         (&["bench", "--what", "stability", "--preset", "flat"], "stability"),
-        (&["bench", "--what", "everything"], "methods, stability"),
+        (&["bench", "--what", "sampler", "--plot", "a.svg"], "sampler"),
+        (&["bench", "--what", "everything"], "methods, stability, sampler"),
     ] {
         let message = refused(arguments);
         assert!(message.contains(mentioned), "{arguments:?}: {message}");

@@ -10,8 +10,8 @@ from conftest import built, use_variant
 RTOL = 1e-4
 # Below this share of the sampling density a value counts as this share: κ and the splines in it are single precision,
 # which leaves about 5e-7 of an order's largest power, and the density, made of the powers at nearly the κ asked for,
-# is about a fifth of that where an order passes through zero. So such an order is known to 2.5e-6 of the density, and no
-# better relatively.
+# is about a fifth of that where an order passes through zero. So such an order is known to 2.5e-6 of the density, and
+# no better relatively.
 FLOOR = 3e-2
 # Directions are differences of numbers up to 2 in single precision, with random numbers stretched over and over.
 WO_ATOL = 1e-3

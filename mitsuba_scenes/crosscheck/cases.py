@@ -92,8 +92,12 @@ def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
 
 
 def bare_scene(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int, film: dict | None = None) -> dict:
-    """Snake, sun and camera without the ground; `film` replaces that of the view."""
+    """Snake, sun and camera without the ground; `film` replaces that of the view.
+
+    The sun has one direction and nothing else gives light, so sampling the BSDF would find none.
+    """
     scene = snake_scene(bsdf, files, light, view, spp)
+    scene["integrator"] = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
     del scene["ground"]
     if film is not None:
         scene["sensor"]["film"] = film

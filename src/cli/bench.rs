@@ -1,4 +1,4 @@
-//! Speed against error of every method, and numerical stability.
+//! Speed against error of every method, numerical stability, and the sampler.
 
 mod plot;
 
@@ -11,12 +11,17 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use sunbeam::bench::INCIDENT_DEG;
 use sunbeam::bench::methods::{self, Adapter, SurfaceFigures};
+use sunbeam::bench::sampler::{SamplerRow, sampler};
 use sunbeam::bench::stability::{self, StabilityFigures};
-use sunbeam::config::Source;
+use sunbeam::config::{Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
-/// The surfaces that are measured unless one is given.
+/// The surfaces that are measured unless one is given: with every method, and by the sampler.
 const PRESETS: [Preset; 3] = [Preset::Blazed, Preset::Elaphe, Preset::Xenopeltis];
+const SAMPLED_PRESETS: [Preset; 6] =
+    [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis];
+/// Samples of each incidence and wavelength, in full and quickly.
+const SAMPLES: (usize, usize) = (100_000, 1000);
 
 /// What is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
@@ -26,14 +31,17 @@ pub enum What {
     Methods,
     /// Deep relief, grazing directions and random questions
     Stability,
+    /// How evenly importance sampling weighs what it finds
+    Sampler,
 }
 
-/// Measure speed against error of every method, or numerical stability
+/// Measure speed against error of every method, numerical stability, or the sampler
 ///
 /// methods: for each method and set of parameters the time of a colour on one core and on the GPU, memory, build time,
 /// and the error against the direct double-precision sum of the same model, over four directions of incidence, on the presets
 /// blazed, elaphe and xenopeltis or on the surface given. stability: errors as the relief grows deep and directions grazing,
-/// and random questions that must not break anything.
+/// and random questions that must not break anything. sampler: deviation, 99.9th percentile and largest of the weight
+/// f_r cosθo / pdf over incidences from 0° to 85°, three azimuths and three wavelengths.
 #[derive(clap::Args)]
 pub struct BenchArgs {
     /// What is measured
@@ -95,11 +103,29 @@ struct StabilityReport {
     seconds: f64,
 }
 
+#[derive(Serialize)]
+struct SamplerReport {
+    what: What,
+    quick: bool,
+    /// Samples of each incidence and wavelength.
+    samples: usize,
+    surfaces: Vec<Named<SamplerFigures>>,
+    seconds: f64,
+}
+
+#[derive(Serialize)]
+struct SamplerFigures {
+    /// What the sampler keeps beside the table of `S`.
+    bytes: usize,
+    rows: Vec<SamplerRow>,
+}
+
 /// Runs `sunbeam bench`.
 pub fn run(args: &BenchArgs) -> Outcome {
     match args.what {
         What::Methods => bench_methods(args),
         What::Stability => bench_stability(args),
+        What::Sampler => bench_sampler(args),
     }
 }
 
@@ -115,10 +141,7 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
     let mut surfaces = Vec::new();
     for surface in given {
         let config = surface.config()?;
-        let name = match config.source() {
-            Source::Preset(preset) => preset.name().to_owned(),
-            Source::File(path) => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
-        };
+        let name = name(&config);
         let mut progress = |stage: &str| eprintln!("[{:4.0} s] {name}: {stage}", start.elapsed().as_secs_f64());
         let field = config.height_field()?;
         let figures = methods::measure(&field, &config.options(), &effort, adapter.as_ref(), &mut progress)?;
@@ -151,6 +174,35 @@ fn bench_stability(args: &BenchArgs) -> Outcome {
     let figures = stability::measure(&effort, &mut progress)?;
     let seconds = start.elapsed().as_secs_f64();
     write_json(&args.json, &StabilityReport { what: args.what, quick: args.quick, effort, figures, seconds })
+}
+
+fn bench_sampler(args: &BenchArgs) -> Outcome {
+    let start = Instant::now();
+    if args.plot.is_some() {
+        return Err("--what sampler has no plot".into());
+    }
+    let samples = if args.quick { SAMPLES.1 } else { SAMPLES.0 };
+    let given =
+        if args.surface.is_given() { vec![args.surface.clone()] } else { args.surface.presets(&SAMPLED_PRESETS) };
+    let mut surfaces = Vec::new();
+    for surface in given {
+        let config = surface.config()?;
+        let name = name(&config);
+        eprintln!("[{:4.0} s] {name}", start.elapsed().as_secs_f64());
+        let surface = config.build()?;
+        let figures = SamplerFigures { bytes: surface.proposal().bytes(), rows: sampler(&surface, samples) };
+        surfaces.push(Named { name, figures });
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    write_json(&args.json, &SamplerReport { what: args.what, quick: args.quick, samples, surfaces, seconds })
+}
+
+/// What a surface is called: its preset or its file.
+fn name(config: &SurfaceConfig) -> String {
+    match config.source() {
+        Source::Preset(preset) => preset.name().to_owned(),
+        Source::File(path) => path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+    }
 }
 
 /// The adapter, or why there is none.

@@ -28,7 +28,7 @@ const BALANCE_ROUNDS: usize = 10;
 const HORIZON_COS: f64 = 0.04;
 const HORIZON_FACTOR_MIN: f64 = 0.5;
 const NEGLIGIBLE: f64 = 0.02;
-/// Rounds that only lower: from the horizon, where the scaling is least, to the normal.
+/// Rounds that only lower, in each ring of cells.
 const LOWER_ROUNDS: usize = 4;
 /// Incidences looked at in each cell of a sharp table's grid, where cells span most of cosθ, and at the horizon, and those
 /// for which grazing orders are looked for as well.
@@ -52,22 +52,24 @@ impl AlbedoScale {
             nodes.par_iter().map(|&(wi, nm)| Limit::new(&scale, &bins, options, wi, nm)).collect();
         let unscaled: Vec<f64> = at_nodes.iter().map(|limit| limit.albedo(&scale)).collect();
         if unscaled.iter().any(|&albedo| albedo > ALBEDO_MAX) {
+            let limit = |scale: &Self, (wi, nm): (Vec3, f64)| Limit::new(scale, &bins, options, wi, nm);
             for pass in 0..PASSES {
-                let places = places(&scale, &bins, pass);
-                let limit = |&(wi, nm): &(Vec3, f64)| Limit::new(&scale, &bins, options, wi, nm);
-                let between: Vec<Limit> = places.par_iter().map(|(place, _)| limit(place)).collect();
-                let peaks = |&((wi, _), bounds): &Place| {
-                    let found = bounds.map_or(Vec::new(), |[low, high]| bins.grazing_wavelengths(wi, low, high));
-                    found.into_iter().map(move |nm| (wi, nm))
-                };
-                let peaks: Vec<Limit> = places.par_iter().flat_map_iter(peaks).map(|place| limit(&place)).collect();
-                let first = pass == 0;
-                let mut limits: Vec<&Limit> = at_nodes.iter().filter(|_| first).chain(&between).collect();
+                let rings = places(&scale, &bins, pass);
+                let (target, first) = if pass == 0 { (FIRST_TARGET, true) } else { (TARGET, false) };
                 if first {
-                    balance(&mut scale, &limits);
+                    let between = rings.par_iter().flatten().map(|place| limit(&scale, place.at));
+                    let between: Vec<Limit> = between.collect();
+                    balance(&mut scale, &at_nodes.iter().chain(&between).collect::<Vec<_>>());
                 }
-                limits.extend(&peaks);
-                if !keep(&mut scale, limits, if first { FIRST_TARGET } else { TARGET }) && !first {
+                let mut lowered = false;
+                // From the horizon, where the scaling is least, to the normal.
+                for (ring, places) in rings.iter().enumerate() {
+                    let limits = places.par_iter().flat_map_iter(|place| place.all(&bins));
+                    let limits: Vec<Limit> = limits.map(|at| limit(&scale, at)).collect();
+                    let nodes = at_nodes.iter().filter(|limit| first && limit.ring == ring);
+                    lowered |= keep(&mut scale, &limits.iter().chain(nodes).collect::<Vec<_>>(), target);
+                }
+                if !(lowered || first) {
                     break;
                 }
             }
@@ -183,52 +185,60 @@ fn balance(scale: &mut AlbedoScale, limits: &[&Limit]) {
 }
 
 /// Lowers until every limit is kept; whether there was anything to lower.
-fn keep(scale: &mut AlbedoScale, limits: Vec<&Limit>, target: f64) -> bool {
-    let mut lowered = false;
-    let mut rings = vec![Vec::new(); scale.shape().0];
-    limits.into_iter().for_each(|limit| rings[limit.ring].push(limit));
-    for ring in &rings {
-        for _ in 0..LOWER_ROUNDS {
-            let broken = ring.par_iter().filter(|limit| limit.albedo(scale) > ALBEDO_MAX);
-            let factors: Vec<_> = broken.flat_map_iter(|limit| limit.remedy(scale, target)).collect();
-            if factors.is_empty() {
-                break;
-            }
-            lowered = true;
-            apply(scale, factors);
+fn keep(scale: &mut AlbedoScale, limits: &[&Limit], target: f64) -> bool {
+    for round in 0..LOWER_ROUNDS {
+        let broken = limits.par_iter().filter(|limit| limit.albedo(scale) > ALBEDO_MAX);
+        let factors: Vec<_> = broken.flat_map_iter(|limit| limit.remedy(scale, target)).collect();
+        if factors.is_empty() {
+            return round > 0;
         }
+        apply(scale, factors);
     }
-    lowered
+    true
 }
 
-/// An incidence and a wavelength in nm, with the wavelengths that bound its cell where orders that leave along the surface
-/// are to be looked for: there albedos peak.
-type Place = ((Vec3, f64), Option<[f64; 2]>);
+/// A place to look at.
+struct Place {
+    /// Incidence and wavelength in nm.
+    at: (Vec3, f64),
+    /// Wavelengths that bound its cell, where orders that leave along the surface are to be looked for: there albedos peak.
+    bounds: Option<[f64; 2]>,
+}
 
-/// Places between the nodes: scattered over the cells, every other one on the edge nearer the normal, about which the last
-/// cells are very long.
-fn places(scale: &AlbedoScale, bins: &PowerBins, pass: usize) -> Vec<Place> {
+impl Place {
+    /// Itself, and the same incidence at the wavelengths at which an order grazes the surface.
+    fn all(&self, bins: &PowerBins) -> impl Iterator<Item = (Vec3, f64)> + use<> {
+        let (wi, nm) = self.at;
+        let grazing = self.bounds.map_or(Vec::new(), |[low, high]| bins.grazing_wavelengths(wi, low, high));
+        grazing.into_iter().chain([nm]).map(move |nm| (wi, nm))
+    }
+}
+
+/// Places between the nodes, for each ring of cells from the horizon to the normal: scattered over the cells, every other
+/// one on the edge nearer the normal, about which the last cells are very long.
+fn places(scale: &AlbedoScale, bins: &PowerBins, pass: usize) -> Vec<Vec<Place>> {
     let (cosines, azimuths, wavelengths) = scale.shape();
-    let cells = (wavelengths - 1) * azimuths * cosines;
-    let smooth = (EFFORT / (cells * bins.places())).clamp(1, SMOOTH_SAMPLES);
+    let in_ring = (wavelengths - 1) * azimuths;
+    let effort = in_ring * cosines * bins.places().max(1);
+    let smooth = (EFFORT / effort).clamp(1, SMOOTH_SAMPLES);
     let peaks = match (bins.sharp(), bins.narrow()) {
         (true, _) => PEAKS,
-        (false, true) => usize::from(cells * ORDERS_IN_CELL * bins.places() <= EFFORT),
+        (false, true) => usize::from(ORDERS_IN_CELL * effort <= EFFORT),
         _ => 0,
     };
-    let in_cell = |cell: usize| {
-        let (l, a, c) = (cell / (cosines * azimuths), cell / cosines % azimuths, cell % cosines);
+    let in_cell = |c: usize, cell: usize| {
+        let (l, a) = (cell / azimuths, cell % azimuths);
         let towards_normal = 1 + (SAMPLES - 1) * (c + 2) / (cosines + 1);
         let samples = if bins.sharp() { towards_normal.max(GRAZING_SAMPLES) } else { smooth };
         (0..samples).map(move |k| {
-            let [dl, da, inside] = scattered(k + SMOOTH_SAMPLES * (pass + PASSES * cell));
+            let [dl, da, inside] = scattered(k + SMOOTH_SAMPLES * (pass + PASSES * (c * in_ring + cell)));
             let dc = if k % 2 == 1 { 1.0 } else { inside };
             let at = |l: f64| scale.at(c as f64 + dc, a as f64 + da, l);
             let bounds = [at(l as f64).1, at(l as f64 + 1.0).1];
-            (at(l as f64 + dl), (k < peaks).then_some(bounds))
+            Place { at: at(l as f64 + dl), bounds: (k < peaks).then_some(bounds) }
         })
     };
-    (0..cells).flat_map(in_cell).collect()
+    (0..cosines).map(|c| (0..in_ring).flat_map(|cell| in_cell(c, cell)).collect()).collect()
 }
 
 /// cosθ times a node's share of cosθ, up to a constant.
@@ -239,7 +249,8 @@ fn solid_angle(scale: &AlbedoScale, node: usize) -> f64 {
     at(i) * (at(i + 1.0) - at(i - 1.0))
 }
 
-/// A point of an additive sequence, any few neighbours of which lie evenly in the unit cube (reciprocal powers of the root of x⁴ = x + 1).
+/// A point of an additive sequence, any few neighbours of which lie evenly in the unit cube (reciprocal powers of the root of
+/// x⁴ = x + 1).
 fn scattered(i: usize) -> [f64; 3] {
     [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
         .map(|step| (0.5 + step * i as f64).fract())

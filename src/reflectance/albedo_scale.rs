@@ -64,7 +64,8 @@ impl AlbedoScale {
         let row = |a: usize| a % self.azimuths * (self.cosines + 1) + i;
         Cell {
             corners: [row(azimuth), row(azimuth + 1)],
-            across: (cos - node(i)) / (node(i + 1) - node(i)),
+            // Rounding may put a direction a hair before its cell, where the scaling about the horizon would be negative.
+            across: ((cos - node(i)) / (node(i + 1) - node(i))).clamp(0.0, 1.0),
             around: turn - azimuth as f64,
         }
     }

@@ -50,7 +50,7 @@ impl Shade {
         let i = ((cos.sqrt() * COSINES as f64) as usize).min(COSINES - 1);
         let node = |i: usize| (i as f64 / COSINES as f64).powi(2);
         let pair = &self.values[azimuth * (COSINES + 1) + i..][..2];
-        let t = (cos - node(i)) / (node(i + 1) - node(i));
+        let t = ((cos - node(i)) / (node(i + 1) - node(i))).clamp(0.0, 1.0);
         pair[0] as f64 + t * (pair[1] - pair[0]) as f64
     }
 

@@ -43,6 +43,8 @@ pub struct Questions {
     /// Albedos integrated over the hemisphere, and the largest, on surfaces whose energy is scaled.
     pub albedos: u64,
     pub albedo: f64,
+    /// Those of them above 1 by more than their surface's tolerance.
+    pub albedos_above: u64,
     /// Largest over those surfaces of the mean weight of samples, that is the mean albedo over questions, less four
     /// standard errors.
     pub mean_weight: f64,
@@ -65,6 +67,7 @@ impl Questions {
             scaled_surfaces: self.scaled_surfaces + other.scaled_surfaces,
             albedos: self.albedos + other.albedos,
             albedo: self.albedo.max(other.albedo),
+            albedos_above: self.albedos_above + other.albedos_above,
             mean_weight: self.mean_weight.max(other.mean_weight),
             albedo_excess: self.albedo_excess.max(other.albedo_excess),
         }
@@ -181,7 +184,9 @@ fn one_surface(number: u64, count: u64) -> Result<Questions, BenchError> {
                 found.albedos += 1;
                 found.see(albedo);
                 found.albedo = found.albedo.max(albedo);
-                found.albedo_excess = found.albedo_excess.max((albedo - 1.0) / drawn.options.tolerance);
+                let excess = (albedo - 1.0) / drawn.options.tolerance;
+                found.albedos_above += u64::from(excess > 1.0);
+                found.albedo_excess = found.albedo_excess.max(excess);
             }
         }
     }

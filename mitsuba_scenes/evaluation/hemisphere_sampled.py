@@ -1,0 +1,51 @@
+"""A BSDF with the values of another and samples that know nothing of it, to hold importance sampling against."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+
+KINDS = ("cosine", "uniform")
+
+
+def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
+    """`nested` sampled by the cosine or uniformly over the hemisphere, in the variant in use, which has to be one of
+    Dr.Jit's."""
+    warps = {
+        "cosine": (mi.warp.square_to_cosine_hemisphere, mi.warp.square_to_cosine_hemisphere_pdf),
+        "uniform": (mi.warp.square_to_uniform_hemisphere, mi.warp.square_to_uniform_hemisphere_pdf),
+    }
+    to_direction, density = warps[kind]
+
+    class HemisphereSampled(mi.BSDF):
+        def __init__(self, props):
+            super().__init__(props)
+            flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.FrontSide
+            self.m_components = [flags]
+            self.m_flags = flags
+
+        def sample(self, ctx, si, sample1, sample2, active=True):
+            sample = mi.BSDFSample3f()
+            sample.wo = to_direction(sample2)
+            sample.pdf = density(sample.wo)
+            sample.eta = 1
+            sample.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
+            sample.sampled_component = 0
+            active &= (mi.Frame3f.cos_theta(si.wi) > 0) & (sample.pdf > 0)
+            value = nested.eval(ctx, si, sample.wo, active) / sample.pdf
+            return sample, dr.select(active, value, 0)
+
+        def eval(self, ctx, si, wo, active=True):
+            return nested.eval(ctx, si, wo, active)
+
+        def pdf(self, ctx, si, wo, active=True):
+            above = (mi.Frame3f.cos_theta(si.wi) > 0) & (mi.Frame3f.cos_theta(wo) > 0)
+            return dr.select(active & above, density(wo), 0)
+
+        def eval_pdf(self, ctx, si, wo, active=True):
+            return self.eval(ctx, si, wo, active), self.pdf(ctx, si, wo, active)
+
+        def to_string(self):
+            return f"HemisphereSampled[{kind}]"
+
+    return HemisphereSampled(mi.Properties())
