@@ -68,7 +68,9 @@ format: $(READY)
 crosscheck: plugin tool
 	$(PY) -m mitsuba_scenes.crosscheck
 
-demo: plugin tool
+# A window takes minutes more to build, and is not needed here.
+demo: plugin
+	$(CARGO) build --release --bin sunbeam --features gpu
 	$(PY) -m mitsuba_scenes.demo
 
 bench: plugin tool
