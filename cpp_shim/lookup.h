@@ -82,9 +82,36 @@ private:
         return result;
     }
 
-    /// `f_r cosθo` at each wavelength into `value`; returns the density, the mean of each one's.
+    /// `f_r cosθo` at each wavelength into `value`; returns the density, the mean of each one's. One wavelength after
+    /// the other: side by side they would make a kernel four times as long, which takes as much longer to compile.
     template <size_t N> Float carried(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_nm,
                                       const Mask &active, Wide<N> &value) const {
+        using UInt32 = typename Tables<Float>::UInt32;
+        UInt32 k(0);
+        Float density(0.f);
+        value                      = 0.f;
+        dr::tie(k, value, density) = dr::while_loop(
+            dr::make_tuple(k, value, density),
+            [&](const UInt32 &k, const Wide<N> &, const Float &) { return active && k < uint32_t(N); },
+            [&](UInt32 &k, Wide<N> &value, Float &density) {
+                Float nm = wavelength_nm[0];
+                for (uint32_t i = 1; i < N; ++i)
+                    nm = dr::select(k == i, wavelength_nm[i], nm);
+                Float here;
+                density += at_wavelength(wi, wo, nm, active, here);
+                for (uint32_t i = 0; i < N; ++i)
+                    value[i] = dr::select(k == i, here, value[i]);
+                k += 1;
+            },
+            "carried wavelengths");
+        return density / float(N);
+    }
+
+    /// `f_r cosθo` at one wavelength into `value`; returns its density.
+    Float at_wavelength(const Vector3f &wi, const Vector3f &wo, const Float &nm, const Mask &active,
+                        Float &value) const {
+        constexpr size_t N          = 1;
+        const Wide<N> wavelength_nm = nm;
         using Wide64                = dr::Array<typename Tables<Float>::Float64, N>;
         const Layout &layout        = m_tables.layout();
         const Wide<N> wavelength_um = wavelength_nm * 1e-3f;
@@ -110,8 +137,8 @@ private:
         const Float cos_i = dr::maximum(wi.z(), 1e-7f), cos_o = dr::maximum(wo.z(), 1e-7f);
         const Float angular =
             angular_factor<Float>(layout, wi.x() + wo.x(), wi.y() + wo.y(), cos_i, cos_o) / (cos_i * cos_o);
-        value                = angular * wo.z() * scale * density.value * per_area;
-        const Float proposed = dr::mean(dr::fmadd(density.proposal, wo.z(), folded) * per_area);
+        value                = angular * wo.z() * (scale * density.value * per_area)[0];
+        const Float proposed = (dr::fmadd(density.proposal, wo.z(), folded) * per_area)[0];
         return (1.f - share) * proposed + share * dr::InvTwoPi<Float>;
     }
 
@@ -137,10 +164,10 @@ private:
             [&](const Float &k, const Packet &, const Float &) { return active && k < steps; },
             [&](Float &k, Packet &rgb_y, Float &pdf) {
                 const Float nm = 1e3f / dr::fmadd(k + .5f, step, first);
-                Wide<1> value;
-                const Float density  = carried<1>(wi, wo, Wide<1>(nm), active, value);
+                Float value;
+                const Float density  = at_wavelength(wi, wo, nm, active, value);
                 const Float width_nm = step * dr::square(nm) * 1e-3f;
-                rgb_y += value[0] * width_nm * m_tables.wavelength_weight(nm, active);
+                rgb_y += value * width_nm * m_tables.wavelength_weight(nm, active);
                 pdf += density * width_nm * mitsuba::pdf_rgb_spectrum(nm);
                 k += 1.f;
             },
