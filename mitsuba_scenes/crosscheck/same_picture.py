@@ -1,4 +1,4 @@
-"""Check (b): an ordinary path-traced picture against the supersampled one of the realtime renderer, to the eye."""
+"""Check (b): an ordinary picture by Mitsuba against the supersampled one of the realtime renderer, to the eye."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .cases import SAME_MODEL, Case, mirrored, plugin, turned
 from .quadrature import Quadrature
 from .same_points import CONTROL_ROTATION_DEG
 
-# An eye just notices a ΔE of 1. What is left below these limits is the noise of the path tracer and the points within a
+# An eye just notices a ΔE of 1. What is left below these limits is Mitsuba's noise and the points within a
 # pixel at which the realtime renderer looks, which miss some of the speckle.
 DELTA_E_MEAN_LIMIT = 2.5
 DELTA_E_P99_LIMIT = 15.0

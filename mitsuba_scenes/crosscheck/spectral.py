@@ -1,4 +1,4 @@
-"""An ordinary picture by Mitsuba's path tracer in bands of wavelengths, summed as the realtime renderer sums."""
+"""An ordinary picture by Mitsuba in bands of wavelengths, summed as the realtime renderer sums."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ const FEATURES: f64 = 0.03;
 /// Standard deviations of a node in a panel of 16 places, and most panels of an integral over the hemisphere.
 const PANEL_SIGMAS: f64 = 18.0;
 const PANELS_MAX: usize = 10;
-/// Lobes below which each of them counts, and is cheap enough to be integrated finely.
+/// Lobes below which each makes a feature of the albedo.
 const FEW: usize = 40;
 /// Nodes that stay alone whatever their number, the strongest first.
 const SINGLES: usize = 48;
@@ -41,8 +41,8 @@ pub(super) struct PowerBins<'a> {
 
 impl<'a> PowerBins<'a> {
     /// Gathers the nodes of `table` into about `target` lobes; with at most that many nodes, each is its own. `usize::MAX`
-    /// asks for each node to be integrated finely however many there are. `None`
-    /// for a table of amplitudes, whose powers do not add.
+    /// asks for each node to be integrated finely however many there are. Nodes so wide that the density is smooth are
+    /// integrated together, over the hemisphere. `None` for a table of amplitudes, whose powers do not add.
     pub fn new(table: &'a SpectralTable, target: usize) -> Option<Self> {
         if table.kernel() != KernelKind::Power {
             return None;
