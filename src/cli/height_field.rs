@@ -4,8 +4,9 @@ use serde::Serialize;
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
+use sunbeam::cache::Origin;
 use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::{Surface, SurfaceReport};
+use sunbeam::reflectance::SurfaceReport;
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
@@ -50,16 +51,22 @@ struct Report<'a> {
     periods: Periods,
     chebyshev_terms: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    tables: Option<SurfaceReport>,
+    tables: Option<Tables>,
     #[serde(skip_serializing_if = "Option::is_none")]
     output: &'a Option<PathBuf>,
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: &'a Option<PathBuf>,
 }
 
+#[derive(Serialize)]
+struct Tables {
+    origin: Origin,
+    #[serde(flatten)]
+    report: SurfaceReport,
+}
+
 /// Runs `sunbeam height-field`.
 pub fn run(args: &HeightFieldArgs) -> Outcome {
-    args.surface.index()?;
     let config = args.surface.config()?;
     let field = config.height_field()?;
     if let Some(path) = &args.output {
@@ -69,7 +76,12 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         write_preview(&field, path)?;
     }
     let options = config.options();
-    let tables = if args.tables { Some(Surface::new(&field, &options)?.report().clone()) } else { None };
+    let tables = if args.tables {
+        let (surface, origin) = args.surface.cache()?.surface(&field, &options)?;
+        Some(Tables { origin, report: surface.report().clone() })
+    } else {
+        None
+    };
     let kappa_h = TAU * 2.0 / WAVELENGTH_UM * 0.5 * field.peak_to_valley_um();
     print_json(&Report {
         pixels: field.size().into(),

@@ -6,7 +6,7 @@ use crate::height_field::HeightField;
 use crate::table::{
     Model, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -17,7 +17,7 @@ pub const UNIFORM_SHARE: f64 = 0.02;
 pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
 
 /// What of the model is asked for (model.md §2); the defaults are those of the plugin for a preset.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Four standard deviations of the coherence window, in µm.
     pub coherence_length_um: f64,
@@ -73,6 +73,7 @@ pub struct Sample {
 }
 
 /// A diffracting surface that answers from tables.
+#[derive(Serialize, Deserialize)]
 pub struct Surface {
     options: Options,
     table: SpectralTable,
@@ -82,7 +83,7 @@ pub struct Surface {
 }
 
 /// What building a surface took and gave.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SurfaceReport {
     pub table: TableReport,
     /// Bytes of all tables: spectrum, sampler and energy scaling.
@@ -239,6 +240,11 @@ pub struct SurfacePair<'a> {
 }
 
 impl SurfacePair<'_> {
+    /// What the model takes of the directions.
+    pub fn pair(&self) -> &Pair {
+        &self.pair
+    }
+
     /// As [`Surface::eval_pdf`].
     pub fn at(&self, wavelength_nm: f64) -> Answer {
         if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {
