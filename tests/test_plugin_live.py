@@ -187,6 +187,6 @@ def test_the_derivative_of_a_picture_agrees_with_finite_differences(key, step):
     at = mi.Float(value)
     dr.enable_grad(at)
     dr.backward(brightness(at))
-    # The derivative has random numbers of its own: with a million samples either side deviates by 1.3 %, so this is four
-    # standard deviations of the difference.
+    # The derivative has random numbers of its own: with a million samples either side deviates by 1.3 %, so this is
+    # four standard deviations of the difference.
     assert float(dr.grad(at)[0]) == pytest.approx(expected, rel=0.08)
