@@ -7,8 +7,8 @@ import json
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
-from ctypes import POINTER, byref, c_char_p, c_double, c_float, c_int, c_size_t, c_ssize_t, c_void_p
-from functools import lru_cache
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_ssize_t, c_void_p
+from functools import cache
 from typing import Any, Callable
 
 import numpy as np
@@ -30,7 +30,7 @@ class _Floats(ctypes.Structure):
     _fields_ = (("data", c_void_p), ("stride", c_ssize_t))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _library() -> ctypes.CDLL:
     # The plugin is linked to Mitsuba's libraries, which the loader finds once Mitsuba has loaded them.
     import mitsuba as mi
@@ -118,7 +118,9 @@ class Surface:
         else:
             heights = np.ascontiguousarray(heights_um, dtype=np.float32)
             if heights.ndim != 2 or pixel_um is None:
-                raise SunbeamError(f"heights_um has the shape {heights.shape}; it must be [iy, ix], with pixel_um given")
+                raise SunbeamError(
+                    f"heights_um has the shape {heights.shape}; it must be [iy, ix], with pixel_um given"
+                )
             (ny, nx), (dx, dy) = heights.shape, np.broadcast_to(np.asarray(pixel_um, dtype=float), 2)
             rows = _Floats(heights.ctypes.data, nx)
             _check(_library().sunbeam_surface_from_heights(config, rows, nx, ny, dx, dy, byref(handle)))
