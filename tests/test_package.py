@@ -82,7 +82,8 @@ LOAD = "print(mi.variant(), mi.load_dict({'type': 'diffraction', 'preset': 'flat
 def test_the_plugin_is_there_whenever_it_is_imported(installed, tmp_path, lines):
     done = run("\n".join(["import sys", "import mitsuba as mi", *lines]), installed, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
-    assert all(line.endswith(" Diffraction") for line in done.stdout.splitlines()) and done.stdout
+    assert done.stdout
+    assert all(line.endswith(" Diffraction") for line in done.stdout.splitlines())
 
 
 def test_another_mitsuba_is_refused_by_name(installed, tmp_path):

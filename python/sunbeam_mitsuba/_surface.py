@@ -95,11 +95,11 @@ def _direction(name: str, values: Any) -> np.ndarray:
 class Surface:
     """A diffracting surface with its tables.
 
-    The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or ``filename`` with
-    ``pixel_size`` and ``max_height``; ``level``, ``tiling``, ``coherence_length``, ``model``, ``obliquity``,
+    The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or ``filename``
+    with ``pixel_size`` and ``max_height``; ``level``, ``tiling``, ``coherence_length``, ``model``, ``obliquity``,
     ``conserve_energy``, ``shadowing``, ``tolerance``; and ``eta`` and ``k`` as numbers. ``heights_um``, an array
-    ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with ``pixel_um`` its pixel's edge or
-    a pair along x and y.
+    ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with ``pixel_um`` its pixel's edge
+    or a pair along x and y.
 
     Directions are in the surface's frame: z is its normal, x the direction of the relief's rows, and both point away
     from it. They must have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
@@ -183,8 +183,8 @@ class Surface:
     def sample(self, wi: Any, wavelength_nm: Any, u: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Outgoing directions for random numbers ``u``, ``[..., 3]`` in [0, 1): ``wo``, ``pdf`` and ``weight``.
 
-        The weight is ``f cosθo / pdf``, for each of the wavelengths where there are several. Samples that fall below the
-        horizon are zeros.
+        The weight is ``f cosθo / pdf``, for each of the wavelengths where there are several. Samples that fall below
+        the horizon are zeros.
         """
         wi, u = _direction("wi", wi), _direction("u", u)
         nm, single = _wavelengths(wavelength_nm)
