@@ -87,12 +87,12 @@ demo: plugin
 	$(CARGO) build --release --bin sunbeam --features gpu
 	$(PY) -m mitsuba_scenes.demo
 
-bench: plugin tool
+bench: plugin library tool
 	$(CARGO) bench
 	$(PY) benches/mitsuba_cost.py
 
 # Those named in PAGES, or all.
-figures: plugin tool
+figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m mitsuba_scenes.evaluation $(PAGES)
 
