@@ -5,7 +5,7 @@ mod common;
 #[path = "cli_support/service.rs"]
 mod service;
 
-use cli_support::{refused, run, succeeded};
+use cli_support::{refused, run, run_with, succeeded};
 use serde_json::{Value, json};
 use service::{directions, eval, reflectance_of};
 use std::f64::consts::PI;
@@ -28,6 +28,30 @@ fn every_subcommand_has_help() {
         }
     }
     assert_eq!(run(&["--version"], "").status.code(), Some(0));
+}
+
+#[test]
+fn tables_are_kept_unless_it_is_told_not_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("tables").to_string_lossy().into_owned();
+    let command = ["height-field", "--preset", "blazed", "--coherence-length", "8", "--tables", "--model", "patch"];
+    let origin = |variables: &[(&str, &str)], more: &[&str]| {
+        let output = run_with(variables, &[&command[..], more].concat(), "");
+        let report: Value = serde_json::from_str(&succeeded(output)).unwrap();
+        report["tables"]["origin"].as_str().unwrap().to_owned()
+    };
+    let here = ("SUNBEAM_CACHE_DIR", place.as_str());
+    assert_eq!(origin(&[here], &["--no-cache"]), "built");
+    assert_eq!(origin(&[here, ("SUNBEAM_CACHE", "off")], &[]), "built");
+    assert!(!folder.path().join("tables").exists());
+    assert_eq!(origin(&[here], &[]), "built, kept in the cache");
+    assert_eq!(origin(&[here], &[]), "read from the cache");
+    assert_eq!(origin(&[here], &["--no-cache"]), "built");
+    assert!(origin(&[here, ("SUNBEAM_CACHE_LIMIT_MB", "0")], &["--period", "2"]).contains("not kept"));
+    let output = run_with(&[("SUNBEAM_CACHE_LIMIT_MB", "lots")], &command, "");
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(message.contains("SUNBEAM_CACHE_LIMIT_MB") && message.contains("lots"), "{message}");
 }
 
 #[test]
