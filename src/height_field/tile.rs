@@ -9,11 +9,9 @@ use std::f64::consts::PI;
 const BLEND_SHARE: f64 = 0.1;
 /// Least share of an axis, less its blend, that may be kept for the sake of edges that match.
 const KEPT_SHARE: f64 = 2.0 / 3.0;
-/// Edges that match as well as the best but for this factor match well enough: the longest such tile is kept.
-const AS_GOOD: f64 = 1.1;
-
-/// Differences of the strips that are rounding, relative to those at the worst length.
-const ROUNDING: f64 = 1e-9;
+/// Edges match well enough when they differ more than at the best length by no more than this share of what they differ by
+/// at the worst: the longest such tile is kept.
+const AS_GOOD: f64 = 0.1;
 
 /// The step across the seam of a tile that repeats, along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -62,7 +60,7 @@ impl HeightField {
     /// Along each axis (x first) the strip of `blend_um` beyond the tile's end is laid over the tile's beginning and faded out
     /// with a raised cosine, so that the end runs on into the beginning. The tile is as long as makes the two strips differ
     /// least (a whole number of periods where there are any), between two thirds and all of what the strip leaves; of lengths
-    /// that match within a tenth of the best, the longest. Without `blend_um` a tenth of each axis is blended. The rest of the
+    /// that match nearly as well, the longest. Without `blend_um` a tenth of each axis is blended. The rest of the
     /// heights stays as it is.
     ///
     /// # Errors
@@ -133,8 +131,13 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = mismatches.iter().copied().fold(0.0, f64::max);
-    let good = AS_GOOD * least + ROUNDING * largest;
-    let length = shortest + mismatches.iter().rposition(|m| *m <= good).unwrap_or(longest - shortest);
+    let good = least + AS_GOOD * largest;
+    let mut best = mismatches.iter().rposition(|m| *m <= good).unwrap_or(mismatches.len() - 1);
+    // On to the best of its surroundings, which is the whole period that a good length is near to.
+    while best > 0 && mismatches[best - 1] < mismatches[best] {
+        best -= 1;
+    }
+    let length = shortest + best;
     Array2::from_shape_fn((ny, length), |(iy, ix)| {
         let own = heights[[iy, ix]];
         if ix >= strip {
