@@ -4,19 +4,21 @@ PYTHON ?= python3
 PY     := .venv/bin/python
 READY  := .venv/.ready
 PLUGIN := target/mitsuba/plugins/diffraction.so
+LIBRARY := target/c_abi
 CARGO  := cargo
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
 
 # Two builds of one package at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool test test-rust test-python lint format demo crosscheck bench figures docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-python lint format demo crosscheck bench figures docs clean help
 
 all: plugin
 
 help:
 	@echo "make plugin   build $(PLUGIN)"
 	@echo "make tool     build target/release/sunbeam"
+	@echo "make library  build $(LIBRARY)/lib/libsunbeam.{so,a} and its header, for C"
 	@echo "make test     build and run every test"
 	@echo "make lint     check formatting and lints; make format mends the former"
 	@echo "make demo     render the snake and compare the renderers, results in out/"
@@ -41,13 +43,25 @@ plugin: $(READY)
 tool:
 	$(CARGO) build --release --bin sunbeam --features viewer
 
+# The C ABI. The plugin has it too, but asks for Mitsuba's libraries.
+library:
+	$(CARGO) rustc --release --lib --crate-type cdylib,staticlib
+	@mkdir -p $(LIBRARY)/lib $(LIBRARY)/include
+	@cp target/release/libsunbeam.so target/release/libsunbeam.a $(LIBRARY)/lib/
+	@cp include/sunbeam.h $(LIBRARY)/include/
+	@echo "library: $(CURDIR)/$(LIBRARY)"
+
+# include/sunbeam.h from src/capi/.
+header:
+	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release --test header
+
 test: test-rust test-python
 
 # In the release profile, which the plugin is built in too: one set of dependencies serves both.
 test-rust: $(READY)
 	$(CARGO) test --release --features viewer
 
-test-python: plugin tool
+test-python: plugin library tool
 	$(PY) -m pytest
 
 lint: $(READY)

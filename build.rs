@@ -1,13 +1,34 @@
 //! Without the feature `mitsuba` there is nothing to do. With it, the C++ half of the Mitsuba plugin is compiled
 //! against the headers and libraries that the PyPI wheels of Mitsuba and Dr.Jit carry (docs/plugin-build.md).
 
+use std::fs;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rustc-env=SUNBEAM_TABLES_CODE={:016x}", tables_code());
     #[cfg(feature = "mitsuba")]
     if let Err(reason) = mitsuba::build() {
         eprintln!("error: cannot build the Mitsuba plugin: {reason}");
         std::process::exit(1);
     }
+}
+
+/// A hash of the sources that decide what is in a surface's tables, for `src/cache/`: tables that other code built are
+/// not those that this code would.
+fn tables_code() -> u64 {
+    let mut sources = Vec::new();
+    for folder in ["src/transform", "src/table", "src/reflectance"] {
+        println!("cargo:rerun-if-changed={folder}");
+        let files = fs::read_dir(folder).into_iter().flatten().flatten();
+        sources.extend(files.map(|file| file.path()));
+    }
+    sources.sort();
+    let mut hasher = DefaultHasher::new();
+    for path in sources {
+        (path.to_string_lossy(), fs::read(&path).ok()).hash(&mut hasher);
+    }
+    hasher.finish()
 }
 
 #[cfg(feature = "mitsuba")]

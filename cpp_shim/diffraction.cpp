@@ -22,7 +22,8 @@
  * level                 string           none, mean, plane, quadratic, lines: what is subtracted (plane for files, none
  *                                        for presets)
  * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
- * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65)
+ * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;
+ *                                        a change takes as long as building the tables
  * model                 string           ensemble, patch (ensemble)
  * obliquity             string           stam, unit (stam)
  * conserve_energy       boolean          keeps the albedo at or below 1 (true for ensemble, false for patch)

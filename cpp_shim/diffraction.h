@@ -25,7 +25,9 @@ public:
     MI_IMPORT_BASE(BSDF, m_flags, m_components)
     MI_IMPORT_TYPES(Texture)
 
-    explicit Diffraction(const Properties &props) : Base(props), m_lobe(make_surface(read_parameters(props))) {
+    explicit Diffraction(const Properties &props)
+        : Base(props), m_lobe(checked([json = read_parameters(props)] { return new_surface(json); })) {
+        m_coherence_length = m_lobe.surface().coherence_length_um();
         parameters_changed();
     }
 
@@ -36,9 +38,18 @@ public:
         if (m_diffuse_reflectance)
             cb->put("diffuse_reflectance", m_diffuse_reflectance, ParamFlags::Differentiable);
         cb->put("rotation", m_rotation, ParamFlags::Differentiable | ParamFlags::Discontinuous);
+        cb->put("coherence_length", m_coherence_length, ParamFlags::NonDifferentiable);
     }
 
     void parameters_changed(const std::vector<std::string> & /*keys*/ = {}) override {
+        if (const float built = m_lobe.surface().coherence_length_um(); m_coherence_length != built) {
+            const float wanted = m_coherence_length;
+            // If it is refused, the BSDF goes on as it was.
+            m_coherence_length = built;
+            m_lobe             = DiffractionLobe<Float, Spectrum>(
+                checked([&] { return m_lobe.surface().with_coherence_length(wanted); }));
+            m_coherence_length = wanted;
+        }
         auto varying         = [](const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); };
         uint32_t diffraction = BSDFFlags::GlossyReflection | BSDFFlags::FrontSide | BSDFFlags::Anisotropic;
         if (varying(m_eta) || varying(m_k) || varying(m_specular_reflectance) || varying(m_rotation))
@@ -67,11 +78,12 @@ public:
         const Mask pick_glossy = sample1 < local.prob_diffraction;
         const Float sample_lobe =
             dr::select(pick_glossy, dr::minimum(sample1 / local.prob_diffraction, dr::OneMinusEpsilon<Float>), 0.f);
-        const Vector3f wo_glossy = local.to_shading(
-            m_lobe.sample(local.to_grating(si.wi), si.wavelengths, sample_lobe, sample2, active && pick_glossy));
+        const Vector3f wo_glossy = local.to_shading(m_lobe.sample(dr::detach(local.to_grating(si.wi)), si.wavelengths,
+                                                                  sample_lobe, sample2, active && pick_glossy));
 
-        bs.wo                = dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2));
-        bs.eta               = 1.f;
+        // Directions and densities are detached: derivatives are those of the integrand at the places sampled.
+        bs.wo  = dr::detach(dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2)));
+        bs.eta = 1.f;
         bs.sampled_component = dr::select(pick_glossy, UInt32(0), UInt32(1));
         bs.sampled_type =
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
@@ -121,7 +133,7 @@ public:
     std::string to_string() const override {
         std::ostringstream oss;
         oss << "Diffraction[" << std::endl
-            << "  surface = " << m_lobe.describe() << "," << std::endl
+            << "  surface = " << std::string(m_lobe.surface().describe()) << "," << std::endl
             << "  eta = " << string::indent(m_eta) << "," << std::endl
             << "  k = " << string::indent(m_k) << "," << std::endl
             << "  specular_reflectance = " << string::indent(m_specular_reflectance) << "," << std::endl;
@@ -235,15 +247,17 @@ private:
         return surface;
     }
 
-    static rust::Box<Surface> make_surface(const std::string &json) {
+    /// What Rust answers; what it refuses becomes an error of Mitsuba's.
+    template <typename Call> static auto checked(const Call &call) -> decltype(call()) {
         try {
-            return new_surface(json);
+            return call();
         } catch (const std::exception &error) {
             Throw("%s", error.what());
         }
     }
 
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
+    float m_coherence_length = 0.f;
     // The last member, because `read_parameters` sets the others before it is made.
     DiffractionLobe<Float, Spectrum> m_lobe;
 

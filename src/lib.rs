@@ -1,8 +1,8 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
 //! Data flows one way: [`height_field`] → [`transform`] → [`table`] → [`reflectance`], [`methods`] → consumers
-//! (the command line, the Mitsuba plugin). Nothing upstream knows a consumer. [`compare`] judges their pictures, [`bench`]
-//! what the methods cost and how far off they are.
+//! (the command line, the Mitsuba plugin, the C ABI in [`capi`]). Nothing upstream knows a consumer. [`compare`] judges their pictures, [`bench`]
+//! what the methods cost and how far off they are; [`cache`] keeps tables on disk.
 //!
 //! # Conventions (stated once, used everywhere)
 //! - Local frame: z is the normal, x the tangent, y the bitangent; `wi` and `wo` point away from the surface.
@@ -14,6 +14,8 @@
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
 
 pub mod bench;
+pub mod cache;
+pub mod capi;
 pub mod colour;
 pub mod compare;
 pub mod config;

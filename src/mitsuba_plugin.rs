@@ -5,6 +5,7 @@
 
 use std::ffi::{c_char, c_void};
 
+use crate::cache::{Cache, Origin};
 use crate::config::{BuildError, Source, SurfaceConfig};
 use crate::guard::{Panic, guard};
 use crate::reflectance::{
@@ -82,6 +83,12 @@ mod ffi {
         /// Builds a surface from a JSON object whose keys are the plugin's parameters.
         fn new_surface(config_json: &str) -> Result<Box<Surface>>;
 
+        /// The coherence length in µm.
+        fn coherence_length_um(self: &Surface) -> f32;
+
+        /// The same surface with another coherence length.
+        fn with_coherence_length(self: &Surface, coherence_length_um: f32) -> Result<Box<Surface>>;
+
         /// One line that tells the surface, its tables and their error, for `str(bsdf)`.
         fn describe(self: &Surface) -> Result<String>;
 
@@ -136,11 +143,31 @@ enum PluginError {
 struct Surface {
     config: SurfaceConfig,
     core: reflectance::Surface,
+    origin: Origin,
 }
 
 impl Surface {
+    fn new(config: SurfaceConfig) -> Result<Box<Self>, PluginError> {
+        let (core, origin) = config.build(&Cache::from_env().map_err(BuildError::from)?)?;
+        Ok(Box::new(Self { config, core, origin }))
+    }
+
+    fn coherence_length_um(&self) -> f32 {
+        self.config.coherence_length as f32
+    }
+
+    fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
+        guard(|| {
+            // The decimal number that was meant, not the binary neighbour of it.
+            let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
+            Self::new(SurfaceConfig { coherence_length, ..self.config.clone() })
+        })
+    }
+
     fn describe(&self) -> Result<String, PluginError> {
-        guard(|| Ok(format!("{}; {}", describe_config(&self.config), describe_tables(self.core.report()))))
+        guard(|| {
+            Ok(format!("{}; {}", describe_config(&self.config), describe_tables(self.core.report(), &self.origin)))
+        })
     }
 
     fn layout(&self) -> Result<ffi::Layout, PluginError> {
@@ -289,11 +316,7 @@ impl Surface {
 }
 
 fn new_surface(config_json: &str) -> Result<Box<Surface>, PluginError> {
-    guard(|| {
-        let config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
-        let core = config.build()?;
-        Ok(Box::new(Surface { config, core }))
-    })
+    guard(|| Surface::new(SurfaceConfig::from_json(config_json).map_err(BuildError::from)?))
 }
 
 fn wavelength_weights() -> Result<Vec<f32>, PluginError> {
@@ -337,7 +360,7 @@ fn describe_config(config: &SurfaceConfig) -> String {
     )
 }
 
-fn describe_tables(report: &SurfaceReport) -> String {
+fn describe_tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
     let scaled = report.energy.map_or(String::new(), |energy| {
         format!(
@@ -346,7 +369,7 @@ fn describe_tables(report: &SurfaceReport) -> String {
         )
     });
     format!(
-        "tables of {:.2} MB built in {:.2} s, {} x {} look-ups of {} nodes with {} knots, relative error {:.1e}{scaled}",
+        "tables of {:.2} MB, {origin} ({:.2} s to build), {} x {} look-ups of {} nodes with {} knots, relative error {:.1e}{scaled}",
         report.bytes as f64 / 1e6,
         report.build_seconds,
         table.taps.0,

@@ -1,12 +1,15 @@
 """Loads the plugin that `make plugin` built into the stock wheel of Mitsuba."""
 
 import json
+import os
 from pathlib import Path
 
 import mitsuba as mi
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+# Tables that one test builds serve the others, and not those of the user: they are of this checkout.
+os.environ.setdefault("SUNBEAM_CACHE_DIR", str(REPOSITORY / "target" / "test_cache"))
 PLUGIN_FOLDER = REPOSITORY / "target" / "mitsuba"
 
 VARIANTS = mi.variants()

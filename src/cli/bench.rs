@@ -13,6 +13,7 @@ use sunbeam::bench::INCIDENT_DEG;
 use sunbeam::bench::methods::{self, Adapter, SurfaceFigures};
 use sunbeam::bench::sampler::{SamplerRow, sampler};
 use sunbeam::bench::stability::{self, StabilityFigures};
+use sunbeam::cache::Cache;
 use sunbeam::config::{Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
@@ -189,7 +190,7 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
         let config = surface.config()?;
         let name = name(&config);
         eprintln!("[{:4.0} s] {name}", start.elapsed().as_secs_f64());
-        let surface = config.build()?;
+        let (surface, _) = config.build(&Cache::off())?;
         let figures = SamplerFigures { bytes: surface.proposal().bytes(), rows: sampler(&surface, samples) };
         surfaces.push(Named { name, figures });
     }

@@ -181,7 +181,7 @@ fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Er
     use sunbeam::gpu::Query;
 
     let realtime = Realtime::new(&args.method, &args.surface)?;
-    let index = args.surface.index()?;
+    let index = args.surface.config()?.index();
     let gpu = realtime::open(args.adapter)?;
     let (shader, report) = realtime.build(&gpu, index)?;
     let single = |w: Vec3| w.map(|c| c as f32);

@@ -4,8 +4,9 @@ use serde::Serialize;
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
+use sunbeam::cache::Origin;
 use sunbeam::height_field::{HeightField, Roughness, Seams, TileReport};
-use sunbeam::reflectance::{Surface, SurfaceReport, estimate_table_bytes};
+use sunbeam::reflectance::{SurfaceReport, estimate_table_bytes};
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
@@ -89,16 +90,22 @@ struct Report<'a> {
     chebyshev_terms: usize,
     table_bytes_estimate: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    tables: Option<SurfaceReport>,
+    tables: Option<Tables>,
     #[serde(skip_serializing_if = "Option::is_none")]
     output: &'a Option<PathBuf>,
     #[serde(skip_serializing_if = "Option::is_none")]
     preview: &'a Option<PathBuf>,
 }
 
+#[derive(Serialize)]
+struct Tables {
+    origin: Origin,
+    #[serde(flatten)]
+    report: SurfaceReport,
+}
+
 /// Runs `sunbeam height-field`.
 pub fn run(args: &HeightFieldArgs) -> Outcome {
-    args.surface.index()?;
     let mut config = args.surface.config()?;
     if args.make_tileable.is_some() {
         // What is made to repeat is described as what repeats.
@@ -121,7 +128,12 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         write_preview(&field, path)?;
     }
     let options = config.options();
-    let tables = if args.tables { Some(Surface::new(&field, &options)?.report().clone()) } else { None };
+    let tables = if args.tables {
+        let (surface, origin) = args.surface.cache()?.surface(&field, &options)?;
+        Some(Tables { origin, report: surface.report().clone() })
+    } else {
+        None
+    };
     let kappa_h = TAU * 2.0 / WAVELENGTH_UM * 0.5 * field.peak_to_valley_um();
     print_json(&Report {
         channel: read.channel,

@@ -2,10 +2,7 @@
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sunbeam::reflectance::Vec3;
-
-/// How far from 1 the length of a direction may be: what is printed with four digits passes, and is normalised.
-const LENGTH_TOLERANCE: f64 = 1e-3;
+use sunbeam::reflectance::{Vec3, unit_vector};
 
 /// A number or several, for wavelengths and what is answered for them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,18 +61,9 @@ fn place(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }
 
-/// A direction from its components: three, finite, of unit length to 1e-3.
+/// A direction from its components: three, of unit length to 1e-3.
 pub fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
-    let vector = triple(name, components)?;
-    let length = vector.iter().map(|c| c * c).sum::<f64>().sqrt();
-    if length == 0.0 {
-        return Err(format!("{name:?} is the zero vector; it must be a direction"));
-    }
-    // Written so that infinity and NaN are refused as well.
-    if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
-        return Err(format!("{name:?} has length {length}; it must be 1 to {LENGTH_TOLERANCE}"));
-    }
-    Ok(vector.map(|c| c / length))
+    unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
 
 /// Three random numbers in [0, 1).

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::sync::Arc;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::methods::{self, MethodOptions};
-use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, Surface, Vec3, fresnel_unpolarised};
+use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, Surface, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Largest tile for which direct sums run side by side; those of larger ones are parallel within, and side by side
@@ -43,14 +43,14 @@ impl Reflector {
         method_options: &MethodOptions,
         sampler: bool,
     ) -> Result<Self, Box<dyn Error>> {
-        let index = args.index()?;
         let config = match method {
             Method::Exact | Method::Table => args.config()?,
             Method::Realtime(kind) => args.realtime_config(kind)?,
         };
         let field = config.height_field()?;
-        let options = config.options();
-        let surface = || Surface::new(&field, &options).map(Arc::new);
+        let (options, index) = (config.options(), config.index());
+        let cache = args.cache()?;
+        let surface = || cache.surface(&field, &options).map(|(surface, _)| Arc::new(surface));
         let (nx, ny) = field.size();
         let (evaluator, surface) = match method {
             Method::Exact => {
@@ -101,7 +101,7 @@ impl Reflector {
     }
 
     fn fresnel(&self, pair: &Pair) -> f64 {
-        self.index.map_or(1.0, |index| fresnel_unpolarised(pair.cos_half(), index))
+        pair.fresnel(self.index)
     }
 
     /// Refuses wavelengths that the method cannot answer for.

@@ -88,7 +88,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
         return Err("parameter \"pairs\" needs --supersample 1: it is about the pixels' centres".into());
     }
     let realtime = Realtime::new(&args.method, &args.surface)?;
-    let index = args.surface.index()?.unwrap_or(KERATIN);
+    let index = args.surface.config()?.index().unwrap_or(KERATIN);
     let view = args.scene.view(args.supersample)?;
     // Before what takes longer.
     let gpu = realtime::open(args.adapter)?;

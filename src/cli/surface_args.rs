@@ -6,14 +6,12 @@ use serde::de::IntoDeserializer;
 use serde::de::value::{Error as NameError, StrDeserializer};
 use std::error::Error;
 use std::path::PathBuf;
+use sunbeam::cache::{Cache, CacheError};
 use sunbeam::config::{ConfigError, SurfaceConfig};
 use sunbeam::height_field::{Fill, Level, Preset};
 use sunbeam::methods::MethodKind;
-use sunbeam::reflectance::{ComplexIndex, Obliquity};
+use sunbeam::reflectance::Obliquity;
 use sunbeam::table::{Model, Tiling};
-
-/// Accepted parts of a refractive index: beyond these nothing is known, and squares stay well within range.
-const INDEX_PARTS: (f64, f64) = (1e-3, 1e3);
 
 /// A surface: its relief and how it answers to light.
 #[derive(Clone, Debug, clap::Args)]
@@ -74,6 +72,9 @@ pub struct SurfaceArgs {
     /// Relative error that the tables are built to [default: 1e-3]
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// Build the tables even if the cache has them, and do not keep them
+    #[arg(long)]
+    no_cache: bool,
 }
 
 impl SurfaceArgs {
@@ -96,10 +97,17 @@ impl SurfaceArgs {
             obliquity: self.obliquity.unwrap_or(default.obliquity),
             conserve_energy: self.conserve_energy,
             shadowing: self.shadowing.unwrap_or(default.shadowing),
+            eta: self.eta,
+            k: self.k,
             tolerance: self.tolerance.unwrap_or(default.tolerance),
         };
         config.validate()?;
         Ok(config)
+    }
+
+    /// Where tables are kept: what the environment says, unless the arguments say nowhere.
+    pub fn cache(&self) -> Result<Cache, CacheError> {
+        if self.no_cache { Ok(Cache::off()) } else { Cache::from_env() }
     }
 
     /// As [`SurfaceArgs::config`] for a method of colours. None of them scales energy, and the sources' know one window in a
@@ -146,22 +154,6 @@ impl SurfaceArgs {
                 Err(format!("{flag} has no effect here: each method is measured with the model it knows"))
             }
             None => Ok(()),
-        }
-    }
-
-    /// The refractive index, `None` for a surface that reflects everything.
-    pub fn index(&self) -> Result<Option<ComplexIndex>, String> {
-        let (least, most) = INDEX_PARTS;
-        match (self.eta, self.k) {
-            (None, None) => Ok(None),
-            (None, Some(_)) => Err("parameter \"k\" needs \"eta\"".to_owned()),
-            (Some(eta), _) if !(least..=most).contains(&eta) => {
-                Err(format!("parameter \"eta\" is {eta}, but must be in [{least:e}, {most:e}]"))
-            }
-            (Some(_), Some(k)) if !(0.0..=most).contains(&k) => {
-                Err(format!("parameter \"k\" is {k}, but must be in [0, {most:e}]"))
-            }
-            (Some(eta), k) => Ok(Some(ComplexIndex { eta, k: k.unwrap_or(0.0) })),
         }
     }
 }

@@ -58,7 +58,7 @@ pub fn run(args: &ViewArgs) -> Outcome {
         surface,
         kind,
         options,
-        index: Some(args.surface.index()?.unwrap_or(KERATIN)),
+        index: Some(args.surface.config()?.index().unwrap_or(KERATIN)),
         orbit: Orbit::from(&view.camera),
         sun: Sun::from(&view.light),
         view,

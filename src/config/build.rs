@@ -1,7 +1,8 @@
 use super::{ConfigError, Source, SurfaceConfig};
-use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, ReadOptions};
+use crate::cache::{Cache, CacheError, Origin};
+use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions};
 use crate::reflectance::{Options, Surface};
-use crate::table::TableError;
+use crate::table::{TableError, Tiling};
 
 /// Why a configuration did not become a surface.
 #[derive(Debug, thiserror::Error)]
@@ -12,6 +13,8 @@ pub enum BuildError {
     HeightField(#[from] HeightFieldError),
     #[error(transparent)]
     Table(#[from] TableError),
+    #[error(transparent)]
+    Cache(#[from] CacheError),
 }
 
 impl SurfaceConfig {
@@ -54,11 +57,40 @@ impl SurfaceConfig {
         }
     }
 
-    /// Reads the heights and builds the tables.
+    /// Reads the heights and builds the tables, or reads these from `cache` too.
     ///
     /// # Errors
     /// As [`SurfaceConfig::height_field`], or tables that would be too large.
-    pub fn build(&self) -> Result<Surface, BuildError> {
-        Ok(Surface::new(&self.height_field()?, &self.options())?)
+    pub fn build(&self, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
+        Ok(cache.surface(&self.height_field()?, &self.options())?)
+    }
+
+    /// The same for heights that come from elsewhere than a preset or a file: levels them and builds the tables. `level` and
+    /// `tiling` are taken as a file's unless given.
+    ///
+    /// # Errors
+    /// A configuration that names a preset or a file or says how one is to be read, or tables that would be too large.
+    pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
+        self.validate()?;
+        let given = [
+            ("preset", self.preset.is_some()),
+            ("period", self.period.is_some()),
+            ("height", self.height.is_some()),
+            ("filename", self.filename.is_some()),
+            ("pixel_size", self.pixel_size.is_some()),
+            ("max_height", self.max_height.is_some()),
+            ("channel", self.channel.is_some()),
+            ("fill", self.fill.is_some()),
+        ];
+        if let Some((parameter, _)) = given.into_iter().find(|(_, given)| *given) {
+            let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");
+            return Err(ConfigError::Contradiction { parameter, other, advice }.into());
+        }
+        let as_scan = Self {
+            level: self.level.or(Some(Level::Plane)),
+            tiling: self.tiling.or(Some(Tiling::Aperiodic)),
+            ..self.clone()
+        };
+        Ok(cache.surface(&heights.levelled(as_scan.level()), &as_scan.options())?)
     }
 }

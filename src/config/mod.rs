@@ -20,7 +20,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use crate::height_field::{Fill, Level, Preset};
-use crate::reflectance::Obliquity;
+use crate::reflectance::{ComplexIndex, Obliquity};
 use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +28,10 @@ use serde::{Deserialize, Serialize};
 pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;
 /// Accepted relative errors of the tables.
 pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;
+/// Accepted real parts of a refractive index. Beyond these nothing is known, and squares stay well within range.
+pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
+/// Accepted imaginary parts of a refractive index.
+pub const K: RangeInclusive<f64> = 0.0..=1e3;
 /// The longest length in µm that a surface may have in any direction: one metre, to catch wrong units.
 pub const MAX_LENGTH_UM: f64 = 1e6;
 
@@ -83,6 +87,13 @@ pub struct SurfaceConfig {
     pub conserve_energy: Option<bool>,
     /// Whether the V-cavity factor `M` applies (default: false).
     pub shadowing: bool,
+    /// Real part of the refractive index at all wavelengths; alone it is that of a dielectric (default: none, and the
+    /// surface reflects everything).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub eta: Option<f64>,
+    /// Imaginary part of the refractive index; needs `eta` (default: 0).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub k: Option<f64>,
     /// Relative error that the tables are built to (default: 1e-3).
     pub tolerance: f64,
 }
@@ -105,6 +116,8 @@ impl Default for SurfaceConfig {
             obliquity: Obliquity::default(),
             conserve_energy: None,
             shadowing: false,
+            eta: None,
+            k: None,
             tolerance: 1e-3,
         }
     }
@@ -129,6 +142,8 @@ pub enum ConfigError {
 pub enum Accepted {
     Length,
     CoherenceLength,
+    Eta,
+    K,
     Tolerance,
 }
 
@@ -137,6 +152,8 @@ impl fmt::Display for Accepted {
         let (kind, range) = match self {
             Self::Length => return write!(f, "a length in µm in (0, {MAX_LENGTH_UM:e}]"),
             Self::CoherenceLength => ("a length in µm", COHERENCE_LENGTH_UM),
+            Self::Eta => ("the real part of a refractive index", ETA),
+            Self::K => ("the imaginary part of a refractive index", K),
             Self::Tolerance => ("a relative error", TOLERANCE),
         };
         write!(f, "{kind} in [{:e}, {:e}]", range.start(), range.end())
@@ -175,14 +192,20 @@ impl SurfaceConfig {
                 return Err(ConfigError::OutOfRange { parameter, found, accepted: Accepted::Length });
             }
         }
-        let found = self.coherence_length;
-        if !COHERENCE_LENGTH_UM.contains(&found) {
-            let accepted = Accepted::CoherenceLength;
-            return Err(ConfigError::OutOfRange { parameter: "coherence_length", found, accepted });
+        let ranges = [
+            ("coherence_length", Some(self.coherence_length), COHERENCE_LENGTH_UM, Accepted::CoherenceLength),
+            ("eta", self.eta, ETA, Accepted::Eta),
+            ("k", self.k, K, Accepted::K),
+            ("tolerance", Some(self.tolerance), TOLERANCE, Accepted::Tolerance),
+        ];
+        for (parameter, value, range, accepted) in ranges {
+            if let Some(found) = value.filter(|v| !range.contains(v)) {
+                return Err(ConfigError::OutOfRange { parameter, found, accepted });
+            }
         }
-        if !TOLERANCE.contains(&self.tolerance) {
-            let accepted = Accepted::Tolerance;
-            return Err(ConfigError::OutOfRange { parameter: "tolerance", found: self.tolerance, accepted });
+        if self.k.is_some() && self.eta.is_none() {
+            let other = "the absence of \"eta\"".to_owned();
+            return Err(ConfigError::Contradiction { parameter: "k", other, advice: "give both, or eta alone" });
         }
         self.validate_source()
     }
@@ -240,6 +263,11 @@ impl SurfaceConfig {
         self.tiling.unwrap_or(if self.filename.is_some() { Tiling::Aperiodic } else { Tiling::Periodic })
     }
 
+    /// The refractive index, `None` for a surface that reflects everything.
+    pub fn index(&self) -> Option<ComplexIndex> {
+        self.eta.map(|eta| ComplexIndex { eta, k: self.k.unwrap_or(0.0) })
+    }
+
     /// `conserve_energy`, or its default for the model.
     pub fn conserve_energy(&self) -> bool {
         self.conserve_energy.unwrap_or(self.model == Model::Ensemble)
@@ -273,7 +301,7 @@ mod tests {
     fn json_round_trip_keeps_every_field() {
         let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
             "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
-            "tolerance":1e-5}"#;
+            "eta":0.2,"k":3.0,"tolerance":1e-5}"#;
         let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
         for json in [json, file] {
             let config = SurfaceConfig::from_json(json).unwrap();
@@ -289,6 +317,8 @@ mod tests {
             ("pixel_size", r#"{"filename":"a.png","pixel_size":-1}"#, "(0, 1e6]"),
             ("max_height", r#"{"filename":"a.png","max_height":1e7}"#, "(0, 1e6]"),
             ("coherence_length", r#"{"coherence_length":1e6}"#, "[1e-3, 1e5]"),
+            ("eta", r#"{"eta":0}"#, "[1e-3, 1e3]"),
+            ("k", r#"{"eta":1.5,"k":-1}"#, "[0e0, 1e3]"),
             ("tolerance", r#"{"tolerance":1e-7}"#, "[1e-6, 1e-1]"),
         ];
         for (parameter, json, accepted) in cases {
@@ -330,6 +360,7 @@ mod tests {
             ("max_height", r#"{"max_height":1}"#),
             ("channel", r#"{"channel":"Height"}"#),
             ("fill", r#"{"preset":"cd","fill":"none"}"#),
+            ("k", r#"{"k":1}"#),
         ] {
             let message = refusal(json);
             assert!(message.starts_with(&format!("parameter {parameter:?} contradicts")), "{message}");

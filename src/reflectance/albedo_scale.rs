@@ -1,6 +1,6 @@
 use super::Vec3;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// The reciprocal scaling `s(wi)·s(wo)`, `s ≤ 1`, that keeps the albedo at or below one (model.md §5.2), on a grid of
@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 /// Nodes in cosθ lie at `(i/cosines)²`, dense at grazing; azimuths are periodic from −π; wavelengths are equally
 /// spaced over the table's range. The scaling is found with the Fresnel reflectance at one, so it serves every
 /// material.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AlbedoScale {
     cosines: usize,
     azimuths: usize,
@@ -39,7 +39,7 @@ fn lerp(a: f64, b: f64, t: f64) -> f64 {
 }
 
 /// How much a scaling changes.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoScaleReport {
     /// Largest albedo found before scaling, over the grid below 85°.
     pub albedo_max_unscaled: f64,

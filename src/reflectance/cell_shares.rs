@@ -3,6 +3,7 @@
 use super::Vec3;
 use crate::table::{LeafAxis, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Intervals of the grid in the polar angle, in azimuth (periodic) and nodes in wavelength.
@@ -33,7 +34,7 @@ pub(super) type Corners = [(usize, f64); 8];
 ///
 /// Polar nodes lie at `√(1 − √cosθ)`, evenly spaced: 3° apart towards grazing, 7° about the normal. Azimuths begin at
 /// −π; wavelengths have equal ratios.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct CellShares {
     /// For every node `[wavelength][azimuth][polar]` where its cumulative shares start, the first cell along x and
     /// along y, and the width and height of its window of cells as `width + 65536·height`.

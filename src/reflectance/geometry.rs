@@ -1,7 +1,36 @@
+use super::fresnel::{ComplexIndex, fresnel_unpolarised};
 use serde::{Deserialize, Serialize};
 
 /// A direction in the local frame (model.md §1), of unit length.
 pub type Vec3 = [f64; 3];
+
+/// How far from 1 the length of a given direction may be: what is printed with four digits passes, and is normalised.
+pub const LENGTH_TOLERANCE: f64 = 1e-3;
+
+/// Why three numbers are not a direction; the message follows the name of what was given.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum DirectionError {
+    #[error("is the zero vector; it must be a direction")]
+    Zero,
+    #[error("has length {length}; it must be 1 to {LENGTH_TOLERANCE}")]
+    Length { length: f64 },
+}
+
+/// A direction from its components, normalised.
+///
+/// # Errors
+/// A length that is not 1 to [`LENGTH_TOLERANCE`], infinities and NaN included.
+pub fn unit_vector(components: [f64; 3]) -> Result<Vec3, DirectionError> {
+    let length = components.iter().map(|c| c * c).sum::<f64>().sqrt();
+    if length == 0.0 {
+        return Err(DirectionError::Zero);
+    }
+    // Written so that infinity and NaN are refused as well.
+    if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
+        return Err(DirectionError::Length { length });
+    }
+    Ok(components.map(|c| c / length))
+}
 
 /// The obliquity factor O (model.md §2). Both are 1 at the mirror direction and reciprocal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -50,6 +79,11 @@ impl Pair {
     /// Cosine of the angle of either direction with the half vector.
     pub fn cos_half(&self) -> f64 {
         (0.5 * self.sum_squared().sqrt()).min(1.0)
+    }
+
+    /// Unpolarised Fresnel reflectance at the half vector, 1 without an index.
+    pub fn fresnel(&self, index: Option<ComplexIndex>) -> f64 {
+        index.map_or(1.0, |index| fresnel_unpolarised(self.cos_half(), index))
     }
 
     /// Phase rate κ in rad/µm.

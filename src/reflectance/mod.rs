@@ -20,7 +20,7 @@ pub use albedo_scale::AlbedoScaleReport;
 pub use cell_shares::CellShares;
 pub use exact::Exact;
 pub use fresnel::{ComplexIndex, fresnel_unpolarised};
-pub use geometry::{Obliquity, Pair, Vec3};
+pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};
 pub use integrated::{IntegratedAnswer, WavelengthWeights, sample_wavelength, wavelength_pdf};
 pub use proposal::{ANYWHERE_SHARE, FOLD_COS_MAX, Proposal};
 pub use shade::Shade;

@@ -7,6 +7,7 @@ use super::{AlbedoScale, Pair, Vec3};
 use crate::table::{
     BandReading, Density, LEAVES_MET_MAX, LeafAxis, Leaves, OrderChoice, SpectralTable, WAVELENGTH_MIN_NM, pick,
 };
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 /// Share of a leaf's weight that takes its power to be anywhere in it: a leaf whose power is about one strong node beyond
@@ -26,7 +27,7 @@ const RHO_MIN: f64 = 1e-12;
 /// towards the middle of that part, and κ_l belongs to that direction. Else `T` mixes the shares that cells have at
 /// the nodes of a grid of incidences ([`CellShares`]); `O·M·s` is much the same all over a cell, so `F` is the part that
 /// propagates alone, and κ_l that of the middle of the cell.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Proposal {
     leaves: Leaves,
     shade: Shade,

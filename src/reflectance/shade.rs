@@ -2,6 +2,7 @@
 
 use super::AlbedoScale;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use serde::{Deserialize, Serialize};
 
 /// Azimuths of the grid, the nearest of which is taken, and intervals in cosθ, between which it is linear.
 const AZIMUTHS: usize = 16;
@@ -11,7 +12,7 @@ const WAVELENGTHS: usize = 12;
 
 /// The mean over wavelengths of an [`AlbedoScale`] on a grid that is quick to read: cosθ at squares, azimuths at equal
 /// steps of [`diamond`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Shade {
     /// `[azimuth][cosine]`, `COSINES + 1` nodes in cosθ; empty where nothing is scaled.
     values: Vec<f32>,

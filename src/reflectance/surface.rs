@@ -7,7 +7,7 @@ use crate::table::{
     Model, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
     estimate_bytes,
 };
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ pub const UNIFORM_SHARE: f64 = 0.02;
 pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
 
 /// What of the model is asked for (model.md §2); the defaults are those of the plugin for a preset.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Four standard deviations of the coherence window, in µm.
     pub coherence_length_um: f64,
@@ -74,6 +74,7 @@ pub struct Sample {
 }
 
 /// A diffracting surface that answers from tables.
+#[derive(Serialize, Deserialize)]
 pub struct Surface {
     options: Options,
     table: SpectralTable,
@@ -83,7 +84,7 @@ pub struct Surface {
 }
 
 /// What building a surface took and gave.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SurfaceReport {
     pub table: TableReport,
     /// Bytes of all tables: spectrum, sampler and energy scaling.
@@ -240,6 +241,11 @@ pub struct SurfacePair<'a> {
 }
 
 impl SurfacePair<'_> {
+    /// What the model takes of the directions.
+    pub fn pair(&self) -> &Pair {
+        &self.pair
+    }
+
     /// As [`Surface::eval_pdf`].
     pub fn at(&self, wavelength_nm: f64) -> Answer {
         if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {

@@ -5,7 +5,7 @@ use super::spline::{cubic, prefilter};
 use super::{TableError, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::time::Instant;
 
@@ -26,7 +26,7 @@ pub const DENSITY_FLOOR_UM2: f64 =
 const ERROR_SAMPLES: usize = 20_000;
 
 /// What building a table took and how good it is.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TableReport {
     /// Size in bytes.
     pub bytes: usize,

@@ -1,10 +1,11 @@
 //! Choice of the frequency lattice, axis by axis (the Gaussian window separates).
 
 use super::lookup::TAPS_MAX;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
 /// One axis of the lattice of spatial frequencies, with nodes at `m / period_um`, `|m| ≤ reach`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatticeAxis {
     /// Period whose reciprocal is the spacing of nodes, in µm.
     pub period_um: f64,
@@ -25,7 +26,7 @@ pub struct LatticeAxis {
 }
 
 /// Both axes of a lattice.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lattice {
     pub x: LatticeAxis,
     pub y: LatticeAxis,

@@ -2,6 +2,7 @@
 
 use super::lattice::LatticeAxis;
 use super::lookup::{BANDS, SpectralTable};
+use serde::{Deserialize, Serialize};
 
 /// Width of a leaf as a share of the period, in nodes per µm: 8 nodes of a 65 µm tile, which span 4° about the normal
 /// in green light.
@@ -56,7 +57,7 @@ pub struct OrderChoice {
 }
 
 /// Leaves along one axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LeafAxis {
     /// Nodes in a leaf; the first leaf begins with the first node.
     pub len: usize,
@@ -100,7 +101,7 @@ fn leaf_len(axis: &LatticeAxis) -> usize {
 }
 
 /// The leaves of a [`SpectralTable`] with their power in each κ band, by which nodes are drawn within them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Leaves {
     pub x: LeafAxis,
     pub y: LeafAxis,

@@ -1,6 +1,7 @@
 use super::lattice::{Lattice, LatticeAxis};
 use super::spline::cubic;
 use rustfft::num_complex::Complex64;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Number of κ bands for which every node keeps its mean power; they make the proposal of the sampler.
@@ -14,7 +15,7 @@ pub const HEADER: usize = 8;
 pub(super) const TAPS_MAX: usize = 40;
 
 /// How the values of neighbouring nodes combine.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum KernelKind {
     /// `S = norm · Σ e_j P_j(κ)`, real records.
     Power,
@@ -47,7 +48,7 @@ pub struct Density {
 /// `P(κ) = P(0) + (κκ₀²·P'(0) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
 /// and imaginary part in turn). `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ. Coefficient `i` belongs to the knot `(i − 1)·kappa_step`. Records begin on multiples of four floats and are
 /// padded so that eight coefficients from any multiple of four up to the last knot in use can be read.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SpectralTable {
     pub(super) lattice: Lattice,
     pub(super) kernel: KernelKind,

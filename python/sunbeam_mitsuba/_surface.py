@@ -1,0 +1,221 @@
+"""The BSDF for NumPy, through the C ABI that the plugin exports (``include/sunbeam.h``)."""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import math
+import os
+from concurrent.futures import ThreadPoolExecutor
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_ssize_t, c_void_p
+from functools import cache
+from typing import Any, Callable
+
+import numpy as np
+
+from ._plugin import PLUGIN
+
+_OK, _BUFFER_TOO_SMALL = 0, 6
+# Fewer evaluations than this are not worth a thread.
+_WORTH_A_THREAD = 2000
+
+
+class SunbeamError(ValueError):
+    """What the library refuses; the message names what is wrong and what is accepted."""
+
+
+class _Floats(ctypes.Structure):
+    """``sunbeam_floats`` and ``sunbeam_floats_out``."""
+
+    _fields_ = (("data", c_void_p), ("stride", c_ssize_t))
+
+
+@cache
+def _library() -> ctypes.CDLL:
+    # The plugin is linked to Mitsuba's libraries, which the loader finds once Mitsuba has loaded them.
+    import mitsuba as mi
+
+    if mi.variant() is None:
+        mi.variants()
+    library = ctypes.CDLL(str(PLUGIN))
+    handle, place = c_void_p, POINTER(c_void_p)
+    arguments = {
+        "surface_new": [c_char_p, place],
+        "surface_from_heights": [c_char_p, _Floats, c_size_t, c_size_t, c_double, c_double, place],
+        "surface_describe": [handle, c_void_p, c_size_t, POINTER(c_size_t)],
+        "surface_eval": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats],
+        "surface_pdf": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats],
+        "surface_eval_pdf": [handle, c_size_t, _Floats, _Floats, c_size_t, _Floats, _Floats, _Floats],
+        "surface_sample": [handle, c_size_t, _Floats, c_size_t, *[_Floats] * 5],
+    }
+    for name, types in arguments.items():
+        function = getattr(library, f"sunbeam_{name}")
+        function.argtypes, function.restype = types, c_int
+    library.sunbeam_surface_free.argtypes, library.sunbeam_surface_free.restype = [handle], None
+    for name in ("sunbeam_last_error", "sunbeam_version"):
+        getattr(library, name).restype = c_char_p
+    return library
+
+
+def _check(status: int) -> None:
+    if status != _OK:
+        raise SunbeamError(_library().sunbeam_last_error().decode())
+
+
+class _Items:
+    """An array as the ABI takes it: ``width`` floats for each item, or the same for all where it has one axis."""
+
+    def __init__(self, values: np.ndarray, batch: tuple[int, ...]):
+        width = values.shape[-1]
+        self._stride = 0 if values.ndim == 1 else width
+        if values.ndim > 1:
+            values = np.broadcast_to(values, (*batch, width))
+        self._values = np.ascontiguousarray(values, dtype=np.float32)
+
+    def at(self, first: int) -> _Floats:
+        """The items from ``first`` on."""
+        return _Floats(self._values.ctypes.data + 4 * first * self._stride, self._stride)
+
+
+class _Results(_Items):
+    """An array that receives ``width`` floats for each item."""
+
+    def __init__(self, batch: tuple[int, ...], width: int):
+        self.values = self._values = np.empty((*batch, width), dtype=np.float32)
+        self._stride = width
+
+
+def _direction(name: str, values: Any) -> np.ndarray:
+    array = np.asarray(values, dtype=np.float32)
+    if array.shape[-1:] != (3,):
+        raise SunbeamError(f"{name} has the shape {array.shape}, but must end in 3: x, y, z")
+    return array
+
+
+class Surface:
+    """A diffracting surface with its tables.
+
+    The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or ``filename``
+    with ``pixel_size``, ``max_height``, ``channel`` and ``fill``; ``level``, ``tiling``, ``coherence_length``,
+    ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``; and ``eta`` and ``k`` as numbers.
+    ``heights_um``, an array ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with
+    ``pixel_um`` its pixel's edge or a pair along x and y.
+
+    Directions are in the surface's frame: z is its normal, x the direction of the relief's rows, and both point away
+    from it. They must have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
+
+    Raises :class:`SunbeamError` where a parameter is not accepted.
+    """
+
+    def __init__(self, heights_um: Any = None, pixel_um: float | tuple[float, float] | None = None, **parameters: Any):
+        config = json.dumps(parameters, default=os.fspath).encode()
+        handle = c_void_p()
+        self._handle = None
+        if heights_um is None:
+            if pixel_um is not None:
+                raise SunbeamError("pixel_um needs heights_um")
+            _check(_library().sunbeam_surface_new(config, byref(handle)))
+        else:
+            heights = np.ascontiguousarray(heights_um, dtype=np.float32)
+            if heights.ndim != 2 or pixel_um is None:
+                raise SunbeamError(
+                    f"heights_um has the shape {heights.shape}; it must be [iy, ix], with pixel_um given"
+                )
+            (ny, nx), (dx, dy) = heights.shape, np.broadcast_to(np.asarray(pixel_um, dtype=float), 2)
+            rows = _Floats(heights.ctypes.data, nx)
+            _check(_library().sunbeam_surface_from_heights(config, rows, nx, ny, dx, dy, byref(handle)))
+        self._handle = handle
+
+    def __del__(self) -> None:
+        if getattr(self, "_handle", None):
+            _library().sunbeam_surface_free(self._handle)
+            self._handle = None
+
+    def __repr__(self) -> str:
+        given = json.dumps(self.describe()["config"])
+        return f"Surface({given})"
+
+    def describe(self) -> dict:
+        """The configuration, where the tables came from, their size and measured error."""
+        needed = c_size_t()
+        status = _library().sunbeam_surface_describe(self._handle, None, 0, byref(needed))
+        if status != _BUFFER_TOO_SMALL:
+            _check(status)
+        text = ctypes.create_string_buffer(needed.value)
+        _check(_library().sunbeam_surface_describe(self._handle, text, needed, byref(needed)))
+        return json.loads(text.value)
+
+    def eval(self, wi: Any, wo: Any, wavelength_nm: Any) -> np.ndarray:
+        """The reflectance f_r in 1/sr, without the cosine.
+
+        ``wi`` and ``wo`` are ``[..., 3]`` and broadcast against each other. One wavelength gives an array of that shape
+        without its last axis; ``[m]`` wavelengths, or ``[..., m]``, give one more axis of ``m``.
+        """
+        return self._evaluate("eval", wi, wo, wavelength_nm)[0]
+
+    def pdf(self, wi: Any, wo: Any, wavelength_nm: Any) -> np.ndarray:
+        """The density with which :meth:`sample` finds ``wo``, per solid angle, for all the wavelengths carried."""
+        return self._evaluate("pdf", wi, wo, wavelength_nm)[0]
+
+    def eval_pdf(self, wi: Any, wo: Any, wavelength_nm: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Both of these in one, for little more than the time of either."""
+        f, pdf = self._evaluate("eval_pdf", wi, wo, wavelength_nm)
+        return f, pdf
+
+    def _evaluate(self, what: str, wi: Any, wo: Any, wavelength_nm: Any) -> list[np.ndarray]:
+        wi, wo = _direction("wi", wi), _direction("wo", wo)
+        nm, single = _wavelengths(wavelength_nm)
+        batch = np.broadcast_shapes(wi.shape[:-1], wo.shape[:-1], nm.shape[:-1])
+        carried = nm.shape[-1]
+        inputs = [_Items(array, batch) for array in (wi, wo, nm)]
+        widths = {"eval": [carried], "pdf": [1], "eval_pdf": [carried, 1]}[what]
+        results = [_Results(batch, width) for width in widths]
+        call = getattr(_library(), f"sunbeam_surface_{what}")
+
+        def work(first: int, count: int) -> None:
+            a, b, c = (array.at(first) for array in inputs)
+            _check(call(self._handle, count, a, b, carried, c, *(array.at(first) for array in results)))
+
+        _in_parallel(work, math.prod(batch), carried)
+        scalar = {"eval": [single], "pdf": [True], "eval_pdf": [single, True]}[what]
+        return [array.values[..., 0] if one else array.values for array, one in zip(results, scalar)]
+
+    def sample(self, wi: Any, wavelength_nm: Any, u: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Outgoing directions for random numbers ``u``, ``[..., 3]`` in [0, 1): ``wo``, ``pdf`` and ``weight``.
+
+        The weight is ``f cosθo / pdf``, for each of the wavelengths where there are several. Samples that fall below
+        the horizon are zeros.
+        """
+        wi, u = _direction("wi", wi), _direction("u", u)
+        nm, single = _wavelengths(wavelength_nm)
+        batch = np.broadcast_shapes(wi.shape[:-1], u.shape[:-1], nm.shape[:-1])
+        carried = nm.shape[-1]
+        inputs = [_Items(array, batch) for array in (wi, nm, u)]
+        results = [_Results(batch, width) for width in (3, 1, carried)]
+
+        def work(first: int, count: int) -> None:
+            a, b, c = (array.at(first) for array in inputs)
+            places = (array.at(first) for array in results)
+            _check(_library().sunbeam_surface_sample(self._handle, count, a, carried, b, c, *places))
+
+        _in_parallel(work, math.prod(batch), carried)
+        wo, pdf, weight = (array.values for array in results)
+        return wo, pdf[..., 0], weight[..., 0] if single else weight
+
+
+def _wavelengths(wavelength_nm: Any) -> tuple[np.ndarray, bool]:
+    """The wavelengths with an axis of their own, and whether it was added."""
+    nm = np.asarray(wavelength_nm, dtype=np.float32)
+    return (nm.reshape(1), True) if nm.ndim == 0 else (nm, False)
+
+
+def _in_parallel(work: Callable[[int, int], None], count: int, carried: int) -> None:
+    """Does items ``[first, first + count)`` of a batch on all cores: the calls let other threads run."""
+    threads = min(os.cpu_count() or 1, max(1, count * carried // _WORTH_A_THREAD))
+    if threads == 1:
+        work(0, count)
+        return
+    # More parts than threads, since some directions take longer than others.
+    edges = np.linspace(0, count, 4 * threads + 1).astype(int)
+    with ThreadPoolExecutor(threads) as pool:
+        list(pool.map(lambda ends: work(int(ends[0]), int(ends[1] - ends[0])), zip(edges[:-1], edges[1:])))

@@ -1,0 +1,88 @@
+//! The folder of entries: reading, writing in one step, and making room.
+
+use super::entry::{Key, decode, encode};
+use crate::reflectance::Surface;
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+/// Of entries' names, after 64 hexadecimal digits.
+pub(super) const EXTENSION: &str = "tables";
+/// What begins the name of an entry that is being written.
+const UNFINISHED: &str = ".unfinished-";
+/// Age after which such a file was left behind by a process that is no more.
+const STALE: Duration = Duration::from_secs(24 * 3600);
+
+/// Why an entry was not kept.
+#[derive(Debug, thiserror::Error)]
+pub(super) enum KeepError {
+    #[error("{size} bytes are more than the whole cache may have, {limit}")]
+    TooLarge { size: u64, limit: u64 },
+    #[error("{}: {source}", path.display())]
+    Folder { path: PathBuf, source: io::Error },
+    #[error("the tables cannot be written down: {0}")]
+    Encode(#[from] postcard::Error),
+}
+
+/// The surface of a key, if there is a genuine entry for it.
+pub(super) fn read(folder: &Path, key: &Key) -> Option<Surface> {
+    let path = folder.join(key.file_name());
+    let surface = decode(key, &fs::read(&path).ok()?)?;
+    // The time of last use, by which entries go. Where it cannot be set the entry only goes earlier.
+    if let Ok(file) = File::options().append(true).open(&path) {
+        let _ = file.set_modified(SystemTime::now());
+    }
+    Some(surface)
+}
+
+/// Writes an entry, under another name first: readers find all of it or nothing, and the last of several writers, which all
+/// write the same, wins. Then makes room.
+pub(super) fn keep(folder: &Path, key: &Key, surface: &Surface, limit_bytes: u64) -> Result<(), KeepError> {
+    let bytes = encode(key, surface)?;
+    let size = bytes.len() as u64;
+    if size > limit_bytes {
+        return Err(KeepError::TooLarge { size, limit: limit_bytes });
+    }
+    let wrong = |source| KeepError::Folder { path: folder.to_owned(), source };
+    fs::create_dir_all(folder).map_err(wrong)?;
+    let mut file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder).map_err(wrong)?;
+    file.write_all(&bytes).map_err(wrong)?;
+    file.persist(folder.join(key.file_name())).map_err(|error| wrong(error.error))?;
+    make_room(folder, limit_bytes).map_err(wrong)
+}
+
+/// Removes the least recently used entries until the rest is within the limit, and what unfinished writes left behind.
+/// Files with other names are not touched.
+fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
+    let mut entries = Vec::new();
+    for file in fs::read_dir(folder)? {
+        // A file that another process removes meanwhile is no longer in the way.
+        let (Ok(file), now) = (file, SystemTime::now()) else { continue };
+        let Ok(facts) = file.metadata() else { continue };
+        let used = facts.modified().unwrap_or(SystemTime::UNIX_EPOCH);
+        let name = file.file_name().to_string_lossy().into_owned();
+        if name.starts_with(UNFINISHED) && now.duration_since(used).is_ok_and(|age| age > STALE) {
+            let _ = fs::remove_file(file.path());
+        } else if is_entry(&name) && facts.is_file() {
+            entries.push((used, facts.len(), file.path()));
+        }
+    }
+    entries.sort();
+    let mut total: u64 = entries.iter().map(|(_, size, _)| size).sum();
+    for (_, size, path) in entries {
+        if total <= limit_bytes {
+            break;
+        }
+        if fs::remove_file(path).is_ok() {
+            total -= size;
+        }
+    }
+    Ok(())
+}
+
+fn is_entry(name: &str) -> bool {
+    name.strip_suffix(EXTENSION)
+        .and_then(|stem| stem.strip_suffix('.'))
+        .is_some_and(|stem| stem.len() == 64 && stem.bytes().all(|b| b.is_ascii_hexdigit()))
+}

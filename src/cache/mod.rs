@@ -1,0 +1,141 @@
+//! Tables kept on disk, so that a surface which was built once is read the next time.
+//!
+//! An entry's name is the hash of all that its tables depend on: the heights, the options, and the code that builds
+//! tables. It is written whole under another name first, and only believed if its own hash agrees; whatever is wrong with
+//! the folder or an entry, the tables are built, so a cache can be slow but not wrong. The least recently used entries go
+//! when the folder grows beyond its limit.
+
+mod entry;
+mod folder;
+
+use crate::height_field::HeightField;
+use crate::reflectance::{Options, Surface};
+use crate::table::TableError;
+use entry::Key;
+use serde::Serialize;
+use std::fmt;
+use std::path::PathBuf;
+
+/// Set to `off`, nothing is read or written; `on` is the default.
+pub const SWITCH: &str = "SUNBEAM_CACHE";
+/// The folder, instead of the one that the platform keeps for caches.
+pub const FOLDER: &str = "SUNBEAM_CACHE_DIR";
+/// The largest size of the folder in MB.
+pub const LIMIT: &str = "SUNBEAM_CACHE_LIMIT_MB";
+/// The largest size of the folder in MB unless [`LIMIT`] is set.
+pub const DEFAULT_LIMIT_MB: u64 = 2000;
+
+/// Why the environment does not describe a cache.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the environment variable {variable} is {found:?}, but must be {accepted}")]
+pub struct CacheError {
+    pub variable: &'static str,
+    pub found: String,
+    pub accepted: &'static str,
+}
+
+/// Where tables are kept, or that none are.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Cache {
+    folder: Option<PathBuf>,
+    limit_bytes: u64,
+}
+
+/// Where a surface's tables came from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// They were built, and no cache was asked.
+    Built,
+    /// They were built and kept.
+    Kept,
+    /// They were built, and could not be kept for this reason.
+    NotKept(String),
+    /// They were read.
+    Read,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Built => f.write_str("built"),
+            Self::Kept => f.write_str("built, kept in the cache"),
+            Self::NotKept(reason) => write!(f, "built, not kept in the cache: {reason}"),
+            Self::Read => f.write_str("read from the cache"),
+        }
+    }
+}
+
+impl Serialize for Origin {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl Cache {
+    /// Nothing is kept.
+    pub fn off() -> Self {
+        Self { folder: None, limit_bytes: 0 }
+    }
+
+    /// Tables are kept in a folder, which is made when the first of them is; it may grow to `limit_bytes`.
+    pub fn new(folder: impl Into<PathBuf>, limit_bytes: u64) -> Self {
+        Self { folder: Some(folder.into()), limit_bytes }
+    }
+
+    /// The cache that the environment describes by [`SWITCH`], [`FOLDER`] and [`LIMIT`]; by default the folder `sunbeam` where
+    /// the platform has caches (`$XDG_CACHE_HOME` or `~/.cache` on Linux, `~/Library/Caches`, `%LOCALAPPDATA%`), or none where
+    /// there is no such place.
+    ///
+    /// # Errors
+    /// A variable whose value is not accepted.
+    pub fn from_env() -> Result<Self, CacheError> {
+        Self::from_variables(|name| std::env::var_os(name).map(|value| value.to_string_lossy().into_owned()))
+    }
+
+    fn from_variables(get: impl Fn(&str) -> Option<String>) -> Result<Self, CacheError> {
+        let given = |name| get(name).filter(|value| !value.is_empty());
+        let limit_mb = match given(LIMIT) {
+            None => DEFAULT_LIMIT_MB,
+            Some(found) => {
+                found.parse().map_err(|_| CacheError { variable: LIMIT, found, accepted: "a whole number of MB" })?
+            }
+        };
+        match given(SWITCH).as_deref() {
+            Some("off") => return Ok(Self::off()),
+            None | Some("on") => {}
+            Some(found) => {
+                let (variable, accepted) = (SWITCH, "on or off");
+                return Err(CacheError { variable, found: found.to_owned(), accepted });
+            }
+        }
+        let folder =
+            given(FOLDER).map(PathBuf::from).or_else(|| dirs::cache_dir().map(|caches| caches.join("sunbeam")));
+        Ok(Self { folder, limit_bytes: limit_mb.saturating_mul(1_000_000) })
+    }
+
+    /// The folder, `None` where nothing is kept.
+    pub fn folder(&self) -> Option<&PathBuf> {
+        self.folder.as_ref()
+    }
+
+    /// The surface of `field`: its tables read if they are kept, else built, and kept.
+    ///
+    /// # Errors
+    /// As [`Surface::new`]; nothing that is wrong with the cache is one.
+    pub fn surface(&self, field: &HeightField, options: &Options) -> Result<(Surface, Origin), TableError> {
+        let Some(folder) = &self.folder else { return Ok((Surface::new(field, options)?, Origin::Built)) };
+        let key = Key::new(field, options);
+        if let Some(surface) = folder::read(folder, &key) {
+            return Ok((surface, Origin::Read));
+        }
+        let surface = Surface::new(field, options)?;
+        let origin = match folder::keep(folder, &key, &surface, self.limit_bytes) {
+            Ok(()) => Origin::Kept,
+            Err(reason) => Origin::NotKept(reason.to_string()),
+        };
+        Ok((surface, origin))
+    }
+}
+
+#[cfg(test)]
+mod tests;

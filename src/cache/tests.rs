@@ -1,0 +1,200 @@
+//! Entries are read back as they were, and nothing that is wrong with one is believed.
+
+use super::*;
+use crate::height_field::Preset;
+use crate::table::Model;
+use std::fs;
+use std::path::Path;
+use tempfile::tempdir;
+
+const AMPLE: u64 = 1_000_000_000;
+
+fn field(period_um: f64) -> HeightField {
+    Preset::Blazed.build(Some(period_um), None).unwrap()
+}
+
+/// Tables that are built at once.
+fn quick() -> Options {
+    Options { model: Model::Patch, conserve_energy: false, coherence_length_um: 10.0, ..Options::default() }
+}
+
+fn bytes_of(surface: &Surface) -> Vec<u8> {
+    postcard::to_stdvec(surface).unwrap()
+}
+
+/// The files in a folder, by name.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn what_is_read_is_what_was_built() {
+    let folder = tempdir().unwrap();
+    let cache = Cache::new(folder.path().join("made/when/needed"), AMPLE);
+    // With everything that a surface may hold: energy scaling, cells of the sampler.
+    let skin = (Preset::Elaphe.build(None, None).unwrap(), Options { tolerance: 0.1, ..Options::default() });
+    for (field, options) in [(field(2.5), quick()), (field(2.0), Options::default()), skin] {
+        let (built, origin) = cache.surface(&field, &options).unwrap();
+        assert_eq!(origin, Origin::Kept);
+        let (read, origin) = cache.surface(&field, &options).unwrap();
+        assert_eq!(origin, Origin::Read);
+        assert_eq!(bytes_of(&built), bytes_of(&read));
+        let [wi, wo] = [[0.6, 0.0, 0.8], [-0.3, 0.1, 0.9_f64.sqrt()]];
+        assert_eq!(built.eval_pdf(wi, wo, 550.0), read.eval_pdf(wi, wo, 550.0));
+        let u = [0.4, 0.3, 0.2];
+        assert_eq!(built.sample(wi, &[550.0], u), read.sample(wi, &[550.0], u));
+    }
+    assert_eq!(files(cache.folder().unwrap()).len(), 3);
+}
+
+#[test]
+fn everything_that_tables_depend_on_makes_another_entry() {
+    let base = (field(2.5), quick());
+    let mut keys = vec![Key::new(&base.0, &base.1)];
+    let heights = base.0.heights_um();
+    let mut nudged = heights.clone();
+    nudged[[0, 7]] += 1e-15;
+    let (dx, dy) = (base.0.dx_um(), base.0.dy_um());
+    let fields = [
+        HeightField::new(nudged, dx, dy),
+        HeightField::new(heights.clone(), dx * 1.0001, dy),
+        HeightField::new(heights.clone(), dx, dy * 1.0001),
+        HeightField::new(heights.t().to_owned(), dx, dy),
+    ];
+    keys.extend(fields.map(|field| Key::new(&field.unwrap(), &base.1)));
+    let options = [
+        Options { coherence_length_um: 10.000_000_000_1, ..quick() },
+        Options { model: Model::Ensemble, ..quick() },
+        Options { tiling: crate::table::Tiling::Aperiodic, ..quick() },
+        Options { obliquity: crate::reflectance::Obliquity::Unit, ..quick() },
+        Options { conserve_energy: true, ..quick() },
+        Options { shadowing: true, ..quick() },
+        Options { tolerance: 2e-3, ..quick() },
+    ];
+    keys.extend(options.map(|options| Key::new(&base.0, &options)));
+    let names: std::collections::HashSet<_> = keys.iter().map(Key::file_name).collect();
+    assert_eq!(names.len(), keys.len());
+}
+
+#[test]
+fn a_corrupt_foreign_or_misnamed_entry_is_built_anew() {
+    let folder = tempdir().unwrap();
+    let cache = Cache::new(folder.path(), AMPLE);
+    let (field, options) = (field(2.5), quick());
+    let good = bytes_of(&cache.surface(&field, &options).unwrap().0);
+    let path = files(folder.path()).remove(0);
+    let whole = fs::read(&path).unwrap();
+    let other = Cache::new(folder.path().join("other"), AMPLE);
+    other.surface(&self::field(2.0), &options).unwrap();
+    let misnamed = fs::read(files(&folder.path().join("other")).remove(0)).unwrap();
+
+    let mut wrong: Vec<(String, Vec<u8>)> = vec![
+        ("empty".into(), Vec::new()),
+        ("foreign".into(), b"not a table at all".repeat(100)),
+        ("of another surface".into(), misnamed),
+        ("longer".into(), [whole.clone(), vec![0]].concat()),
+    ];
+    // A byte in the magic, the key, the hash, and all over the contents; and cut short at as many places.
+    for at in [0, 20, 60, 80, whole.len() / 3, whole.len() / 2, whole.len() - 1] {
+        let mut bytes = whole.clone();
+        bytes[at] ^= 0x40;
+        wrong.push((format!("byte {at}"), bytes));
+        wrong.push((format!("cut at {at}"), whole[..at].to_vec()));
+    }
+    for (what, bytes) in wrong {
+        fs::write(&path, bytes).unwrap();
+        let (surface, origin) = cache.surface(&field, &options).unwrap();
+        assert_eq!(origin, Origin::Kept, "{what}");
+        assert_eq!(surface.table().records().len(), Surface::new(&field, &options).unwrap().table().records().len());
+        assert_eq!(cache.surface(&field, &options).unwrap().1, Origin::Read, "{what} was not replaced");
+    }
+    // Contents that agree with their hash but are of another make.
+    let key = Key::new(&field, &options);
+    let mut forged = whole[..16 + 32].to_vec();
+    forged.extend_from_slice(blake3::hash(b"short").as_bytes());
+    forged.extend_from_slice(b"short");
+    assert!(entry::decode(&key, &forged).is_none());
+    assert_eq!(entry::decode(&key, &whole).map(|surface| bytes_of(&surface)), Some(good));
+}
+
+#[test]
+fn the_least_recently_used_go_first_and_other_files_stay() {
+    let folder = tempdir().unwrap();
+    let options = quick();
+    let ample = Cache::new(folder.path(), AMPLE);
+    fs::write(folder.path().join("notes.tables"), vec![0; 1 << 20]).unwrap();
+    let size = |cache: &Cache, period: f64| {
+        let key = Key::new(&field(period), &options);
+        fs::metadata(cache.folder().unwrap().join(key.file_name())).map(|facts| facts.len()).ok()
+    };
+    for period in [2.0, 2.1, 2.2] {
+        ample.surface(&field(period), &options).unwrap();
+    }
+    let age = |period: f64, seconds: u64| {
+        let path = folder.path().join(Key::new(&field(period), &options).file_name());
+        let then = std::time::SystemTime::now() - std::time::Duration::from_secs(seconds);
+        fs::File::options().append(true).open(path).unwrap().set_modified(then).unwrap();
+    };
+    age(2.0, 300);
+    age(2.1, 200);
+    age(2.2, 100);
+    // Using the oldest makes it the youngest.
+    assert_eq!(ample.surface(&field(2.0), &options).unwrap().1, Origin::Read);
+    let room_for_two = size(&ample, 2.0).unwrap() * 5 / 2;
+    let small = Cache::new(folder.path(), room_for_two);
+    assert_eq!(small.surface(&field(2.3), &options).unwrap().1, Origin::Kept);
+    assert!(size(&small, 2.1).is_none() && size(&small, 2.2).is_none());
+    assert!(size(&small, 2.0).is_some() && size(&small, 2.3).is_some());
+    assert!(folder.path().join("notes.tables").exists());
+    let (_, origin) = Cache::new(folder.path(), 100).surface(&field(2.4), &options).unwrap();
+    assert!(matches!(&origin, Origin::NotKept(reason) if reason.contains("100")), "{origin:?}");
+}
+
+#[test]
+fn a_folder_that_cannot_be_is_no_error() {
+    let folder = tempdir().unwrap();
+    let file = folder.path().join("file");
+    fs::write(&file, "").unwrap();
+    let (_, origin) = Cache::new(file.join("below"), AMPLE).surface(&field(2.5), &quick()).unwrap();
+    assert!(matches!(&origin, Origin::NotKept(reason) if reason.contains("below")), "{origin:?}");
+    let (_, origin) = Cache::off().surface(&field(2.5), &quick()).unwrap();
+    assert_eq!(origin, Origin::Built);
+}
+
+#[test]
+fn many_may_write_the_same_at_once() {
+    let folder = tempdir().unwrap();
+    let cache = Cache::new(folder.path(), AMPLE);
+    let (field, options) = (field(2.5), quick());
+    let expected = Surface::new(&field, &options).unwrap();
+    std::thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                for _ in 0..5 {
+                    let (surface, origin) = cache.surface(&field, &options).unwrap();
+                    assert_eq!(surface.table().records(), expected.table().records());
+                    assert!(matches!(origin, Origin::Read | Origin::Kept), "{origin:?}");
+                }
+            });
+        }
+    });
+    assert_eq!(files(folder.path()).len(), 1, "nothing unfinished is left");
+}
+
+#[test]
+fn the_environment_is_read_or_refused() {
+    let cache = |variables: &[(&str, &str)]| {
+        Cache::from_variables(|name| {
+            variables.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned())
+        })
+    };
+    assert_eq!(cache(&[(SWITCH, "off"), (FOLDER, "/a")]).unwrap(), Cache::off());
+    assert_eq!(cache(&[(FOLDER, "/a")]).unwrap(), Cache::new("/a", DEFAULT_LIMIT_MB * 1_000_000));
+    assert_eq!(cache(&[(FOLDER, "/a"), (LIMIT, "5"), (SWITCH, "on")]).unwrap(), Cache::new("/a", 5_000_000));
+    for (variable, value) in [(SWITCH, "maybe"), (LIMIT, "much"), (LIMIT, "-1")] {
+        let message = cache(&[(variable, value)]).unwrap_err().to_string();
+        assert!(message.contains(variable) && message.contains(value), "{message}");
+    }
+}

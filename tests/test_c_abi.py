@@ -1,0 +1,87 @@
+"""The C ABI from C and C++: the programs in tests/c_abi/, plainly, under AddressSanitizer and under Valgrind."""
+
+import os
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+LIBRARY = REPOSITORY / "target" / "c_abi"
+SOURCES = REPOSITORY / "tests" / "c_abi"
+PROGRAMS = ["example.c", "example.cpp", "threads.c"]
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
+# What a Rust static library needs of the system, as `rustc --print native-static-libs` says.
+SYSTEM = ["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl", "-lc"]
+
+
+def compiler(source):
+    language = {".c": (os.environ.get("CC", "cc"), "-std=c11"), ".cpp": (os.environ.get("CXX", "c++"), "-std=c++17")}
+    return language[Path(source).suffix]
+
+
+def build(source, folder, *flags, static=False):
+    """Compiles a program against the header and links it with the library."""
+    name, standard = compiler(source)
+    program = folder / source.replace(".", "-")
+    library = (
+        [str(LIBRARY / "lib" / "libsunbeam.a"), *SYSTEM]
+        if static
+        else ["-L", str(LIBRARY / "lib"), "-lsunbeam", f"-Wl,-rpath,{LIBRARY / 'lib'}", "-lpthread", "-lm"]
+    )
+    words = [name, standard, "-O1", "-g", *WARNINGS, *flags, "-I", str(LIBRARY / "include"), str(SOURCES / source)]
+    done = subprocess.run([*words, "-o", str(program), *library], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return program
+
+
+def run(*words):
+    """Runs a program without the cache of tables, so that they are built under its eyes."""
+    environment = {**os.environ, "SUNBEAM_CACHE": "off"}
+    done = subprocess.run([str(w) for w in words], capture_output=True, text=True, env=environment, timeout=600)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module", autouse=True)
+def library():
+    if not (LIBRARY / "lib" / "libsunbeam.so").exists():
+        pytest.exit("the library is not built: run `make library` first", returncode=2)
+
+
+@pytest.mark.parametrize("source", PROGRAMS)
+@pytest.mark.parametrize("static", [False, True], ids=["shared", "static"])
+def test_program_runs(source, static, tmp_path):
+    run(build(source, tmp_path, static=static))
+
+
+@pytest.mark.parametrize("source", PROGRAMS)
+def test_program_runs_under_address_sanitizer(source, tmp_path):
+    """Every access of the program and every block that the library takes and gives back; undefined behaviour, too."""
+    flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
+    run(build(source, tmp_path, *flags))
+
+
+@pytest.mark.skipif(not shutil.which("valgrind"), reason="valgrind is missing")
+@pytest.mark.parametrize("source", PROGRAMS)
+def test_program_runs_under_valgrind(source, tmp_path):
+    """The library's own accesses as well. The threads that build tables live until the program ends, so what they hold
+    is no leak; what nothing points to any more is."""
+    program = build(source, tmp_path)
+    run("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=definite", program)
+
+
+def test_library_exports_the_abi_alone():
+    """Symbols of dependencies must not meet those of the programs that load it."""
+    listing = subprocess.run(
+        ["nm", "--dynamic", "--defined-only", "--format=posix", str(LIBRARY / "lib" / "libsunbeam.so")],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    names = {line.split()[0] for line in listing.splitlines()}
+    declared = {word.split("(")[0].strip("*") for word in (LIBRARY / "include" / "sunbeam.h").read_text().split()}
+    functions = {name for name in declared if name.startswith("sunbeam_") and name in names}
+    assert names == functions
+    assert len(functions) == 10
