@@ -77,6 +77,11 @@ fn wrong_arguments_end_with_status_2_and_one_line_that_names_them() {
         (&["brdf-map", "--preset", "flat", "-o", "no/such/a.exr", "--size", "1"], &["no/such/a.exr"]),
         (&["brdf-map", "--preset", "flat", "-o", "a.exr", "--lambda-step", "0"], &["lambda-step"]),
         (&["height-field", "--preset", "flat", "-o", "a.jpg"], &["a.jpg", ".gsf"]),
+        (&["height-field", "--preset", "flat", "--crop", "1,2"], &["--crop", "X,Y,WIDTH,HEIGHT"]),
+        (&["height-field", "--preset", "cd", "--crop", "-1,0,1,1"], &["(-1, 0) µm", "does not lie within"]),
+        (&["height-field", "--preset", "cd", "--make-tileable=1e3"], &["blend of 1000 µm", "a third"]),
+        (&["eval", "--preset", "cd", "--fill", "laplace"], &["\"fill\"", "\"filename\""]),
+        (&["eval", "--channel", "Height"], &["\"channel\"", "\"filename\""]),
         (&["snake", "-o", "a.ply", "--resolution", "0"], &["resolution"]),
         (&["snake", "-o", "no/such/a.ply"], &["no/such/a.ply"]),
     ];
@@ -266,6 +271,10 @@ fn a_height_field_shows_its_preview_and_its_tables() {
     let tables = &report["tables"];
     assert!(tables["bytes"].as_u64().unwrap() > 0 && tables["build_seconds"].as_f64().unwrap() > 0.0);
     assert!(tables["table"]["relative_error"].as_f64().unwrap() <= 1e-3, "{tables}");
+    // The estimate knows nothing of refinement, which closes knots to 0.4 of their spacing at most.
+    let built = tables["table"]["bytes"].as_f64().unwrap();
+    let estimate = report["table_bytes_estimate"].as_f64().unwrap();
+    assert!((0.4 * built..=built).contains(&estimate), "{estimate} for {built}");
     assert!(tables["energy"]["albedo_mean_scaled"].as_f64().unwrap() <= 1.001, "{tables}");
     let mut reader =
         png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();

@@ -41,6 +41,9 @@ REFUSED = [
     ({"filename": True}, "filename", "string"),
     ({"pixel_size": 0.1}, "pixel_size", "filename"),
     ({"max_height": 0.1}, "max_height", "filename"),
+    ({"channel": "Height"}, "channel", "filename"),
+    ({"fill": "laplace"}, "fill", "filename"),
+    ({"fill": "zero"}, "fill", "laplace"),
     ({"level": "flat"}, "level", "plane"),
     ({"tiling": "mirror"}, "tiling", "aperiodic"),
     ({"coherence_length": 0.0}, "coherence_length", "[1e-3, 1e5]"),
@@ -114,6 +117,16 @@ def test_file_beside_preset_is_refused(scalar_rgb, make_bsdf, height_file):
 def test_file_is_found_by_the_resolver(scalar_rgb, make_bsdf, height_file):
     mi.file_resolver().append(str(height_file.parent))
     assert str(height_file) in str(make_bsdf(filename=height_file.name, conserve_energy=False))
+
+
+def test_missing_points_are_filled_where_asked_to(scalar_rgb, make_bsdf, tmp_path):
+    path = tmp_path / "holed.gsf"
+    path.write_bytes(gsf(with_nan()))
+    with pytest.raises(RuntimeError, match="`fill`"):
+        make_bsdf(filename=str(path), conserve_energy=False)
+    make_bsdf(filename=str(path), fill="laplace", conserve_energy=False)
+    with pytest.raises(RuntimeError, match="single channel"):
+        make_bsdf(filename=str(path), fill="mean", channel="1", conserve_energy=False)
 
 
 def test_a_folder_is_not_a_file(scalar_rgb, make_bsdf, tmp_path):

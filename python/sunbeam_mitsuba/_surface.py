@@ -96,10 +96,10 @@ class Surface:
     """A diffracting surface with its tables.
 
     The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or ``filename``
-    with ``pixel_size`` and ``max_height``; ``level``, ``tiling``, ``coherence_length``, ``model``, ``obliquity``,
-    ``conserve_energy``, ``shadowing``, ``tolerance``; and ``eta`` and ``k`` as numbers. ``heights_um``, an array
-    ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with ``pixel_um`` its pixel's edge
-    or a pair along x and y.
+    with ``pixel_size``, ``max_height``, ``channel`` and ``fill``; ``level``, ``tiling``, ``coherence_length``,
+    ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``; and ``eta`` and ``k`` as numbers.
+    ``heights_um``, an array ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with
+    ``pixel_um`` its pixel's edge or a pair along x and y.
 
     Directions are in the surface's frame: z is its normal, x the direction of the relief's rows, and both point away
     from it. They must have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
