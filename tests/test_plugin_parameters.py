@@ -155,7 +155,7 @@ def test_xml_is_read(scalar_rgb):
 def test_traverse_shows_what_is_continuous(variant, make_bsdf):
     params = mi.traverse(make_bsdf(**QUICK, diffuse_reflectance=0.2))
     names = {key.split(".")[0] for key in params.keys()}  # noqa: SIM118
-    assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation"}
+    assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation", "coherence_length"}
     params["specular_reflectance.value"] = 0.5
     params.update()
 
