@@ -29,7 +29,7 @@ class PluginBuildHook(BuildHookInterface):
             raise SystemExit("sunbeam-mitsuba needs Rust to be built: see https://rustup.rs") from None
         except subprocess.CalledProcessError as error:
             raise SystemExit(f"`{' '.join(command)}` failed with status {error.returncode}") from None
-        plugin = root / "target" / "release" / "libsunbeam.so"
+        plugin = root / environment["CARGO_TARGET_DIR"] / "release" / "libsunbeam.so"
         build_data["force_include"][str(plugin)] = "sunbeam_mitsuba/plugins/diffraction.so"
         # Any Python that Mitsuba runs in, but this platform alone.
         build_data["pure_python"] = False
