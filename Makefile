@@ -11,7 +11,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds of one package at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python lint format demo crosscheck bench figures docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-python lint format demo crosscheck bench figures docs api-docs clean help
 
 all: plugin
 
@@ -24,7 +24,8 @@ help:
 	@echo "make demo     render the snake and compare the renderers, results in out/"
 	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
 	@echo "make figures  make every page of figures in docs/ anew; or one: make figures PAGES=brdf-maps"
-	@echo "make bench | docs | clean"
+	@echo "make docs     build the documentation, target/docs/index.html; make api-docs that of the Rust API"
+	@echo "make bench | clean"
 
 setup: $(READY)
 
@@ -103,7 +104,13 @@ figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m mitsuba_scenes.evaluation $(PAGES)
 
-docs:
+# The site of docs/. Warnings are errors: what they tell of is a page that nobody finds, or a link that leads nowhere.
+docs: $(READY)
+	$(PY) -m sphinx -W --keep-going -q -b html docs target/docs
+	@echo "site: $(CURDIR)/target/docs/index.html"
+
+# The Rust API, target/doc/sunbeam/index.html.
+api-docs:
 	$(CARGO) doc --no-deps
 
 clean:

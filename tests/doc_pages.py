@@ -1,0 +1,73 @@
+"""What the Markdown pages hold: fenced blocks, headings and links."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
+
+FENCE = re.compile(r"^(?P<indent>\s*)(?P<marks>`{3,})(?P<language>[^`]*)$")
+COMMENT = re.compile(r"^\s*<!-- (?P<kind>not run|first): (?P<text>.*) -->\s*$")
+
+
+@dataclass
+class Block:
+    """A fenced block, and what the comments right before it say."""
+
+    page: Path
+    line: int
+    language: str
+    text: str = ""
+    #: Why a test cannot run it; empty where it does.
+    not_run: str = ""
+    #: Shell commands that a reader has no need to see.
+    first: list = field(default_factory=list)
+
+    def __str__(self):
+        return f"{self.page.relative_to(REPOSITORY)}:{self.line}"
+
+
+def split(page):
+    """The page's blocks, and its other lines with their numbers."""
+    blocks, prose, notes, fence = [], [], [], None
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+        if fence:
+            if line.strip() == fence["marks"]:
+                fence = None
+            else:
+                blocks[-1].text += line.removeprefix(fence["indent"]) + "\n"
+        elif found := FENCE.match(line):
+            fence = found
+            block = Block(page, number, found["language"].strip())
+            for note in notes:
+                if note["kind"] == "first":
+                    block.first.append(note["text"])
+                else:
+                    block.not_run = note["text"]
+            blocks.append(block)
+            notes = []
+        elif comment := COMMENT.match(line):
+            notes.append(comment)
+        else:
+            assert not notes, f"{page}:{number}: a comment for a block, but no block follows"
+            prose.append((number, line))
+    assert not fence, f"{page}: a block does not end"
+    return blocks, prose
+
+
+def anchors(page):
+    """What can follow # in a link to the page: headings as code hosts name them."""
+    found = set()
+    for _, line in split(page)[1]:
+        if heading := re.match(r"#{1,4} (.*)", line):
+            words = re.sub(r"\[([^]]*)\]\([^)]*\)|[`*]", lambda m: m[1] or "", heading[1]).strip().lower()
+            found.add(re.sub(r"[^\w\- ]", "", words).replace(" ", "-"))
+    return found
+
+
+def links(page):
+    """Targets of the page's links and pictures with the lines that they are on."""
+    for number, line in split(page)[1]:
+        for target in re.findall(r"\]\(([^()\s]+)\)", re.sub(r"`[^`]*`", "", line)):
+            yield number, target

@@ -1,0 +1,147 @@
+"""Runs the blocks of one page, in order and in the folder that it is started in: `python run_page.py STEPS.json`.
+
+Blocks of Python share a namespace, as cells of a notebook do. `target` in the folder leads to that of the checkout.
+"""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+# Figures on a page are those of some machine: another rounds differently.
+RTOL = 1e-3
+# What differs from run to run.
+VARIES = re.compile(r"seconds|origin|adapter|version")
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
+
+C_FLAGS = ["-Wall", "-Wextra", "-Werror", "-I", "target/c_abi/include"]
+C_LINK = ["-L", "target/c_abi/lib", "-lsunbeam", "-Wl,-rpath,target/c_abi/lib", "-lpthread", "-lm"]
+COMPILERS = {"c": ["cc", "-std=c11"], "cpp": ["c++", "-std=c++17"]}
+
+namespace = {"__name__": "__main__"}
+
+
+def shell(text, *options, check=True):
+    done = subprocess.run(["bash", *options, "-c", text], capture_output=True, text=True)
+    print(done.stdout + done.stderr, flush=True)
+    if check and done.returncode:
+        raise AssertionError(f"exit status {done.returncode}")
+    return done.stdout + done.stderr
+
+
+def commands(text):
+    """Pairs of a command and what the page shows of its output. A command goes on after a backslash or a pipe."""
+    pairs, goes_on = [], False
+    for line in text.splitlines():
+        if goes_on:
+            pairs[-1][0] += "\n" + line
+        elif line.startswith("$ "):
+            pairs.append([line[2:], []])
+        else:
+            pairs[-1][1].append(line)
+            continue
+        goes_on = line.endswith(("\\", "|"))
+    return pairs
+
+
+def compare(shown, found):
+    """Fails where what a command prints is not what the page shows, up to rounding. A line of … stands for the rest."""
+    found = found.splitlines()
+    for number, line in enumerate(shown):
+        if line == "…":
+            return
+        assert number < len(found), f"the page shows more than there is: {line}"
+        if VARIES.search(line):
+            continue
+        same_words = NUMBER.sub("#", line) == NUMBER.sub("#", found[number])
+        pairs = zip(map(float, NUMBER.findall(line)), map(float, NUMBER.findall(found[number])))
+        if not same_words or any(abs(a - b) > RTOL * max(abs(a), abs(b), 1e-3) for a, b in pairs):
+            raise AssertionError(f"the page shows\n  {line}\nbut it is\n  {found[number]}")
+    assert len(found) == len(shown), f"the page does not show {found[len(shown)]}"
+
+
+def run_console(text, _line):
+    for command, shown in commands(text):
+        refused = bool(shown) and shown[-1].startswith("sunbeam: ")
+        found = shell(command, "-eu", check=not refused)
+        if shown:
+            compare(shown, found)
+
+
+def run_c(language, text, line):
+    named = re.match(r"(?:/\*|//) (\S+\.(?:c|cpp))\b", text)
+    source = Path(named[1] if named else f"block-{line}.{language}")
+    source.write_text(text)
+    compiler = [*COMPILERS[language], *C_FLAGS, str(source)]
+    if re.search(r"\bmain\s*\(", text):
+        program = f"./{source.stem}-{language}"
+        shell_words([*compiler, "-o", program, *C_LINK])
+        shell_words([program])
+    else:
+        shell_words([*compiler, "-fsyntax-only"])
+
+
+def shell_words(words):
+    done = subprocess.run(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    print(done.stdout, flush=True)
+    assert done.returncode == 0, f"{words[0]}: exit status {done.returncode}"
+
+
+def run_xml(text, _line):
+    """Loads a scene, or what belongs to a shape in one."""
+    import mitsuba as mi
+
+    if mi.variant() is None:
+        mi.set_variant("scalar_spectral")
+    if "target/mitsuba" not in [str(folder) for folder in mi.file_resolver()]:
+        mi.file_resolver().append("target/mitsuba")
+    if "<scene" not in text:
+        text = f'<scene version="3.0.0"><shape type="rectangle">{text}</shape></scene>'
+    mi.load_string(text)
+
+
+def run_json(text, _line):
+    """One document, or one a line."""
+    try:
+        json.loads(text)
+    except json.JSONDecodeError:
+        for line in text.splitlines():
+            json.loads(line)
+
+
+def run_toml(text, _line):
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+    tomllib.loads(text)
+
+
+def run_python(text, line):
+    # Line numbers in tracebacks are those of the page.
+    exec(compile("\n" * line + text, PAGE, "exec"), namespace)
+
+
+KINDS = {
+    "python": run_python,
+    "sh": lambda text, _line: shell(text, "-euo", "pipefail"),
+    "console": run_console,
+    "c": lambda text, line: run_c("c", text, line),
+    "cpp": lambda text, line: run_c("cpp", text, line),
+    "xml": run_xml,
+    "json": run_json,
+    "toml": run_toml,
+}
+
+if __name__ == "__main__":
+    page = json.loads(Path(sys.argv[1]).read_text())
+    PAGE = page["page"]
+    for kind, line, text in page["steps"]:
+        try:
+            KINDS[kind](text, line)
+        except BaseException as error:
+            print(f"\n{PAGE}:{line}: {kind}:\n{text}", flush=True)
+            if not isinstance(error, AssertionError):
+                raise
+            sys.exit(str(error))

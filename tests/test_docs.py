@@ -1,0 +1,247 @@
+"""The documentation: its snippets run, its links lead somewhere, its site builds, and its tables are complete."""
+
+import json
+import os
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from functools import lru_cache
+from pathlib import Path
+from xml.etree import ElementTree
+
+import doc_pages
+import pytest
+import run_page
+from doc_pages import PAGES, REPOSITORY
+
+TOOL = REPOSITORY / "target" / "release"
+# Blocks that are shown and not run: output, and directives of the site.
+SHOWN = {"text", "{toctree}"}
+# Subcommands and options that draw on a GPU, or on its software adapter.
+NEEDS_ADAPTER = re.compile(r"sunbeam (render|view)\b|--backend gpu")
+EXAMPLES = sorted((REPOSITORY / "examples").glob("*.py"))
+
+
+def environment():
+    """That of a user in a checkout after `make plugin`, `make tool` and `make library`."""
+    return {
+        **{name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")},
+        "PATH": os.pathsep.join([str(TOOL), str(Path(sys.executable).parent), os.environ["PATH"]]),
+        "PYTHONPATH": os.pathsep.join([str(REPOSITORY / "python"), str(REPOSITORY)]),
+        "MPLBACKEND": "Agg",
+    }
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder in which paths below `target` are right, as in a checkout."""
+    for name, built in [("sunbeam", "tool"), ("c_abi", "library")]:
+        if not (TOOL / name).exists() and not (TOOL.parent / name).exists():
+            pytest.exit(f"target/{name} is not built: run `make {built}` first", returncode=2)
+    (tmp_path / "target").symlink_to(REPOSITORY / "target")
+    return tmp_path
+
+
+@lru_cache
+def has_adapter():
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["render", "--method", "stam", "--preset", "blazed", "--size", "8x8", "-o", f"{folder}/a.exr"]
+        done = subprocess.run([TOOL / "sunbeam", *words], capture_output=True, text=True)
+    if "GPU adapter" in done.stderr:
+        print(f"not run, options checked alone: {done.stderr}")
+        return False
+    return True
+
+
+def run(words, folder):
+    done = subprocess.run(
+        words, cwd=folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=900
+    )
+    assert done.returncode == 0, done.stdout[-8000:]
+    return done.stdout
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_blocks_run(page, folder):
+    steps = []
+    for block in doc_pages.split(page)[0]:
+        language = block.language
+        assert language in SHOWN or language in run_page.KINDS, f"{block}: a block of the unknown language {language!r}"
+        steps += [("sh", block.line, text) for text in block.first]
+        if block.not_run or (NEEDS_ADAPTER.search(block.text) and not has_adapter()):
+            assert language not in SHOWN, f"{block}: nobody would run it"
+            check_what_is_not_run(block)
+        elif language not in SHOWN:
+            steps.append((language, block.line, block.text))
+    if steps:
+        task = folder / ".steps.json"
+        task.write_text(json.dumps({"page": str(page.relative_to(REPOSITORY)), "steps": steps}))
+        run([sys.executable, REPOSITORY / "tests" / "run_page.py", task], folder)
+
+
+def check_what_is_not_run(block):
+    """That a block which no test can run is not stale as far as can be told: targets and options exist, code parses."""
+    if block.language == "python":
+        compile(block.text, str(block), "exec")
+    elif block.language == "xml":
+        ElementTree.fromstring(block.text)
+    elif block.language in ("sh", "console"):
+        lines = block.text.splitlines()
+        if block.language == "console":
+            lines = [line for command, _ in run_page.commands(block.text) for line in command.splitlines()]
+        for line in lines:
+            for words in simple_commands(line):
+                check_command(words, block)
+
+
+def simple_commands(line):
+    """The words of each command in a line of shell."""
+    lexer = shlex.shlex(line, posix=True, punctuation_chars="|&;")
+    lexer.whitespace_split = True
+    words = []
+    for word in [*lexer, ";"]:
+        if set(word) <= set("|&;"):
+            # Variables that are set for the command alone are not words of it.
+            while words and re.match(r"[A-Z_]+=", words[0]):
+                words.pop(0)
+            if words:
+                yield words
+            words = []
+        else:
+            words.append(word)
+
+
+@lru_cache
+def help_of(command):
+    return subprocess.run(
+        [TOOL / "sunbeam", command, "--help"], capture_output=True, text=True, check=True, env=environment()
+    ).stdout
+
+
+def check_command(words, block):
+    name, *arguments = words
+    if name == "make":
+        done = subprocess.run(
+            ["make", "-n", *arguments], cwd=REPOSITORY, capture_output=True, text=True, env=environment()
+        )
+        assert done.returncode == 0, f"{block}: {done.stderr}"
+    elif Path(name).name == "sunbeam":
+        for option in re.findall(r"(?:^| )(--?[a-zA-Z][a-z-]*)", " ".join(arguments[1:])):
+            assert re.search(rf"(^|[ ,]){option}\b(?!-)", help_of(arguments[0]), re.M), (
+                f"{block}: sunbeam {arguments[0]} has no {option}"
+            )
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page):
+    broken = []
+    for number, target in doc_pages.links(page):
+        if re.match(r"[a-z]+:", target):
+            continue
+        path, _, anchor = target.partition("#")
+        file = (page.parent / path) if path else page
+        if not file.exists():
+            broken.append(f"{page.name}:{number}: there is no {path}")
+        elif anchor and file.suffix == ".md" and anchor not in doc_pages.anchors(file):
+            broken.append(f"{page.name}:{number}: {file.name} has no heading for #{anchor}")
+    assert not broken, "\n".join(broken)
+
+
+def test_site_builds(tmp_path):
+    """Without a warning, and with every page in the contents."""
+    words = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "doctrees"]
+    run([*words, REPOSITORY / "docs", tmp_path / "site"], tmp_path)
+    contents = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
+    for page in PAGES[1:]:
+        assert (tmp_path / "site" / f"{page.stem}.html").exists()
+        assert f'href="{page.stem}.html"' in contents or page.stem == "index", f"{page.stem} is not in the contents"
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.stem)
+def test_example_runs(example, folder):
+    run([sys.executable, example], folder)
+
+
+def test_the_notebook_page_shows_the_example():
+    """Cell by cell, so that neither changes alone."""
+    example = (REPOSITORY / "examples" / "brdf_map_and_render.py").read_text(encoding="utf-8")
+    cells = [
+        re.sub(r"\A[^\n]*\n(?:#[^\n]*\n)*", "", cell).strip() for cell in re.split(r"^# %%", example, flags=re.M)[1:]
+    ]
+    shown = [block.text.strip() for block in doc_pages.split(REPOSITORY / "docs" / "python.md")[0]]
+    for cell in filter(None, cells):
+        assert cell in shown, cell
+
+
+def test_parameters_are_documented():
+    """Those of the plugin, each once and in its own order, and no others."""
+    source = (REPOSITORY / "cpp_shim" / "parameters.cpp").read_text(encoding="utf-8")
+    literals = re.search(r"ALL_NAMES =\s*((?:\"[^\"]*\"\s*)+);", source)[1]
+    names = "".join(re.findall(r'"([^"]*)"', literals)).split(", ")
+    page = (REPOSITORY / "docs" / "plugin.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ((?:`[a-z_]+`(?:, )?)+) \|", page, re.M)
+    documented = [name for row in rows for name in re.findall(r"`([a-z_]+)`", row)]
+    assert sorted(documented) == sorted(names)
+    manual = (REPOSITORY / "cpp_shim" / "diffraction.cpp").read_text(encoding="utf-8").split("Model\n")[0]
+    for name in names:
+        assert re.search(rf"^ \* (?:\w+, )*{name}\b", manual, re.M), f"the plugin's own manual lacks {name}"
+
+
+def test_exposed_parameters_are_marked(scalar_rgb, make_bsdf):
+    """As `mi.traverse` shows them."""
+    import mitsuba as mi
+
+    everything = make_bsdf(preset="flat", eta=1.5, k=0.1, diffuse_reflectance=0.5, conserve_energy=False, tolerance=0.1)
+    exposed = {key.split(".")[0] for key in mi.traverse(everything).keys()}  # noqa: SIM118
+    page = (REPOSITORY / "docs" / "plugin.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ((?:`[a-z_]+`(?:, )?)+) \|.*\\?\|exposed\\?\|", page, re.M)
+    assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == exposed
+
+
+@pytest.mark.parametrize(
+    ("shown", "found"),
+    [
+        ('  "mean_nm": 2500.1,', '  "mean_nm": 2510.1,'),
+        ('  "mean_nm": 2500.1,', '  "median_nm": 2500.1,'),
+        ("a\nb", "a"),
+        ("a", "a\nb"),
+    ],
+)
+def test_stale_output_is_noticed(shown, found):
+    with pytest.raises(AssertionError):
+        run_page.compare(shown.splitlines(), found)
+
+
+def test_rounding_times_and_what_is_left_out_are_no_stale_output():
+    run_page.compare(["0.30000000000000004", '"seconds": 2.5,', "…"], '0.3\n"seconds": 7.1,\nmore\nand more')
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "make no-such-target",
+        "cd x && sunbeam eval --no-such-option 3",
+        "SUNBEAM_CACHE=off sunbeam eval --preset flat | sunbeam sample --size 3",
+        "sunbeam no-such-command --preset flat",
+    ],
+)
+def test_stale_commands_are_noticed(line):
+    block = doc_pages.Block(REPOSITORY / "README.md", 1, "sh", line)
+    with pytest.raises((AssertionError, subprocess.CalledProcessError)):
+        check_what_is_not_run(block)
+
+
+def test_stale_snippets_and_links_are_noticed(folder):
+    page = folder / "page.md"
+    page.write_text(
+        "# A heading\n\n```python\nassert 1 == 2\n```\n\n[a](#a-heading) [b](#another) [c](no-such-file.md)\n"
+    )
+    assert doc_pages.anchors(page) == {"a-heading"}
+    assert [target for _, target in doc_pages.links(page)] == ["#a-heading", "#another", "no-such-file.md"]
+    task = folder / ".steps.json"
+    steps = [(block.language, block.line, block.text) for block in doc_pages.split(page)[0]]
+    task.write_text(json.dumps({"page": "page.md", "steps": steps}))
+    with pytest.raises(AssertionError, match=r"page\.md.*assert 1 == 2"):
+        run([sys.executable, REPOSITORY / "tests" / "run_page.py", task], folder)
