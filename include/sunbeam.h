@@ -135,7 +135,7 @@ sunbeam_status sunbeam_surface_pdf(const sunbeam_surface *surface,
                                    sunbeam_floats wavelength_nm,
                                    sunbeam_floats_out pdf);
 
-// `sunbeam_surface_eval` and `sunbeam_surface_pdf` in one, for little more than the cost of either.
+// `sunbeam_surface_eval` and `sunbeam_surface_pdf` in one, for the cost of the latter.
 //
 // # Safety
 // As `sunbeam_surface_eval`.

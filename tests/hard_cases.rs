@@ -213,3 +213,25 @@ fn directions_that_are_not_above_the_surface_get_zero() {
     assert!(surface.sample(up, &[], [0.5; 3]).is_none());
     assert!(surface.sample([0.0, 0.0, -1.0], &[500.0], [0.5; 3]).is_none());
 }
+
+#[test]
+fn the_value_alone_is_that_beside_the_density() {
+    for preset in [Preset::Blazed, Preset::Elaphe] {
+        for model in [Model::Ensemble, Model::Patch] {
+            let options = Options { model, tolerance: 1e-2, shadowing: true, ..Options::default() };
+            let surface = Surface::new(&common::preset(preset), &options).unwrap();
+            let mut random = Random::new(11);
+            let mut lit = 0;
+            for _ in 0..500 {
+                let (wi, nm, anywhere) = (random.direction(), random.wavelength_nm(), random.direction());
+                let wo = surface.sample(wi, &[nm], random.three()).map_or(anywhere, |sample| sample.wo);
+                let answer = surface.eval_pdf(wi, wo, nm);
+                assert_eq!(surface.f(wi, wo, nm), answer.f);
+                lit += usize::from(answer.f > 0.0);
+            }
+            assert!(lit > 250, "{lit}");
+            assert_eq!(surface.f([0.0, 0.0, 1.0], [0.0, 0.0, -1.0], 550.0), 0.0);
+            assert_eq!(surface.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 300.0), 0.0);
+        }
+    }
+}

@@ -158,7 +158,7 @@ class Surface:
         return self._evaluate("pdf", wi, wo, wavelength_nm)[0]
 
     def eval_pdf(self, wi: Any, wo: Any, wavelength_nm: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Both of these in one, for little more than the time of either."""
+        """Both of these in one, for the time of the latter."""
         f, pdf = self._evaluate("eval_pdf", wi, wo, wavelength_nm)
         return f, pdf
 

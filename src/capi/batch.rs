@@ -82,17 +82,22 @@ impl SurfaceHandle {
                 // Below the surface nothing is reflected, which is an answer.
                 let Some(pair) = self.surface.pair(wi, wo) else { return Ok(false) };
                 let fresnel = pair.pair().fresnel(self.index);
+                let value = |k, f: f64| {
+                    if let Some(values) = values {
+                        values.set(i, k, (fresnel * f) as f32);
+                    }
+                };
+                let Some(pdf) = pdf else {
+                    carried.iter().enumerate().for_each(|(k, &nm)| value(k, pair.f(nm)));
+                    return Ok(true);
+                };
                 let mut density = 0.0;
                 for (k, &nm) in carried.iter().enumerate() {
                     let answer = pair.at(nm);
                     density += share * answer.pdf;
-                    if let Some(values) = values {
-                        values.set(i, k, (fresnel * answer.f) as f32);
-                    }
+                    value(k, answer.f);
                 }
-                if let Some(pdf) = pdf {
-                    pdf.set(i, 0, density as f32);
-                }
+                pdf.set(i, 0, density as f32);
                 Ok(true)
             })();
             if outcome != Ok(true) {
@@ -163,7 +168,7 @@ pub unsafe extern "C" fn sunbeam_surface_pdf(
     })
 }
 
-/// `sunbeam_surface_eval` and `sunbeam_surface_pdf` in one, for little more than the cost of either.
+/// `sunbeam_surface_eval` and `sunbeam_surface_pdf` in one, for the cost of the latter.
 ///
 /// # Safety
 /// As `sunbeam_surface_eval`.

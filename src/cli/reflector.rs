@@ -76,7 +76,7 @@ impl Reflector {
         self.fresnel(&pair)
             * match &self.evaluator {
                 Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
-                Evaluator::Table(surface) => surface.eval_pdf(wi, wo, wavelength_nm).f,
+                Evaluator::Table(surface) => surface.f(wi, wo, wavelength_nm),
                 Evaluator::Realtime(method) => {
                     let spectral = method.spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
                     self.options.angular_factor(&pair) * f64::from(spectral)

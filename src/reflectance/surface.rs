@@ -157,6 +157,11 @@ impl Surface {
         self.scale.as_ref()
     }
 
+    /// `f_r` of [`Surface::eval_pdf`] alone, in a fraction of the time.
+    pub fn f(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        self.pair(wi, wo).map_or(0.0, |pair| pair.f(wavelength_nm))
+    }
+
     /// `f_r` and the density of [`Surface::sample`]; both zero unless the directions lie above the surface and the
     /// wavelength (nm) within the table's range. Never negative, never NaN.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
@@ -257,14 +262,31 @@ impl SurfacePair<'_> {
         let density = local.lookup(q, pair.kappa(wavelength_um));
         let proposed = density.proposal * pair.cos_o + local.folded(q, pair.cos_o);
         let per_area = 1.0 / (wavelength_um * wavelength_um);
+        Answer {
+            f: self.factor(wavelength_nm) * density.value * per_area,
+            pdf: (1.0 - UNIFORM_SHARE) * proposed * per_area + UNIFORM_SHARE / TAU,
+        }
+    }
+
+    /// `f_r` of [`SurfacePair::at`] alone, in a fraction of the time.
+    pub fn f(&self, wavelength_nm: f64) -> f64 {
+        if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {
+            return 0.0;
+        }
+        let wavelength_um = wavelength_nm * 1e-3;
+        let frequency = [0, 1].map(|c| (self.wi[c] + self.wo[c]) / wavelength_um);
+        let density = self.surface.table.density(frequency, self.pair.kappa(wavelength_um));
+        let per_area = 1.0 / (wavelength_um * wavelength_um);
+        self.factor(wavelength_nm) * density * per_area
+    }
+
+    /// `O·M` and the energy scaling.
+    fn factor(&self, wavelength_nm: f64) -> f64 {
         let scale = self
             .scale
             .as_ref()
             .map_or(1.0, |(scale, i, o)| scale.at_cell(i, wavelength_nm) * scale.at_cell(o, wavelength_nm));
-        Answer {
-            f: self.angular_factor * scale * density.value * per_area,
-            pdf: (1.0 - UNIFORM_SHARE) * proposed * per_area + UNIFORM_SHARE / TAU,
-        }
+        self.angular_factor * scale
     }
 }
 

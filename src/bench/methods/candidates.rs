@@ -40,7 +40,7 @@ impl Candidate {
         match &self.evaluator {
             Evaluator::Colour(method) => method.response(pair.sum()).map(|channel| factor * f64::from(channel)),
             Evaluator::Steps(surface, sum) => {
-                surface.pair(pair.wi, pair.wo).map_or([0.0; 3], |pair| sum.rgb_of(|nm| pair.at(nm).f))
+                surface.pair(pair.wi, pair.wo).map_or([0.0; 3], |pair| sum.rgb_of(|nm| pair.f(nm)))
             }
             Evaluator::Adaptive(surface) => {
                 let [r, g, b, _] = surface.eval_pdf_integrated(pair.wi, pair.wo).rgb_y;
@@ -53,9 +53,7 @@ impl Candidate {
     pub fn spectral(&self, pair: &DirectionPair, factor: f64, nm: f64) -> Option<f64> {
         match &self.evaluator {
             Evaluator::Colour(method) => method.spectral(pair.sum(), nm as f32).map(|value| factor * f64::from(value)),
-            Evaluator::Steps(surface, _) | Evaluator::Adaptive(surface) => {
-                Some(surface.eval_pdf(pair.wi, pair.wo, nm).f)
-            }
+            Evaluator::Steps(surface, _) | Evaluator::Adaptive(surface) => Some(surface.f(pair.wi, pair.wo, nm)),
         }
     }
 
