@@ -12,10 +12,15 @@
  *                                        (elaphe, where there is no filename either)
  * period, height        float, um        size of blazed, sinusoidal and lamellar along x; height is valley to peak
  *                                        (blazed: 2.5 and 0.25, rising along +x); in (0, 1e6]
- * filename              string           height field (.exr, .png, .gsf, .npy, .txt), found as Mitsuba finds files
+ * filename              string           height field (.gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz,
+ *                                        .txt, .csv, .asc; see docs/height-fields.md), found as Mitsuba finds files
  * pixel_size            float, um        edge of a pixel, where the file does not say; in (0, 1e6]
  * max_height            float, um        height of the largest value, where the file does not say; in (0, 1e6]
- * level                 string           none, mean, plane: what is subtracted (plane for files, none for presets)
+ * channel               string           channel of a file of several, by number or title (the first height)
+ * fill                  string           none, laplace, mean: what is put where the file has no height (none: such a
+ *                                        file is refused)
+ * level                 string           none, mean, plane, quadratic, lines: what is subtracted (plane for files, none
+ *                                        for presets)
  * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
  * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;
  *                                        a change takes as long as building the tables

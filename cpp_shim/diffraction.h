@@ -212,8 +212,9 @@ private:
         Float pdf(0.f);
         if (lobes.diffraction) {
             const auto lobe = m_lobe.eval_pdf(local.to_grating(si.wi), local.to_grating(wo), si.wavelengths, active);
-            // The half vector is at most 90 degrees from both directions; the clip takes care of rounding.
-            const Float cos_half = dr::clip(dr::dot(si.wi, dr::normalize(si.wi + wo)), 0.f, 1.f);
+            // Of the angle of either direction with the half vector. The dot product with one of them would tell them
+            // apart by their rounding, which near the horizon is as large as this cosine.
+            const Float cos_half = dr::minimum(.5f * dr::norm(si.wi + wo), 1.f);
             value                = local.reflectance(cos_half) * lobe.value;
             pdf                  = local.prob_diffraction * lobe.pdf;
         }

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import mitsuba as mi
@@ -42,3 +45,17 @@ def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
     if str(PLUGIN_FOLDER) not in [str(folder) for folder in resolver]:
         resolver.append(str(PLUGIN_FOLDER))
     return name
+
+
+@contextmanager
+def cache_off() -> Iterator[None]:
+    """Tables are built here even if there is a cache of them, and not kept: for times of building."""
+    before = os.environ.get("SUNBEAM_CACHE")
+    os.environ["SUNBEAM_CACHE"] = "off"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["SUNBEAM_CACHE"]
+        else:
+            os.environ["SUNBEAM_CACHE"] = before

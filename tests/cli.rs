@@ -5,7 +5,7 @@ mod common;
 #[path = "cli_support/service.rs"]
 mod service;
 
-use cli_support::{refused, run, succeeded};
+use cli_support::{refused, run, run_with, succeeded};
 use serde_json::{Value, json};
 use service::{directions, eval, reflectance_of};
 use std::f64::consts::PI;
@@ -31,6 +31,30 @@ fn every_subcommand_has_help() {
 }
 
 #[test]
+fn tables_are_kept_unless_it_is_told_not_to() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("tables").to_string_lossy().into_owned();
+    let command = ["height-field", "--preset", "blazed", "--coherence-length", "8", "--tables", "--model", "patch"];
+    let origin = |variables: &[(&str, &str)], more: &[&str]| {
+        let output = run_with(variables, &[&command[..], more].concat(), "");
+        let report: Value = serde_json::from_str(&succeeded(output)).unwrap();
+        report["tables"]["origin"].as_str().unwrap().to_owned()
+    };
+    let here = ("SUNBEAM_CACHE_DIR", place.as_str());
+    assert_eq!(origin(&[here], &["--no-cache"]), "built");
+    assert_eq!(origin(&[here, ("SUNBEAM_CACHE", "off")], &[]), "built");
+    assert!(!folder.path().join("tables").exists());
+    assert_eq!(origin(&[here], &[]), "built, kept in the cache");
+    assert_eq!(origin(&[here], &[]), "read from the cache");
+    assert_eq!(origin(&[here], &["--no-cache"]), "built");
+    assert!(origin(&[here, ("SUNBEAM_CACHE_LIMIT_MB", "0")], &["--period", "2"]).contains("not kept"));
+    let output = run_with(&[("SUNBEAM_CACHE_LIMIT_MB", "lots")], &command, "");
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(message.contains("SUNBEAM_CACHE_LIMIT_MB") && message.contains("lots"), "{message}");
+}
+
+#[test]
 fn wrong_arguments_end_with_status_2_and_one_line_that_names_them() {
     let cases: &[(&[&str], &[&str])] = &[
         (&[], &["subcommand"]),
@@ -53,6 +77,11 @@ fn wrong_arguments_end_with_status_2_and_one_line_that_names_them() {
         (&["brdf-map", "--preset", "flat", "-o", "no/such/a.exr", "--size", "1"], &["no/such/a.exr"]),
         (&["brdf-map", "--preset", "flat", "-o", "a.exr", "--lambda-step", "0"], &["lambda-step"]),
         (&["height-field", "--preset", "flat", "-o", "a.jpg"], &["a.jpg", ".gsf"]),
+        (&["height-field", "--preset", "flat", "--crop", "1,2"], &["--crop", "X,Y,WIDTH,HEIGHT"]),
+        (&["height-field", "--preset", "cd", "--crop", "-1,0,1,1"], &["(-1, 0) µm", "does not lie within"]),
+        (&["height-field", "--preset", "cd", "--make-tileable=1e3"], &["blend of 1000 µm", "a third"]),
+        (&["eval", "--preset", "cd", "--fill", "laplace"], &["\"fill\"", "\"filename\""]),
+        (&["eval", "--channel", "Height"], &["\"channel\"", "\"filename\""]),
         (&["snake", "-o", "a.ply", "--resolution", "0"], &["resolution"]),
         (&["snake", "-o", "no/such/a.ply"], &["no/such/a.ply"]),
     ];
@@ -242,6 +271,10 @@ fn a_height_field_shows_its_preview_and_its_tables() {
     let tables = &report["tables"];
     assert!(tables["bytes"].as_u64().unwrap() > 0 && tables["build_seconds"].as_f64().unwrap() > 0.0);
     assert!(tables["table"]["relative_error"].as_f64().unwrap() <= 1e-3, "{tables}");
+    // The estimate knows nothing of refinement, which closes knots to 0.4 of their spacing at most.
+    let built = tables["table"]["bytes"].as_f64().unwrap();
+    let estimate = report["table_bytes_estimate"].as_f64().unwrap();
+    assert!((0.4 * built..=built).contains(&estimate), "{estimate} for {built}");
     assert!(tables["energy"]["albedo_mean_scaled"].as_f64().unwrap() <= 1.001, "{tables}");
     let mut reader =
         png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();

@@ -41,6 +41,9 @@ REFUSED = [
     ({"filename": True}, "filename", "string"),
     ({"pixel_size": 0.1}, "pixel_size", "filename"),
     ({"max_height": 0.1}, "max_height", "filename"),
+    ({"channel": "Height"}, "channel", "filename"),
+    ({"fill": "laplace"}, "fill", "filename"),
+    ({"fill": "zero"}, "fill", "laplace"),
     ({"level": "flat"}, "level", "plane"),
     ({"tiling": "mirror"}, "tiling", "aperiodic"),
     ({"coherence_length": 0.0}, "coherence_length", "[1e-3, 1e5]"),
@@ -116,6 +119,16 @@ def test_file_is_found_by_the_resolver(scalar_rgb, make_bsdf, height_file):
     assert str(height_file) in str(make_bsdf(filename=height_file.name, conserve_energy=False))
 
 
+def test_missing_points_are_filled_where_asked_to(scalar_rgb, make_bsdf, tmp_path):
+    path = tmp_path / "holed.gsf"
+    path.write_bytes(gsf(with_nan()))
+    with pytest.raises(RuntimeError, match="`fill`"):
+        make_bsdf(filename=str(path), conserve_energy=False)
+    make_bsdf(filename=str(path), fill="laplace", conserve_energy=False)
+    with pytest.raises(RuntimeError, match="single channel"):
+        make_bsdf(filename=str(path), fill="mean", channel="1", conserve_energy=False)
+
+
 def test_a_folder_is_not_a_file(scalar_rgb, make_bsdf, tmp_path):
     with pytest.raises(RuntimeError, match='"filename"'):
         make_bsdf(filename=str(tmp_path))
@@ -142,7 +155,7 @@ def test_xml_is_read(scalar_rgb):
 def test_traverse_shows_what_is_continuous(variant, make_bsdf):
     params = mi.traverse(make_bsdf(**QUICK, diffuse_reflectance=0.2))
     names = {key.split(".")[0] for key in params.keys()}  # noqa: SIM118
-    assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation"}
+    assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation", "coherence_length"}
     params["specular_reflectance.value"] = 0.5
     params.update()
 

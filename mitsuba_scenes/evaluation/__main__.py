@@ -13,7 +13,7 @@ from .page import write_page
 
 # Each is a module of this package with a function `figures() -> dict`, and a template of the same name in
 # docs/templates, with hyphens.
-PAGES = ("speed-error", "sampling", "stability", "periodicity", "brdf-maps", "renderings", "validity", "lab")
+PAGES = ("speed-error", "sampling", "stability", "periodicity", "brdf-maps", "renderings", "validity", "lab", "batch")
 
 
 def main(words: list[str] | None = None) -> int:

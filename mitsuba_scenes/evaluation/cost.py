@@ -8,6 +8,7 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
+from ..environment import cache_off
 from ..light import Light
 from ..scene import View, snake_scene
 from ..skin import pigment_texture, preset_skin, skin_bsdf
@@ -33,7 +34,8 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
     scenes, result = {}, {}
     for name, bsdf in bsdfs(files.pigment).items():
         start = time.perf_counter()
-        made = mi.load_dict(bsdf)
+        with cache_off():
+            made = mi.load_dict(bsdf)
         tables = time.perf_counter() - start
         scenes[name] = mi.load_dict(snake_scene(made, files, Light(), view, spp, max_depth))
         start = time.perf_counter()

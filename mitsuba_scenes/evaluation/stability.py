@@ -12,8 +12,11 @@ import matplotlib.pyplot as plt
 
 from ..tool import sunbeam
 from .page import images
+from .questions import questions
 
 PAGE = "stability"
+# Questions in Mitsuba, and surfaces that they are put to.
+QUESTIONS, QUICK_QUESTIONS = (10_000_000, 100), (20_000, 2)
 # Where errors above are drawn: no digit of an amplitude, at most 1, is left.
 LOST = 10.0
 # Curves over κH: key, words, colour and dashes.
@@ -37,6 +40,7 @@ def figures(*words: str) -> dict:
     deep = report["deep_relief"]
     return {
         **report,
+        "in_mitsuba": questions(*(QUICK_QUESTIONS if "--quick" in words else QUESTIONS)),
         "seconds": round(report["seconds"]),
         "deepest": deep[-1],
         "visible": first_above(deep, "taylor_f32", 1e-3),

@@ -30,8 +30,8 @@ def _check_version() -> None:
         raise ImportError(f"sunbeam_mitsuba needs mitsuba=={MITSUBA_VERSION}, which is not installed") from None
     if found != MITSUBA_VERSION:
         raise ImportError(
-            f"sunbeam_mitsuba was compiled for mitsuba=={MITSUBA_VERSION}, but {found} is installed; their memory layouts "
-            f"differ, so it would render garbage. Install mitsuba=={MITSUBA_VERSION}, or rebuild this package for the other"
+            f"sunbeam_mitsuba was compiled for mitsuba=={MITSUBA_VERSION}, but {found} is installed; their memory "
+            f"layouts differ, so it would render garbage. Install mitsuba=={MITSUBA_VERSION}"
         )
 
 
@@ -43,8 +43,8 @@ PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 
 def register() -> None:
-    """Makes the plugin known to Mitsuba, in the variant in use and in those that are set later. Importing the package does
-    this; calling it again does no harm."""
+    """Makes the plugin known to Mitsuba, in the variant in use and in those that are set later. Importing the package
+    does this; calling it again does no harm."""
     import mitsuba as mi
 
     def known(*_: object) -> None:

@@ -7,8 +7,8 @@ import json
 import math
 import os
 from concurrent.futures import ThreadPoolExecutor
-from ctypes import POINTER, byref, c_char_p, c_double, c_float, c_int, c_size_t, c_ssize_t, c_void_p
-from functools import lru_cache
+from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_ssize_t, c_void_p
+from functools import cache
 from typing import Any, Callable
 
 import numpy as np
@@ -30,7 +30,7 @@ class _Floats(ctypes.Structure):
     _fields_ = (("data", c_void_p), ("stride", c_ssize_t))
 
 
-@lru_cache(maxsize=None)
+@cache
 def _library() -> ctypes.CDLL:
     # The plugin is linked to Mitsuba's libraries, which the loader finds once Mitsuba has loaded them.
     import mitsuba as mi
@@ -95,11 +95,11 @@ def _direction(name: str, values: Any) -> np.ndarray:
 class Surface:
     """A diffracting surface with its tables.
 
-    The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or ``filename`` with
-    ``pixel_size`` and ``max_height``; ``level``, ``tiling``, ``coherence_length``, ``model``, ``obliquity``,
-    ``conserve_energy``, ``shadowing``, ``tolerance``; and ``eta`` and ``k`` as numbers. ``heights_um``, an array
-    ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with ``pixel_um`` its pixel's edge or
-    a pair along x and y.
+    The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or ``filename``
+    with ``pixel_size``, ``max_height``, ``channel`` and ``fill``; ``level``, ``tiling``, ``coherence_length``,
+    ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``, ``tolerance``; and ``eta`` and ``k`` as numbers.
+    ``heights_um``, an array ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with
+    ``pixel_um`` its pixel's edge or a pair along x and y.
 
     Directions are in the surface's frame: z is its normal, x the direction of the relief's rows, and both point away
     from it. They must have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
@@ -118,7 +118,9 @@ class Surface:
         else:
             heights = np.ascontiguousarray(heights_um, dtype=np.float32)
             if heights.ndim != 2 or pixel_um is None:
-                raise SunbeamError(f"heights_um has the shape {heights.shape}; it must be [iy, ix], with pixel_um given")
+                raise SunbeamError(
+                    f"heights_um has the shape {heights.shape}; it must be [iy, ix], with pixel_um given"
+                )
             (ny, nx), (dx, dy) = heights.shape, np.broadcast_to(np.asarray(pixel_um, dtype=float), 2)
             rows = _Floats(heights.ctypes.data, nx)
             _check(_library().sunbeam_surface_from_heights(config, rows, nx, ny, dx, dy, byref(handle)))
@@ -181,8 +183,8 @@ class Surface:
     def sample(self, wi: Any, wavelength_nm: Any, u: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Outgoing directions for random numbers ``u``, ``[..., 3]`` in [0, 1): ``wo``, ``pdf`` and ``weight``.
 
-        The weight is ``f cosθo / pdf``, for each of the wavelengths where there are several. Samples that fall below the
-        horizon are zeros.
+        The weight is ``f cosθo / pdf``, for each of the wavelengths where there are several. Samples that fall below
+        the horizon are zeros.
         """
         wi, u = _direction("wi", wi), _direction("u", u)
         nm, single = _wavelengths(wavelength_nm)

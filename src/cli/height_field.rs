@@ -5,8 +5,8 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use sunbeam::cache::Origin;
-use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::SurfaceReport;
+use sunbeam::height_field::{HeightField, Roughness, Seams, TileReport};
+use sunbeam::reflectance::{SurfaceReport, estimate_table_bytes};
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
@@ -15,16 +15,25 @@ const PREVIEW_PIXELS: f64 = 512.0;
 /// Shortest visible wavelength in µm, which needs the most terms.
 const WAVELENGTH_UM: f64 = 0.38;
 
-/// Describe a surface as JSON, and write it where asked to
+/// Describe a surface as JSON; fill, crop, level it, make it tile, and write it where asked to
 ///
-/// Heights are levelled first (--level). Periods are the strongest along each axis in the power spectrum of the
-/// heights, with the direction of their waves in degrees from +x and their share of the variance. chebyshev_terms is
-/// the number of transforms that the phase screen needs for --tolerance at 380 nm and any angle.
+/// In this order: missing points are filled (--fill), the rectangle is cut out (--crop), the heights are levelled (--level),
+/// and the edges are blended (--make-tileable); the report is about what comes out. Periods are the strongest along each axis in
+/// the power spectrum of the heights, with the direction of their waves in degrees from +x and their share of the variance. Seams
+/// compare the step across the tile's edges with those between neighbours inside. chebyshev_terms is the number of transforms that
+/// the phase screen needs for --tolerance at 380 nm and any angle, table_bytes_estimate the size of the table for the given
+/// coherence length.
 #[derive(clap::Args)]
 pub struct HeightFieldArgs {
     #[command(flatten)]
     surface: SurfaceArgs,
-    /// Write the heights: .exr (32-bit floats, µm), .gsf or .png (16 bit)
+    /// Keep the rectangle at X, Y from the lower left corner, all in µm
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = Rectangle::parse, allow_hyphen_values = true)]
+    crop: Option<Rectangle>,
+    /// Blend opposite edges into each other over so many µm, so that the tile repeats [default width: a tenth of each axis]
+    #[arg(long, value_name = "WIDTH", num_args = 0..=1, require_equals = true)]
+    make_tileable: Option<Option<f64>>,
+    /// Write the heights: .exr (32-bit floats, µm), .gsf, .npy (64-bit floats, µm) or .png (16 bit)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Write a grey picture, black the lowest height, +x right and +y up (.png)
@@ -35,8 +44,33 @@ pub struct HeightFieldArgs {
     tables: bool,
 }
 
+/// A rectangle in µm from the lower left corner of a field.
+#[derive(Clone, Copy)]
+struct Rectangle {
+    x: f64,
+    y: f64,
+    width: f64,
+    height: f64,
+}
+
+impl Rectangle {
+    fn parse(text: &str) -> Result<Self, String> {
+        let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+        match numbers.as_deref() {
+            Ok(&[x, y, width, height]) => Ok(Self { x, y, width, height }),
+            _ => Err("four numbers in µm are needed: X,Y,WIDTH,HEIGHT".to_owned()),
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct Report<'a> {
+    /// The channel that was read, of a file that can hold several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    channel: Option<String>,
+    /// Points of the file without a height, which were filled.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    filled_points: Option<usize>,
     /// Pixels along x and y.
     pixels: [usize; 2],
     pixel_um: [f64; 2],
@@ -48,8 +82,13 @@ struct Report<'a> {
     rms_um: f64,
     /// Along x and y, dimensionless.
     rms_slope: [f64; 2],
+    roughness: Roughness,
     periods: Periods,
+    seams: Seams,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    made_tileable: Option<TileReport>,
     chebyshev_terms: usize,
+    table_bytes_estimate: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
     tables: Option<Tables>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -67,8 +106,21 @@ struct Tables {
 
 /// Runs `sunbeam height-field`.
 pub fn run(args: &HeightFieldArgs) -> Outcome {
-    let config = args.surface.config()?;
-    let field = config.height_field()?;
+    let mut config = args.surface.config()?;
+    if args.make_tileable.is_some() {
+        // What is made to repeat is described as what repeats.
+        config.tiling.get_or_insert(Tiling::Periodic);
+    }
+    let read = config.raw_height_field()?;
+    let cropped = match args.crop {
+        Some(Rectangle { x, y, width, height }) => read.field.cropped(x, y, width, height)?,
+        None => read.field,
+    };
+    let levelled = cropped.levelled(config.level());
+    let (field, made_tileable) = match args.make_tileable {
+        Some(width) => levelled.made_tileable(width).map(|(field, report)| (field, Some(report)))?,
+        None => (levelled, None),
+    };
     if let Some(path) = &args.output {
         field.write(path)?;
     }
@@ -84,6 +136,8 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
     };
     let kappa_h = TAU * 2.0 / WAVELENGTH_UM * 0.5 * field.peak_to_valley_um();
     print_json(&Report {
+        channel: read.channel,
+        filled_points: config.fill.map(|_| read.filled),
         pixels: field.size().into(),
         pixel_um: [field.dx_um(), field.dy_um()],
         extent_um: field.extent_um().into(),
@@ -92,8 +146,12 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         mean_um: field.mean_um(),
         rms_um: field.rms_um(),
         rms_slope: field.rms_slope().into(),
+        roughness: field.roughness(),
         periods: periods(&field, options.tiling == Tiling::Periodic),
+        seams: field.seams(),
+        made_tileable,
         chebyshev_terms: chebyshev_terms(kappa_h, options.tolerance),
+        table_bytes_estimate: estimate_table_bytes(&field, &options),
         tables,
         output: &args.output,
         preview: &args.preview,

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::path::PathBuf;
 use sunbeam::cache::{Cache, CacheError};
 use sunbeam::config::{ConfigError, SurfaceConfig};
-use sunbeam::height_field::{Level, Preset};
+use sunbeam::height_field::{Fill, Level, Preset};
 use sunbeam::methods::MethodKind;
 use sunbeam::reflectance::Obliquity;
 use sunbeam::table::{Model, Tiling};
@@ -26,7 +26,7 @@ pub struct SurfaceArgs {
     /// Height from valley to peak in µm, of the same presets [default: 0.25, lamellar 0.125]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     height: Option<f64>,
-    /// Height field: .exr, .png (8 or 16 bit), .gsf, .npy or .txt
+    /// Height field: .gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz, .txt, .csv or .asc
     #[arg(long, value_name = "FILE")]
     height_field: Option<PathBuf>,
     /// Edge of a pixel of the file in µm [default: the file's own]
@@ -35,6 +35,12 @@ pub struct SurfaceArgs {
     /// Height in µm of the file's largest value [default: the file's own]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     max_height: Option<f64>,
+    /// Channel of a file that holds several (.gwy, .spm, .tif, .x3p), by number or title [default: the first height]
+    #[arg(long, value_name = "CHANNEL")]
+    channel: Option<String>,
+    /// What is put where the file has no height [default: none, such a file is refused]
+    #[arg(long, value_parser = names::<Fill, _>(Fill::ALL.map(Fill::name)))]
+    fill: Option<Fill>,
     /// Four standard deviations of the coherence window in µm [default: 65]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     coherence_length: Option<f64>,
@@ -48,7 +54,7 @@ pub struct SurfaceArgs {
     #[arg(long, value_parser = names::<Tiling, 2>(["periodic", "aperiodic"]))]
     tiling: Option<Tiling>,
     /// What is taken off the heights [default: none for presets, plane for files]
-    #[arg(long, value_parser = names::<Level, 3>(["none", "mean", "plane"]))]
+    #[arg(long, value_parser = names::<Level, _>(Level::ALL.map(Level::name)))]
     level: Option<Level>,
     /// Reciprocal scaling that keeps the albedo at or below 1 [default: true for ensemble, false for patch]
     #[arg(long, value_name = "BOOL")]
@@ -82,6 +88,8 @@ impl SurfaceArgs {
             filename: self.height_field.clone(),
             pixel_size: self.pixel_size,
             max_height: self.max_height,
+            channel: self.channel.clone(),
+            fill: self.fill,
             level: self.level,
             tiling: self.tiling,
             coherence_length: self.coherence_length.unwrap_or(default.coherence_length),

@@ -1,6 +1,6 @@
 use super::{ConfigError, Source, SurfaceConfig};
 use crate::cache::{Cache, CacheError, Origin};
-use crate::height_field::{FileScale, HeightField, HeightFieldError, Level};
+use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions};
 use crate::reflectance::{Options, Surface};
 use crate::table::{TableError, Tiling};
 
@@ -23,15 +23,25 @@ impl SurfaceConfig {
     /// # Errors
     /// A configuration that [`SurfaceConfig::validate`] refuses, or a file that cannot be read.
     pub fn height_field(&self) -> Result<HeightField, BuildError> {
+        Ok(self.raw_height_field()?.field.levelled(self.level()))
+    }
+
+    /// The height field that the configuration names as it is, filled but not levelled, and what was filled.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::height_field`].
+    pub fn raw_height_field(&self) -> Result<FileField, BuildError> {
         self.validate()?;
-        let field = match self.source() {
-            Source::Preset(preset) => preset.build(self.period, self.height)?,
+        Ok(match self.source() {
+            Source::Preset(preset) => {
+                FileField { field: preset.build(self.period, self.height)?, channel: None, filled: 0 }
+            }
             Source::File(path) => {
                 let scale = FileScale { pixel_size_um: self.pixel_size, max_height_um: self.max_height };
-                HeightField::read(path, &scale)?
+                let fill = self.fill.unwrap_or_default();
+                HeightField::read_with(path, &ReadOptions { scale, channel: self.channel.clone(), fill })?
             }
-        };
-        Ok(field.levelled(self.level()))
+        })
     }
 
     /// The model's options, with the defaults that depend on source and model filled in.
@@ -69,6 +79,8 @@ impl SurfaceConfig {
             ("filename", self.filename.is_some()),
             ("pixel_size", self.pixel_size.is_some()),
             ("max_height", self.max_height.is_some()),
+            ("channel", self.channel.is_some()),
+            ("fill", self.fill.is_some()),
         ];
         if let Some((parameter, _)) = given.into_iter().find(|(_, given)| *given) {
             let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");

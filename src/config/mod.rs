@@ -19,7 +19,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use crate::height_field::{Level, Preset};
+use crate::height_field::{Fill, Level, Preset};
 use crate::reflectance::{ComplexIndex, Obliquity};
 use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
@@ -64,6 +64,12 @@ pub struct SurfaceConfig {
     /// Height in µm of the file's largest value (default: the file's own).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_height: Option<f64>,
+    /// The channel of a file that holds several, by number or title (default: the first that is a height).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel: Option<String>,
+    /// What is put where the file has no height (default: `none`, such a file is refused).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fill: Option<Fill>,
     /// What is taken off the heights (default: `plane` for files, `none` for presets).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<Level>,
@@ -101,6 +107,8 @@ impl Default for SurfaceConfig {
             filename: None,
             pixel_size: None,
             max_height: None,
+            channel: None,
+            fill: None,
             level: None,
             tiling: None,
             coherence_length: 65.0,
@@ -223,9 +231,15 @@ impl SurfaceConfig {
                 _ => {}
             }
         }
-        for (parameter, given) in [("pixel_size", self.pixel_size), ("max_height", self.max_height)] {
-            if given.is_some() && self.filename.is_none() {
-                return contradiction(parameter, "the absence of \"filename\"", "it gives the scale of a file");
+        let of_files = [
+            ("pixel_size", self.pixel_size.is_some(), "it gives the scale of a file"),
+            ("max_height", self.max_height.is_some(), "it gives the scale of a file"),
+            ("channel", self.channel.is_some(), "it chooses what is read of a file"),
+            ("fill", self.fill.is_some(), "it fills the missing points of a file"),
+        ];
+        for (parameter, given, advice) in of_files {
+            if given && self.filename.is_none() {
+                return contradiction(parameter, "the absence of \"filename\"", advice);
             }
         }
         Ok(())
@@ -288,8 +302,11 @@ mod tests {
         let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
             "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
             "eta":0.2,"k":3.0,"tolerance":1e-5}"#;
-        let config = SurfaceConfig::from_json(json).unwrap();
-        assert_eq!(SurfaceConfig::from_json(&serde_json::to_string(&config).unwrap()).unwrap(), config);
+        let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
+        for json in [json, file] {
+            let config = SurfaceConfig::from_json(json).unwrap();
+            assert_eq!(SurfaceConfig::from_json(&serde_json::to_string(&config).unwrap()).unwrap(), config);
+        }
     }
 
     #[test]
@@ -317,6 +334,8 @@ mod tests {
         let cases = [
             ("preset", r#"{"preset":"blazd"}"#, "xenopeltis"),
             ("level", r#"{"level":"flat"}"#, "plane"),
+            ("fill", r#"{"filename":"a.gwy","fill":"zero"}"#, "laplace"),
+            ("channel", r#"{"filename":"a.gwy","channel":0}"#, "string"),
             ("tiling", r#"{"tiling":"both"}"#, "aperiodic"),
             ("model", r#"{"model":"speckle"}"#, "ensemble"),
             ("obliquity", r#"{"obliquity":"cos"}"#, "stam"),
@@ -339,6 +358,8 @@ mod tests {
             ("height", r#"{"preset":"elaphe","height":1}"#),
             ("pixel_size", r#"{"preset":"elaphe","pixel_size":1}"#),
             ("max_height", r#"{"max_height":1}"#),
+            ("channel", r#"{"channel":"Height"}"#),
+            ("fill", r#"{"preset":"cd","fill":"none"}"#),
             ("k", r#"{"k":1}"#),
         ] {
             let message = refusal(json);

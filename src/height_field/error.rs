@@ -44,4 +44,21 @@ pub enum HeightFieldError {
     /// A height that is not finite in a file; row and column count from 0 in the order of the file.
     #[error("{}: the height at row {row}, column {column} is {value}; every height must be finite", path.display())]
     NotFiniteInFile { path: PathBuf, row: usize, column: usize, value: f64 },
+    /// Points of a file without a height, and none put there; row and column of the first count from 0 in the order of the
+    /// file.
+    #[error(
+        "{}: {count} of {total} points have no finite height (NaN or masked), the first at row {row}, column {column}; \
+         `fill` puts heights there: laplace or mean, from the points that have one",
+        path.display()
+    )]
+    Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize },
+    /// A rectangle that does not lie within the field.
+    #[error(
+        "the rectangle at ({x_um}, {y_um}) µm of {width_um} × {height_um} µm does not lie within the field of \
+         {extent_x_um} × {extent_y_um} µm"
+    )]
+    Crop { x_um: f64, y_um: f64, width_um: f64, height_um: f64, extent_x_um: f64, extent_y_um: f64 },
+    /// A blend that leaves nothing of the field, or is none.
+    #[error("a blend of {width_um} µm along {axis} is not between one pixel and a third of the field's {extent_um} µm")]
+    Blend { axis: &'static str, width_um: f64, extent_um: f64 },
 }

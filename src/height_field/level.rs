@@ -15,11 +15,16 @@ pub enum Level {
     Mean,
     /// The plane that fits best in the sense of least squares (tilt and mean).
     Plane,
+    /// The surface of second degree that fits best in the sense of least squares (tilt, and the bow of a scanner).
+    Quadratic,
+    /// The plane, and then the median height of every row: the offsets between lines of a scan along x, and with them
+    /// whatever of the relief varies along y alone.
+    Lines,
 }
 
 impl Level {
     /// Every level, in the order in which messages list them.
-    pub const ALL: [Self; 3] = [Self::None, Self::Mean, Self::Plane];
+    pub const ALL: [Self; 5] = [Self::None, Self::Mean, Self::Plane, Self::Quadratic, Self::Lines];
 
     /// The name used on command lines and in scene files.
     pub const fn name(self) -> &'static str {
@@ -27,6 +32,8 @@ impl Level {
             Self::None => "none",
             Self::Mean => "mean",
             Self::Plane => "plane",
+            Self::Quadratic => "quadratic",
+            Self::Lines => "lines",
         }
     }
 }
@@ -49,6 +56,9 @@ impl FromStr for Level {
     }
 }
 
+/// Sum of squares of a shape, in pixels, that is rounding; the least that is not is 0.25.
+const VANISHING: f64 = 1e-6;
+
 impl HeightField {
     /// The same relief with `level` taken off.
     ///
@@ -65,23 +75,55 @@ impl HeightField {
         field.heights_um.mapv_inplace(|h| h - mid);
         let mean = field.mean_um();
         field.heights_um.mapv_inplace(|h| h - mean);
-        if level == Level::Plane {
-            let (nx, ny) = self.size();
-            let (cx, cy) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
-            // On a full grid the two tilts are orthogonal to each other and to the mean.
-            let (mut sx, mut sy) = (0.0, 0.0);
-            for ((iy, ix), h) in field.heights_um.indexed_iter() {
-                sx += (ix as f64 - cx) * h;
-                sy += (iy as f64 - cy) * h;
+        if level == Level::Mean {
+            return field;
+        }
+        // On a full grid the two tilts are orthogonal to each other and to the mean.
+        field.remove(|x, _| x);
+        field.remove(|_, y| y);
+        match level {
+            Level::None | Level::Mean | Level::Plane => {}
+            Level::Quadratic => {
+                let (nx, ny) = self.size();
+                // Mean squares of the places below: what is left of the squares is orthogonal to the rest.
+                let mean_square = |n: usize| ((n * n) as f64 - 1.0) / 12.0;
+                let (mx, my) = (mean_square(nx), mean_square(ny));
+                field.remove(|x, y| x * y);
+                field.remove(|x, _| x * x - mx);
+                field.remove(|_, y| y * y - my);
             }
-            let moment = |n: usize| (n as f64) * ((n as f64) * (n as f64) - 1.0) / 12.0;
-            let tilt = |sum: f64, n: usize, other: usize| if n > 1 { sum / (moment(n) * other as f64) } else { 0.0 };
-            let (tx, ty) = (tilt(sx, nx, ny), tilt(sy, ny, nx));
-            for ((iy, ix), h) in field.heights_um.indexed_iter_mut() {
-                *h -= tx * (ix as f64 - cx) + ty * (iy as f64 - cy);
+            Level::Lines => {
+                for mut row in field.heights_um.rows_mut() {
+                    let mut sorted = row.to_vec();
+                    sorted.sort_by(f64::total_cmp);
+                    let middle = sorted.len() / 2;
+                    let below = sorted[middle.saturating_sub(1)];
+                    let median = if sorted.len() % 2 == 1 { sorted[middle] } else { 0.5 * (below + sorted[middle]) };
+                    row.mapv_inplace(|h| h - median);
+                }
             }
         }
         field
+    }
+
+    /// Takes off the best multiple of `shape`, a function of column and row counted from the middle. An axis of few pixels,
+    /// along which the shape vanishes but for rounding, has none.
+    fn remove(&mut self, shape: impl Fn(f64, f64) -> f64) {
+        let (nx, ny) = self.size();
+        let (cx, cy) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
+        let at = |iy: usize, ix: usize| shape(ix as f64 - cx, iy as f64 - cy);
+        let (mut along, mut squares) = (0.0, 0.0);
+        for ((iy, ix), h) in self.heights_um.indexed_iter() {
+            let s = at(iy, ix);
+            along += s * h;
+            squares += s * s;
+        }
+        if squares > VANISHING {
+            let factor = along / squares;
+            for ((iy, ix), h) in self.heights_um.indexed_iter_mut() {
+                *h -= factor * at(iy, ix);
+            }
+        }
     }
 
     /// Mean height in µm.
@@ -191,11 +233,50 @@ mod tests {
     }
 
     #[test]
+    fn a_bow_goes_with_the_quadratic_level_and_is_the_least_squares_one() {
+        let bowed = |strength: f64| {
+            let heights = Array2::from_shape_fn((31, 45), |(iy, ix)| {
+                let (x, y) = (ix as f64 / 45.0, iy as f64 / 31.0);
+                relief(ix, iy) + strength * (3.0 * x * x - 2.0 * x * y + y * y + x - 0.5)
+            });
+            HeightField::new(heights, 0.1, 0.2).unwrap().levelled(Level::Quadratic)
+        };
+        let levelled = bowed(1.0);
+        assert!(largest_difference(&bowed(0.0), &levelled) < 10.0 * ROUNDING_UM);
+        for shape in [(0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)] {
+            let moment: f64 = levelled
+                .heights_um()
+                .indexed_iter()
+                .map(|((iy, ix), h)| h * (ix as f64 / 45.0).powi(shape.0) * (iy as f64 / 31.0).powi(shape.1))
+                .sum();
+            // Normal equations: 1400 terms of size 1.
+            assert!(moment.abs() < 1e-11, "{shape:?}: {moment}");
+        }
+        let pair = HeightField::new(ndarray::array![[0.0, 2.0]], 1.0, 1.0).unwrap();
+        assert!(pair.levelled(Level::Quadratic).rms_um() < ROUNDING_UM);
+    }
+
+    #[test]
+    fn line_offsets_go_with_the_lines_level() {
+        let plain = HeightField::new(Array2::from_shape_fn((20, 40), |(_, x)| relief(x, 0)), 0.1, 0.1).unwrap();
+        let offset = |iy: usize| 0.2 * ((iy * 5) % 7) as f64;
+        let scanned = HeightField::new(
+            Array2::from_shape_fn((20, 40), |(iy, ix)| relief(ix, 0) + offset(iy) + 0.01 * ix as f64),
+            0.1,
+            0.1,
+        )
+        .unwrap();
+        let difference = largest_difference(&plain.levelled(Level::Lines), &scanned.levelled(Level::Lines));
+        // The plane finds the same tilt with and without offsets, since these do not vary along x.
+        assert!(difference < 1e-13, "{difference}");
+    }
+
+    #[test]
     fn names_round_trip() {
         for level in Level::ALL {
             assert_eq!(level.name().parse::<Level>().unwrap(), level);
         }
         let message = "tilt".parse::<Level>().unwrap_err().to_string();
-        assert!(message.contains("tilt") && message.contains("none, mean, plane"), "{message}");
+        assert!(message.contains("tilt") && message.contains("none, mean, plane, quadratic, lines"), "{message}");
     }
 }

@@ -6,18 +6,25 @@
 //! so its preset is turned by a quarter (+90°) against the published picture, whose fingers lie along x.
 
 mod cd;
+mod crop;
 mod error;
 mod file;
+mod fill;
 mod level;
 mod preset;
 pub(crate) mod random;
+mod roughness;
 mod skin;
 mod synthetic;
+mod tile;
 
 pub use error::HeightFieldError;
-pub use file::FileScale;
+pub use file::{FileField, FileScale, ReadOptions};
+pub use fill::Fill;
 pub use level::Level;
 pub use preset::Preset;
+pub use roughness::Roughness;
+pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;
 

@@ -5,6 +5,7 @@ use super::{AlbedoScale, CellShares, Obliquity, Pair, Proposal, Vec3};
 use crate::height_field::HeightField;
 use crate::table::{
     Model, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
+    estimate_bytes,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -268,10 +269,19 @@ impl SurfacePair<'_> {
 }
 
 fn build_table(field: &HeightField, options: &Options) -> Result<(SpectralTable, TableReport), TableError> {
+    build(&spectrum(field, options), options.tolerance)
+}
+
+/// Size in bytes of the table of `S` that [`Surface::new`] would build first for `field`, which takes no transform to tell;
+/// see [`estimate_bytes`]. The sampler and the energy scaling come on top.
+pub fn estimate_table_bytes(field: &HeightField, options: &Options) -> usize {
+    estimate_bytes(&spectrum(field, options), options.tolerance)
+}
+
+fn spectrum(field: &HeightField, options: &Options) -> Spectrum {
     let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
     let s_um = options.coherence_length_um / 4.0;
-    let spectrum = Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance);
-    build(&spectrum, options.tolerance)
+    Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance)
 }
 
 fn in_range(

@@ -54,9 +54,7 @@ const FEW_NODES_SHARE: f64 = 0.1;
 /// [`TableError::TooLarge`] above 2 GB.
 pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, TableReport), TableError> {
     let start = Instant::now();
-    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
-    let splines = if nodes <= FEW_NODES { FEW_NODES_SHARE } else { spectrum.lattice().spline_share() };
-    let target = splines * tolerance;
+    let target = error_share(spectrum, tolerance);
     let first_spacing = KNOT_SPACING * target.powf(0.25);
     let mut spacing = first_spacing;
     loop {
@@ -77,6 +75,20 @@ pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, Tabl
         }
         spacing *= (0.7 * target / relative_error).powf(0.25).clamp(0.5, 0.95);
     }
+}
+
+/// Size in bytes of the table that [`build`] would make of `spectrum` with the spacing of knots it tries first, beyond the
+/// largest that it builds as well. Refinement, where the first spacing misses the tolerance, may add to it.
+pub fn estimate_bytes(spectrum: &Spectrum, tolerance: f64) -> usize {
+    let build = Build::planned(spectrum, KNOT_SPACING * error_share(spectrum, tolerance).powf(0.25));
+    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
+    4 * (nodes + build.record_floats(build.knots)) + 4 * build.kept_floats()
+}
+
+/// The part of `tolerance` that the splines of a table may take.
+fn error_share(spectrum: &Spectrum, tolerance: f64) -> f64 {
+    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
+    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { spectrum.lattice().spline_share() }
 }
 
 /// A node that some pair of directions can reach.
@@ -101,6 +113,16 @@ struct Build<'a> {
 
 impl<'a> Build<'a> {
     fn new(spectrum: &'a Spectrum, spacing: f64) -> Result<Self, TableError> {
+        let build = Self::planned(spectrum, spacing);
+        let needed_mb = (build.kept_floats() * 4) as f64 / 1e6;
+        if needed_mb > LIMIT_MB {
+            return Err(TableError::TooLarge { needed_mb, limit_mb: LIMIT_MB });
+        }
+        Ok(build)
+    }
+
+    /// What would be built, however large.
+    fn planned(spectrum: &'a Spectrum, spacing: f64) -> Self {
         let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
         let kappa_max = TAU * frequency_max;
         let kernel = spectrum.kernel();
@@ -111,12 +133,12 @@ impl<'a> Build<'a> {
         let kappa_knee = if h > 0.0 { 1.0 / h } else { kappa_max };
         let knots = (kappa_max / kappa_step).ceil() as usize + 1;
         let kept = reachable(spectrum.lattice(), frequency_max, kappa_step);
-        let build = Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept };
-        let needed_mb = (build.kept.iter().map(|k| build.record_floats(k.last_knot)).sum::<usize>() * 4) as f64 / 1e6;
-        if needed_mb > LIMIT_MB {
-            return Err(TableError::TooLarge { needed_mb, limit_mb: LIMIT_MB });
-        }
-        Ok(build)
+        Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept }
+    }
+
+    /// Floats of all records of kept nodes.
+    fn kept_floats(&self) -> usize {
+        self.kept.iter().map(|kept| self.record_floats(kept.last_knot)).sum()
     }
 
     /// Floats of a record whose last knot in use is `last_knot`: eight coefficients from the multiple of four at or

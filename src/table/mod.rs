@@ -23,7 +23,7 @@ mod spectrum;
 mod spline;
 pub(crate) use spline::cubic;
 
-pub use build::{DENSITY_FLOOR_UM2, TableReport, build};
+pub use build::{DENSITY_FLOOR_UM2, TableReport, build, estimate_bytes};
 pub use error::TableError;
 pub use lattice::{Lattice, LatticeAxis};
 pub(crate) use leaves::pick;

@@ -84,6 +84,8 @@ fn without_source(surface: &SurfaceConfig) -> SurfaceConfig {
         filename: None,
         pixel_size: None,
         max_height: None,
+        channel: None,
+        fill: None,
         level: None,
         ..surface.clone()
     }

@@ -98,10 +98,10 @@ static void description(const sunbeam_surface *surface) {
 /* A relief of one's own: a ramp of 3 by 2 heights. */
 static void own_heights(void) {
     const float heights_um[6] = { 0.f, 0.1f, 0.f, 0.05f, 0.15f, 0.05f };
-    sunbeam_surface *surface = NULL;
-    EXPECT(sunbeam_surface_from_heights("{\"tiling\": \"periodic\", \"coherence_length\": 4, \"conserve_energy\": false}",
-                                        (sunbeam_floats){ heights_um, 3 }, 3, 2, 0.5, 0.5,
-                                        &surface) == SUNBEAM_STATUS_OK);
+    sunbeam_surface *surface  = NULL;
+    EXPECT(
+        sunbeam_surface_from_heights("{\"tiling\": \"periodic\", \"coherence_length\": 4, \"conserve_energy\": false}",
+                                     (sunbeam_floats){ heights_um, 3 }, 3, 2, 0.5, 0.5, &surface) == SUNBEAM_STATUS_OK);
     sunbeam_surface_free(surface);
 }
 

@@ -57,8 +57,8 @@ int main() try {
     const Surface mirror(R"({"preset": "flat", "coherence_length": 20, "eta": 1.5, "tolerance": 0.01})");
     std::vector<Vertex> vertices(100);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-        const float x = .006f * float(i); // the mirror direction, and ever further from it
-        vertices[i]   = { { -.6f, 0.f, .8f }, { .6f - x, 0.f, 0.f }, { 400.f, 500.f, 600.f, 700.f }, {}, 0.f };
+        const float x     = .006f * float(i); // the mirror direction, and ever further from it
+        vertices[i]       = { { -.6f, 0.f, .8f }, { .6f - x, 0.f, 0.f }, { 400.f, 500.f, 600.f, 700.f }, {}, 0.f };
         vertices[i].wo[2] = std::sqrt(1.f - (.6f - x) * (.6f - x));
     }
     check(sunbeam_surface_eval_pdf(mirror.get(), vertices.size(), { vertices[0].wi, STRIDE },

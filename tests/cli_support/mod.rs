@@ -4,10 +4,19 @@
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
+/// Tables that one test builds serve the others, and not those of the user.
+const CACHE: (&str, &str) = ("SUNBEAM_CACHE_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+
 /// Runs the binary with `input` on stdin.
 pub fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
+    run_with(&[CACHE], arguments, input)
+}
+
+/// The same with these environment variables.
+pub fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_sunbeam"))
         .args(arguments)
+        .envs(variables.iter().copied())
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())

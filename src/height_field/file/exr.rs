@@ -1,6 +1,6 @@
 //! OpenEXR: one float channel of heights in µm.
 
-use super::{Parsed, Raw, Values};
+use super::{Parsed, Raw, Values, channel};
 use crate::height_field::HeightField;
 use exr::prelude::*;
 use ndarray::Array2;
@@ -8,7 +8,25 @@ use std::io::Cursor;
 
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-pub(super) fn parse(bytes: &[u8]) -> Parsed {
+/// Compressed data never grow by more than this when they are unpacked.
+const UNPACKED_MAX: usize = 2048;
+
+/// Refuses a size that the file cannot hold, before memory is asked for it.
+fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
+    let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
+    for header in &meta.headers {
+        let Vec2(width, height) = header.layer_size;
+        let fits = width.checked_mul(height).is_some_and(|points| points / UNPACKED_MAX <= bytes.len());
+        if !fits {
+            return Err(format!("{width} × {height} points do not fit into {} bytes", bytes.len()));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    channel::refuse(wanted)?;
+    check_size(bytes)?;
     let image = read()
         .no_deep_data()
         .largest_resolution_level()
@@ -43,7 +61,7 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
         (None, None) => None,
         _ => return Err(format!("it has only one of the attributes {} and {}", PIXEL_SIZE[0], PIXEL_SIZE[1])),
     };
-    Ok(Raw { values, top_down: true, pixel_um, meaning: Values::Micrometres })
+    Ok(Raw { values, top_down: true, pixel_um, meaning: Values::Micrometres, channel: None })
 }
 
 pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {

@@ -1,31 +1,15 @@
 //! Gwyddion simple field: a text header, NUL padding to a multiple of four, 32-bit little-endian floats.
 
-use super::{Parsed, Raw, Values};
+use super::units::micrometres;
+use super::{Parsed, Raw, Values, channel};
 use crate::height_field::HeightField;
 use ndarray::Array2;
 use std::collections::HashMap;
 
 const MAGIC: &[u8] = b"Gwyddion Simple Field 1.0\n";
 
-/// µm in one of the unit, for metres with any SI prefix.
-fn micrometres(unit: &str) -> Result<f64, String> {
-    let prefix = unit.trim().strip_suffix('m').ok_or_else(|| format!("unit \"{unit}\" is not a length"))?;
-    // Both the micro sign and the Greek letter mean 1e-6; `u` stands in for them.
-    Ok(match prefix {
-        "" => 1e6,
-        "k" => 1e9,
-        "d" => 1e5,
-        "c" => 1e4,
-        "m" => 1e3,
-        "µ" | "μ" | "u" => 1.0,
-        "n" => 1e-3,
-        "p" => 1e-6,
-        "f" => 1e-9,
-        _ => return Err(format!("unit \"{unit}\" is not metres with an SI prefix")),
-    })
-}
-
-pub(super) fn parse(bytes: &[u8]) -> Parsed {
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    channel::refuse(wanted)?;
     let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
     let end = body.iter().position(|b| *b == 0).ok_or("the header does not end with a NUL byte")?;
     let header = String::from_utf8_lossy(&body[..end]);
@@ -69,7 +53,7 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
         data.chunks_exact(4).map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])) * factor).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let meaning = if height_unit.is_some() { Values::Micrometres } else { Values::Unknown };
-    Ok(Raw { values, top_down: true, pixel_um, meaning })
+    Ok(Raw { values, top_down: true, pixel_um, meaning, channel: None })
 }
 
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {

@@ -1,8 +1,9 @@
 //! NumPy arrays: floats in µm, or integers whose largest value is full scale.
 
-use super::{Parsed, Raw, Values};
+use super::{Parsed, Raw, Values, channel};
+use crate::height_field::HeightField;
 use ndarray::Array2;
-use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement};
+use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement, WriteNpyExt};
 
 /// `None` if the file holds another type of element.
 fn try_type<T>(bytes: &[u8], convert: fn(T) -> f64) -> Option<Result<Array2<f64>, String>>
@@ -21,8 +22,33 @@ where
     }
 }
 
-pub(super) fn parse(bytes: &[u8]) -> Parsed {
-    let raw = |values, meaning| Raw { values, top_down: false, pixel_um: None, meaning };
+/// Refuses a shape that the file cannot hold, before memory is asked for it; the header is a Python dictionary.
+fn check_shape(bytes: &[u8]) -> Result<(), String> {
+    let header = bytes.get(8..12).ok_or("it has no header")?;
+    let length = if bytes[6] == 1 {
+        2 + usize::from(u16::from_le_bytes([header[0], header[1]]))
+    } else {
+        4 + u32::from_le_bytes([header[0], header[1], header[2], header[3]]) as usize
+    };
+    let header = bytes.get(8..8 + length).ok_or("its header ends early")?;
+    let header = String::from_utf8_lossy(header);
+    for (at, _) in header.match_indices("shape") {
+        let shape = header[at..].split(['(', ')']).nth(1).unwrap_or_default();
+        let counts = shape.split(',').map(str::trim).filter(|count| !count.is_empty());
+        let points = counts
+            .map(|count| count.trim_end_matches('L').parse::<usize>())
+            .try_fold(1_usize, |product, count| product.checked_mul(count.ok()?));
+        if points.is_none_or(|points| points > bytes.len()) {
+            return Err(format!("its shape ({shape}) does not fit into {} bytes", bytes.len()));
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    channel::refuse(wanted)?;
+    check_shape(bytes)?;
+    let raw = |values, meaning| Raw { values, top_down: false, pixel_um: None, meaning, channel: None };
     let full = |full| Values::FullScale { full, max_height_um: None };
     if let Some(values) = try_type::<f64>(bytes, |v| v).or_else(|| try_type::<f32>(bytes, f64::from)) {
         return Ok(raw(values?, Values::Micrometres));
@@ -34,4 +60,10 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
         return Ok(raw(values?, full(f64::from(u16::MAX))));
     }
     Err("its elements are of a type other than float64, float32, uint16, uint8".to_owned())
+}
+
+pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    field.heights_um().write_npy(&mut bytes).map_err(|error| error.to_string())?;
+    Ok(bytes)
 }

@@ -1,6 +1,6 @@
 //! PNG: 8- or 16-bit grey.
 
-use super::{Parsed, Raw, Values};
+use super::{Parsed, Raw, Values, channel};
 use crate::height_field::HeightField;
 use ndarray::Array2;
 use png::{BitDepth, ColorType, PixelDimensions, Unit};
@@ -11,7 +11,11 @@ const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
 /// Coarser than this is the resolution of a printer (10 µm a pixel is 2540 dots an inch).
 const FEWEST_PIXELS_PER_METRE: u32 = 100_000;
 
-pub(super) fn parse(bytes: &[u8]) -> Parsed {
+/// Deflated data never grow by more than this when they are unpacked.
+const DEFLATE_RATIO_MAX: usize = 1040;
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    channel::refuse(wanted)?;
     let mut reader = png::Decoder::new(Cursor::new(bytes)).read_info().map_err(|error| error.to_string())?;
     let (full, wide) = match (reader.info().color_type, reader.info().bit_depth) {
         (ColorType::Grayscale, BitDepth::Eight) => (255.0, false),
@@ -21,6 +25,9 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
         }
     };
     let length = reader.output_buffer_size().ok_or("it is too large")?;
+    if length / DEFLATE_RATIO_MAX > bytes.len() {
+        return Err(format!("its {length} bytes of grey do not fit into {} packed ones", bytes.len()));
+    }
     let mut buffer = vec![0; length];
     reader.next_frame(&mut buffer).map_err(|error| error.to_string())?;
     reader.finish().map_err(|error| error.to_string())?;
@@ -49,7 +56,7 @@ pub(super) fn parse(bytes: &[u8]) -> Parsed {
         _ => printed.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
     };
     let meaning = Values::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
-    Ok(Raw { values, top_down: true, pixel_um, meaning })
+    Ok(Raw { values, top_down: true, pixel_um, meaning, channel: None })
 }
 
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {

@@ -1,7 +1,13 @@
 //! Round trips and every refusal.
 
+mod containers;
+mod damage;
+mod measured;
+mod samples;
+
 use super::*;
 use crate::height_field::Preset;
+use ndarray::Array2;
 use std::path::PathBuf;
 
 /// 32-bit floats keep 24 bits: half a step of 0.5 µm.
@@ -63,7 +69,11 @@ fn exr_gsf_and_png_round_trip() {
         flat.write(&path).unwrap();
         assert_eq!(HeightField::read(&path, &NO_SCALE).unwrap().heights_um()[[0, 0]], 0.0, "{name}");
     }
-    assert!(field.write(folder.path().join("a.tif")).unwrap_err().to_string().contains(".exr, .png, .gsf"));
+    let path = folder.path().join("a.npy");
+    field.write(&path).unwrap();
+    let back = HeightField::read(&path, &scale(0.065, None)).unwrap();
+    assert_eq!(back.heights_um(), field.heights_um());
+    assert!(field.write(folder.path().join("a.tif")).unwrap_err().to_string().contains(".exr, .png, .gsf, .npy"));
     assert!(field.write(folder.path().join("none/a.exr")).unwrap_err().to_string().contains("cannot be written"));
 }
 
@@ -215,7 +225,7 @@ fn matrices_keep_their_rows() {
 fn missing_files_extensions_and_bad_parameters() {
     let read = |path: &str, scale: &FileScale| HeightField::read(path, scale).unwrap_err().to_string();
     assert!(read("/nowhere/a.exr", &NO_SCALE).contains("cannot be read"));
-    assert!(read("a.tiff", &NO_SCALE).contains("\"tiff\" is not supported; accepted: .exr, .png"));
+    assert!(read("a.jpeg", &NO_SCALE).contains("\"jpeg\" is not supported; accepted: .exr, .png"));
     assert!(read("a", &NO_SCALE).contains("\"\" is not supported"));
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         assert!(read("a.png", &scale(bad, None)).contains("`pixel_size`"));
@@ -239,33 +249,5 @@ fn scans_are_the_same_as_picture_and_as_field() {
         assert!((picture.dx_um() - field.dx_um()).abs() < 1e-12 && (picture.dy_um() - field.dy_um()).abs() < 1e-12);
         // The field was written as 32-bit floats; heights are below 1 µm.
         assert!(largest_difference(&picture, &field) < 2.0 * FLOAT_UM, "{name}");
-    }
-}
-
-#[test]
-fn damaged_files_never_panic() {
-    let folder = tempfile::tempdir().unwrap();
-    ndarray_npy::write_npy(folder.path().join("a.npy"), sample().heights_um()).unwrap();
-    std::fs::write(folder.path().join("a.txt"), "1 2\n3 4\n").unwrap();
-    for name in ["a.exr", "a.gsf", "a.png", "a.npy", "a.txt"] {
-        let path = folder.path().join(name);
-        if !path.exists() {
-            sample().write(&path).unwrap();
-        }
-        let bytes = std::fs::read(&path).unwrap();
-        for at in 0..bytes.len() {
-            for value in [bytes[at] ^ 1, 0xff] {
-                let mut damaged = bytes.clone();
-                damaged[at] = value;
-                std::fs::write(&path, &damaged).unwrap();
-                // Either outcome is right: some bytes are only heights.
-                let _ = HeightField::read(&path, &scale(0.1, 0.4));
-                let _ = HeightField::read(&path, &NO_SCALE);
-            }
-            std::fs::write(&path, &bytes[..at]).unwrap();
-            if !name.ends_with("txt") {
-                assert!(HeightField::read(&path, &NO_SCALE).is_err(), "{name} cut to {at} bytes");
-            }
-        }
     }
 }

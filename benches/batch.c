@@ -1,0 +1,154 @@
+/* Throughput of the C ABI's batches, as one JSON object on stdout.
+ *
+ * For each preset, number of wavelengths and call: evaluations (an item at one wavelength) per second of one core's own
+ * time, the median of several repetitions, all calls in turn in each; and with a thread on every core, of the wall
+ * clock. Half of the directions are spread evenly over the hemisphere, half are where the surface sends its light. */
+#define _POSIX_C_SOURCE 200809L
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "sunbeam.h"
+
+enum { COUNT = 4096, CARRIED_MAX = 16, REPETITIONS = 7, PASSES_ON_ALL = 8, CORES_MAX = 256 };
+
+static const char *PRESETS[]  = { "blazed", "elaphe", "xenopeltis" };
+static const size_t CARRIED[] = { 1, 4, 16 };
+static const char *CALLS[]    = { "eval", "pdf", "eval_pdf", "sample" };
+enum { PRESET_COUNT = 3, CARRIED_COUNT = 3, CALL_COUNT = 4 };
+
+typedef struct {
+    const sunbeam_surface *surface;
+    size_t carried;
+    int call;
+    float wi[COUNT][3], wo[COUNT][3], u[COUNT][3], nm[COUNT][CARRIED_MAX];
+    float f[COUNT][CARRIED_MAX], pdf[COUNT], sampled[COUNT][3];
+} batch;
+
+static void check(sunbeam_status status) {
+    if (status != SUNBEAM_STATUS_OK) {
+        fprintf(stderr, "%s\n", sunbeam_last_error());
+        exit(1);
+    }
+}
+
+static float random_unit(void) {
+    static unsigned long long state = 1;
+    state                           = state * 6364136223846793005ull + 1442695040888963407ull;
+    return (float) (state >> 40) / 16777216.f;
+}
+
+static void random_direction(float w[3]) {
+    const float z = .02f + .98f * random_unit(), r = sqrtf(1.f - z * z), phi = 6.2831853f * random_unit();
+    w[0] = r * cosf(phi), w[1] = r * sinf(phi), w[2] = z;
+}
+
+static void run(batch *b) {
+    const size_t n          = b->carried;
+    const sunbeam_floats wi = { b->wi[0], 3 }, wo = { b->wo[0], 3 }, u = { b->u[0], 3 }, nm = { b->nm[0], CARRIED_MAX };
+    const sunbeam_floats_out f = { b->f[0], CARRIED_MAX }, pdf = { b->pdf, 1 }, to = { b->sampled[0], 3 };
+    switch (b->call) {
+        case 0:
+            check(sunbeam_surface_eval(b->surface, COUNT, wi, wo, n, nm, f));
+            break;
+        case 1:
+            check(sunbeam_surface_pdf(b->surface, COUNT, wi, wo, n, nm, pdf));
+            break;
+        case 2:
+            check(sunbeam_surface_eval_pdf(b->surface, COUNT, wi, wo, n, nm, f, pdf));
+            break;
+        default:
+            check(sunbeam_surface_sample(b->surface, COUNT, wi, n, nm, u, to, pdf, f));
+            break;
+    }
+}
+
+static double seconds(clockid_t clock) {
+    struct timespec now;
+    clock_gettime(clock, &now);
+    return (double) now.tv_sec + 1e-9 * (double) now.tv_nsec;
+}
+
+static int ascending(const void *a, const void *b) {
+    const double x = *(const double *) a, y = *(const double *) b;
+    return (x > y) - (x < y);
+}
+
+static void *run_on_all(void *argument) {
+    for (int pass = 0; pass < PASSES_ON_ALL; ++pass)
+        run(argument);
+    return NULL;
+}
+
+/* Evaluations per second of the wall clock with a thread on every core, each with a batch of its own. */
+static double on_all_cores(const batch *one, long cores) {
+    pthread_t threads[CORES_MAX];
+    batch *batches = malloc((size_t) cores * sizeof *batches);
+    if (!batches)
+        exit(1);
+    for (long t = 0; t < cores; ++t)
+        batches[t] = *one;
+    const double start = seconds(CLOCK_MONOTONIC);
+    for (long t = 0; t < cores; ++t)
+        if (pthread_create(&threads[t], NULL, run_on_all, &batches[t]))
+            exit(1);
+    for (long t = 0; t < cores; ++t)
+        pthread_join(threads[t], NULL);
+    const double spent = seconds(CLOCK_MONOTONIC) - start;
+    free(batches);
+    return (double) cores * PASSES_ON_ALL * COUNT * (double) one->carried / spent;
+}
+
+int main(void) {
+    static batch b;
+    long cores        = sysconf(_SC_NPROCESSORS_ONLN);
+    const char *comma = "";
+    cores             = cores < 1 ? 1 : cores > CORES_MAX ? CORES_MAX : cores;
+    printf("{\"version\": \"%s\", \"items\": %d, \"repetitions\": %d, \"cores\": %ld, \"rows\": [", sunbeam_version(),
+           COUNT, REPETITIONS, cores);
+    for (int s = 0; s < PRESET_COUNT; ++s) {
+        char config[128];
+        sunbeam_surface *surface = NULL;
+        snprintf(config, sizeof config, "{\"preset\": \"%s\", \"eta\": 1.56}", PRESETS[s]);
+        check(sunbeam_surface_new(config, &surface));
+        b.surface = surface;
+        for (int i = 0; i < COUNT; ++i) {
+            random_direction(b.wi[i]), random_direction(b.wo[i]);
+            for (int k = 0; k < 3; ++k)
+                b.u[i][k] = random_unit();
+            for (int k = 0; k < CARRIED_MAX; ++k)
+                b.nm[i][k] = 380.f + 400.f * random_unit();
+        }
+        b.carried = 1, b.call = 3;
+        run(&b);
+        for (int i = 0; i < COUNT; i += 2)
+            for (int k = 0; k < 3; ++k)
+                if (b.sampled[i][2] > 0.f)
+                    b.wo[i][k] = b.sampled[i][k];
+        double times[CARRIED_COUNT][CALL_COUNT][REPETITIONS];
+        for (int repetition = 0; repetition < REPETITIONS; ++repetition)
+            for (int c = 0; c < CARRIED_COUNT; ++c)
+                for (int call = 0; call < CALL_COUNT; ++call) {
+                    b.carried = CARRIED[c], b.call = call;
+                    const double start = seconds(CLOCK_THREAD_CPUTIME_ID);
+                    run(&b);
+                    times[c][call][repetition] = seconds(CLOCK_THREAD_CPUTIME_ID) - start;
+                }
+        for (int c = 0; c < CARRIED_COUNT; ++c)
+            for (int call = 0; call < CALL_COUNT; ++call) {
+                b.carried = CARRIED[c], b.call = call;
+                qsort(times[c][call], REPETITIONS, sizeof(double), ascending);
+                printf("%s\n{\"preset\": \"%s\", \"wavelengths\": %zu, \"call\": \"%s\", \"per_second\": %.4g, "
+                       "\"per_second_all_cores\": %.4g}",
+                       comma, PRESETS[s], b.carried, CALLS[call],
+                       COUNT * (double) b.carried / times[c][call][REPETITIONS / 2], on_all_cores(&b, cores));
+                comma = ",";
+            }
+        sunbeam_surface_free(surface);
+    }
+    printf("\n]}\n");
+    return 0;
+}

@@ -1,0 +1,36 @@
+"""Puts the plugin into the wheel: Cargo builds it against the Mitsuba that the building interpreter has."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+
+class PluginBuildHook(BuildHookInterface):
+    """Runs ``cargo build --features mitsuba`` and names the platform that the result is for."""
+
+    def initialize(self, version: str, build_data: dict) -> None:
+        """Called by hatchling before it collects the files of a wheel."""
+        root = Path(self.root)
+        environment = {"CARGO_TARGET_DIR": str(root / "target"), **os.environ}
+        # What the build needs of Mitsuba is asked of this interpreter, which has what pyproject.toml requires. That of
+        # the checkout is asked anyway; naming it would make Cargo build anew what `make plugin` has built.
+        if Path(sys.prefix) != root / ".venv":
+            environment.setdefault("SUNBEAM_PYTHON", sys.executable)
+        command = ["cargo", "build", "--release", "--lib", "--features", "mitsuba"]
+        try:
+            subprocess.run(command, cwd=root, env=environment, check=True)
+        except FileNotFoundError:
+            raise SystemExit("sunbeam-mitsuba needs Rust to be built: see https://rustup.rs") from None
+        except subprocess.CalledProcessError as error:
+            raise SystemExit(f"`{' '.join(command)}` failed with status {error.returncode}") from None
+        plugin = root / environment["CARGO_TARGET_DIR"] / "release" / "libsunbeam.so"
+        build_data["force_include"][str(plugin)] = "sunbeam_mitsuba/plugins/diffraction.so"
+        # Any Python that Mitsuba runs in, but this platform alone.
+        build_data["pure_python"] = False
+        build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"

@@ -1,0 +1,68 @@
+//! Cutting a rectangle out of a height field.
+
+use super::{HeightField, HeightFieldError};
+use ndarray::s;
+
+/// How far a length may be from whole pixels, in pixels, to count as whole.
+const WHOLE: f64 = 1e-6;
+
+impl HeightField {
+    /// The pixels whose centres lie in the rectangle of `width_um × height_um` with its lower left corner at
+    /// `(x_um, y_um)`; the field's own lower left corner is (0, 0), half a pixel from the centre of its first pixel.
+    ///
+    /// # Errors
+    /// [`HeightFieldError::Crop`] for a rectangle that reaches beyond the field or holds no pixel.
+    pub fn cropped(&self, x_um: f64, y_um: f64, width_um: f64, height_um: f64) -> Result<Self, HeightFieldError> {
+        let (nx, ny) = self.size();
+        let (extent_x_um, extent_y_um) = self.extent_um();
+        let refused = || HeightFieldError::Crop { x_um, y_um, width_um, height_um, extent_x_um, extent_y_um };
+        let span = |start_um: f64, length_um: f64, step_um: f64, count: usize| {
+            let (start, end) = (start_um / step_um, (start_um + length_um) / step_um);
+            let within = start >= -WHOLE && end <= count as f64 + WHOLE;
+            // The centre of pixel i is at i + ½.
+            let first = (start - 0.5 - WHOLE).ceil().max(0.0) as usize;
+            let last = (end - 0.5 - WHOLE).ceil().max(0.0) as usize;
+            (within && first < last.min(count)).then_some(first..last.min(count)).ok_or_else(refused)
+        };
+        let columns = span(x_um, width_um, self.dx_um, nx)?;
+        let rows = span(y_um, height_um, self.dy_um, ny)?;
+        Self::new(self.heights_um.slice(s![rows, columns]).to_owned(), self.dx_um, self.dy_um)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    fn field() -> HeightField {
+        HeightField::new(Array2::from_shape_fn((4, 6), |(iy, ix)| (10 * iy + ix) as f64), 0.5, 0.25).unwrap()
+    }
+
+    #[test]
+    fn the_rectangle_is_in_um_from_the_lower_left() {
+        let cut = field().cropped(0.5, 0.25, 1.5, 0.5).unwrap();
+        assert_eq!(cut.heights_um(), &ndarray::array![[11.0, 12.0, 13.0], [21.0, 22.0, 23.0]]);
+        assert_eq!((cut.dx_um(), cut.dy_um()), (0.5, 0.25));
+        assert_eq!(field().cropped(0.0, 0.0, 3.0, 1.0).unwrap(), field());
+        // Between pixels: those count whose centres are inside.
+        assert_eq!(field().cropped(0.3, 0.1, 0.6, 0.2).unwrap().heights_um(), &ndarray::array![[1.0]]);
+    }
+
+    #[test]
+    fn rectangles_beyond_the_field_and_without_pixels_are_refused() {
+        for (x, y, width, height) in [
+            (-0.1, 0.0, 1.0, 0.5),
+            (0.0, 0.0, 3.1, 1.0),
+            (0.0, 0.8, 1.0, 0.25),
+            (0.3, 0.0, 0.3, 1.0),
+            (0.0, 0.0, 0.0, 1.0),
+            (0.0, 0.0, -1.0, 1.0),
+            (f64::NAN, 0.0, 1.0, 1.0),
+            (0.0, 0.0, f64::INFINITY, 1.0),
+        ] {
+            let message = field().cropped(x, y, width, height).unwrap_err().to_string();
+            assert!(message.contains("3 × 1 µm"), "{message}");
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! Little-endian numbers out of a file's bytes, never beyond their end.
+
+/// Reads on from a place in a file.
+#[derive(Clone, Copy)]
+pub(super) struct Bytes<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Bytes<'a> {
+    pub fn new(bytes: &'a [u8]) -> Self {
+        Self { rest: bytes }
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.rest.is_empty()
+    }
+
+    /// The next `count` bytes.
+    pub fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+        let (taken, rest) = self
+            .rest
+            .split_at_checked(count)
+            .ok_or_else(|| format!("it ends early: {count} bytes are wanted, {} are left", self.rest.len()))?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
+    /// All that is left.
+    pub fn take_all(&mut self) -> &'a [u8] {
+        std::mem::take(&mut self.rest)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], String> {
+        let mut array = [0; N];
+        array.copy_from_slice(self.take(N)?);
+        Ok(array)
+    }
+
+    pub fn u8(&mut self) -> Result<u8, String> {
+        Ok(self.array::<1>()?[0])
+    }
+
+    pub fn u16(&mut self) -> Result<u16, String> {
+        Ok(u16::from_le_bytes(self.array()?))
+    }
+
+    pub fn u32(&mut self) -> Result<u32, String> {
+        Ok(u32::from_le_bytes(self.array()?))
+    }
+
+    pub fn i32(&mut self) -> Result<i32, String> {
+        Ok(i32::from_le_bytes(self.array()?))
+    }
+
+    pub fn f64(&mut self) -> Result<f64, String> {
+        Ok(f64::from_le_bytes(self.array()?))
+    }
+
+    /// Up to the next NUL, which is skipped.
+    pub fn string(&mut self) -> Result<&'a [u8], String> {
+        let end = self.rest.iter().position(|b| *b == 0).ok_or("it ends within a string")?;
+        let string = &self.rest[..end];
+        self.rest = &self.rest[end + 1..];
+        Ok(string)
+    }
+}
+
+/// Types of number that heights are stored as, little-endian.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Number {
+    U8,
+    U16,
+    U32,
+    I8,
+    I16,
+    I32,
+    F32,
+    F64,
+}
+
+impl Number {
+    /// Bytes of one.
+    pub const fn size(self) -> usize {
+        match self {
+            Self::U8 | Self::I8 => 1,
+            Self::U16 | Self::I16 => 2,
+            Self::U32 | Self::I32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    /// All numbers in `bytes`; what is left over at the end is not one.
+    pub fn decode(self, bytes: &[u8]) -> Vec<f64> {
+        fn all<const N: usize>(bytes: &[u8], convert: impl Fn([u8; N]) -> f64) -> Vec<f64> {
+            bytes.chunks_exact(N).filter_map(|chunk| chunk.try_into().ok()).map(convert).collect()
+        }
+        match self {
+            Self::U8 => all(bytes, |b: [u8; 1]| f64::from(b[0])),
+            Self::I8 => all(bytes, |b: [u8; 1]| f64::from(b[0] as i8)),
+            Self::U16 => all(bytes, |b| f64::from(u16::from_le_bytes(b))),
+            Self::I16 => all(bytes, |b| f64::from(i16::from_le_bytes(b))),
+            Self::U32 => all(bytes, |b| f64::from(u32::from_le_bytes(b))),
+            Self::I32 => all(bytes, |b| f64::from(i32::from_le_bytes(b))),
+            Self::F32 => all(bytes, |b| f64::from(f32::from_le_bytes(b))),
+            Self::F64 => all(bytes, f64::from_le_bytes),
+        }
+    }
+}
+
+/// Bytes of `nx × ny` numbers.
+///
+/// # Errors
+/// Where either is 0 or the product is beyond what a machine can address.
+pub(super) fn data_length(nx: usize, ny: usize, number: Number) -> Result<usize, String> {
+    if nx == 0 || ny == 0 {
+        return Err(format!("its size is {nx} × {ny}; at least one point is needed"));
+    }
+    let count = nx.checked_mul(ny).and_then(|points| points.checked_mul(number.size()));
+    count.ok_or_else(|| format!("its size {nx} × {ny} is too large"))
+}

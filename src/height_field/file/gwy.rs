@@ -1,0 +1,202 @@
+//! Gwyddion's own files: a tree of serialised objects, of which the data fields, their titles and masks matter here.
+//!
+//! After the magic bytes stands one object, a container. An object is its type's name, the length of its body, and in
+//! that body components, each a name, a letter for its type, and its value; all little-endian. Bodies of objects are
+//! looked into only where they are needed, and by a loop, so no depth of nesting is too much.
+
+use super::bytes::{Bytes, Number, data_length};
+use super::channel::{self, Channel};
+use super::units::micrometres;
+use super::{Parsed, Raw, Values};
+use ndarray::Array2;
+use std::collections::BTreeMap;
+
+const MAGIC: &[u8] = b"GWYP";
+
+/// A serialised object: its type and the bytes of its components.
+#[derive(Clone, Copy)]
+struct Object<'a> {
+    type_name: &'a [u8],
+    body: &'a [u8],
+}
+
+/// The value of a component; of those that are not needed, nothing.
+#[derive(Clone, Copy)]
+enum Value<'a> {
+    Integer(i32),
+    Double(f64),
+    String(&'a [u8]),
+    Object(Object<'a>),
+    Doubles(&'a [u8]),
+    Other,
+}
+
+impl<'a> Object<'a> {
+    fn read(bytes: &mut Bytes<'a>) -> Result<Self, String> {
+        let type_name = bytes.string()?;
+        let length = bytes.u32()? as usize;
+        Ok(Self { type_name, body: bytes.take(length)? })
+    }
+
+    /// Calls `visit` with the name and value of every component.
+    fn components(&self, mut visit: impl FnMut(&'a [u8], Value<'a>) -> Result<(), String>) -> Result<(), String> {
+        let mut bytes = Bytes::new(self.body);
+        while !bytes.is_empty() {
+            let name = bytes.string()?;
+            let value = read_value(&mut bytes)?;
+            visit(name, value)?;
+        }
+        Ok(())
+    }
+}
+
+fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
+    let letter = bytes.u8()?;
+    let mut skip = |size: usize| bytes.take(size).map(|_| Value::Other);
+    match letter {
+        b'b' | b'c' => skip(1),
+        b'q' => skip(8),
+        b'i' => Ok(Value::Integer(bytes.i32()?)),
+        b'd' => Ok(Value::Double(bytes.f64()?)),
+        b's' => Ok(Value::String(bytes.string()?)),
+        b'o' => Ok(Value::Object(Object::read(bytes)?)),
+        b'C' | b'I' | b'Q' | b'D' | b'S' | b'O' => {
+            let count = bytes.u32()? as usize;
+            let mut array = |size: usize| bytes.take(count.checked_mul(size).ok_or("an array is too long")?);
+            match letter {
+                b'C' => array(1).map(|_| Value::Other),
+                b'I' => array(4).map(|_| Value::Other),
+                b'Q' => array(8).map(|_| Value::Other),
+                b'D' => array(8).map(Value::Doubles),
+                // The bytes run out long before a count that is not true does.
+                b'S' => (0..count).try_for_each(|_| bytes.string().map(|_| ())).map(|()| Value::Other),
+                _ => (0..count).try_for_each(|_| Object::read(bytes).map(|_| ())).map(|()| Value::Other),
+            }
+        }
+        _ => Err(format!("a component is of the unknown type {:?}", char::from(letter))),
+    }
+}
+
+/// A field of values on a regular grid.
+#[derive(Default)]
+struct DataField<'a> {
+    size: (usize, usize),
+    real: (f64, f64),
+    unit_xy: String,
+    unit_z: String,
+    data: &'a [u8],
+}
+
+impl<'a> DataField<'a> {
+    fn read(object: Object<'a>) -> Result<Self, String> {
+        if object.type_name != b"GwyDataField" {
+            let found = String::from_utf8_lossy(object.type_name);
+            return Err(format!("a channel is a \"{found}\", not a \"GwyDataField\""));
+        }
+        let mut field = Self::default();
+        object.components(|name, value| {
+            match (name, value) {
+                (b"xres", Value::Integer(count)) => field.size.0 = usize::try_from(count).unwrap_or(0),
+                (b"yres", Value::Integer(count)) => field.size.1 = usize::try_from(count).unwrap_or(0),
+                (b"xreal", Value::Double(length)) => field.real.0 = length,
+                (b"yreal", Value::Double(length)) => field.real.1 = length,
+                (b"si_unit_xy", Value::Object(unit)) => field.unit_xy = unit_name(unit)?,
+                (b"si_unit_z", Value::Object(unit)) => field.unit_z = unit_name(unit)?,
+                (b"data", Value::Doubles(data)) => field.data = data,
+                _ => {}
+            }
+            Ok(())
+        })?;
+        let (nx, ny) = field.size;
+        let length = data_length(nx, ny, Number::F64)?;
+        if field.data.len() != length {
+            let found = field.data.len() / 8;
+            return Err(format!("a channel of {nx} × {ny} points holds {found} values"));
+        }
+        Ok(field)
+    }
+}
+
+fn unit_name(unit: Object) -> Result<String, String> {
+    let mut name = String::new();
+    unit.components(|key, value| {
+        if let (b"unitstr", Value::String(text)) = (key, value) {
+            name = String::from_utf8_lossy(text).trim().to_owned();
+        }
+        Ok(())
+    })?;
+    Ok(name)
+}
+
+/// What a container holds under `/N/…`.
+#[derive(Default)]
+struct Entry<'a> {
+    title: String,
+    data: Option<Object<'a>>,
+    mask: Option<Object<'a>>,
+}
+
+fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
+    let mut entries = BTreeMap::<usize, Entry>::new();
+    container.components(|name, value| {
+        let Some((number, key)) = std::str::from_utf8(name)
+            .ok()
+            .and_then(|name| name.strip_prefix('/')?.split_once('/'))
+            .and_then(|(number, key)| Some((number.parse().ok()?, key)))
+        else {
+            return Ok(());
+        };
+        match (key, value) {
+            ("data", Value::Object(object)) => entries.entry(number).or_default().data = Some(object),
+            ("mask", Value::Object(object)) => entries.entry(number).or_default().mask = Some(object),
+            ("data/title", Value::String(title)) => {
+                entries.entry(number).or_default().title = String::from_utf8_lossy(title).trim().to_owned();
+            }
+            _ => {}
+        }
+        Ok(())
+    })?;
+    entries.retain(|_, entry| entry.data.is_some());
+    Ok(entries)
+}
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    let mut body = Bytes::new(bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"GWYP\"")?);
+    let container = Object::read(&mut body)?;
+    if container.type_name != b"GwyContainer" {
+        return Err("it holds no \"GwyContainer\"".to_owned());
+    }
+    let mut fields = Vec::new();
+    let mut channels = Vec::new();
+    for (number, entry) in entries(container)? {
+        let Some(object) = entry.data else { continue };
+        let field = DataField::read(object)?;
+        let is_height = micrometres(&field.unit_z).is_ok();
+        channels.push(Channel { number, title: entry.title, unit: field.unit_z.clone(), is_height });
+        fields.push((field, entry.mask));
+    }
+    let at = channel::choose(&channels, wanted)?;
+    let (field, mask) = &fields[at];
+    let (nx, ny) = field.size;
+    let factor = micrometres(&field.unit_z)?;
+    let mut values: Vec<f64> = Number::F64.decode(field.data).iter().map(|value| value * factor).collect();
+    if let Some(mask) = mask {
+        let mask = DataField::read(*mask)?;
+        if mask.size != field.size {
+            return Err(format!("the mask has {} × {} points, the channel {nx} × {ny}", mask.size.0, mask.size.1));
+        }
+        for (value, masked) in values.iter_mut().zip(Number::F64.decode(mask.data)) {
+            if masked > 0.0 {
+                *value = f64::NAN;
+            }
+        }
+    }
+    let pixel_um = if field.unit_xy.is_empty() {
+        None
+    } else {
+        let unit = micrometres(&field.unit_xy)?;
+        Some((field.real.0 * unit / nx as f64, field.real.1 * unit / ny as f64))
+    };
+    let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    Ok(Raw { values, top_down: true, pixel_um, meaning: Values::Micrometres, channel: Some(channels[at].name()) })
+}

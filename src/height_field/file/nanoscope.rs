@@ -1,0 +1,173 @@
+//! Bruker (Veeco, Digital Instruments) Nanoscope, version 4.3 and later: a text header of lines that begin with a
+//! backslash, then the images, whose rows run from the bottom to the top.
+//!
+//! A height is `LSB · hard value / 256^(bytes per pixel) · soft scale`, where the line `@2:Z scale` gives the hard value in V
+//! and names the soft scale, a sensitivity in nm/V that stands elsewhere in the header. The bytes per pixel are the
+//! header's even where the file stores four bytes each.
+
+use super::bytes::{Bytes, Number};
+use super::channel::{self, Channel};
+use super::units::micrometres;
+use super::{Parsed, Raw, Values};
+use ndarray::Array2;
+use std::collections::HashMap;
+
+/// A headline, with the lines under it up to the next one; keys in lower case.
+struct Section<'a> {
+    title: &'a str,
+    lines: HashMap<String, &'a str>,
+}
+
+impl<'a> Section<'a> {
+    fn text(&self, key: &str) -> Result<&'a str, String> {
+        let found = self.lines.get(&key.to_ascii_lowercase()).copied();
+        found.ok_or_else(|| format!("the section \"{}\" has no {key}", self.title))
+    }
+
+    fn count(&self, key: &str) -> Result<usize, String> {
+        let text = self.text(key)?;
+        text.parse().ok().filter(|count| *count > 0).ok_or_else(|| format!("{key} is \"{text}\", not a count"))
+    }
+}
+
+/// The header ends at its own mark, or at the first line that is none of it.
+fn sections(header: &str) -> Vec<Section<'_>> {
+    let mut sections: Vec<Section> = Vec::new();
+    for line in header.lines().map(str::trim_end) {
+        let Some(line) = line.strip_prefix('\\') else { break };
+        if let Some(title) = line.strip_prefix('*') {
+            if title.eq_ignore_ascii_case("File list end") {
+                break;
+            }
+            sections.push(Section { title, lines: HashMap::new() });
+        } else if let Some(section) = sections.last_mut() {
+            // A group's number may stand before the key: `@2:Z scale: …`.
+            let start =
+                if line.starts_with('@') { line.find(':').filter(|at| *at <= 3).map_or(0, |at| at + 1) } else { 0 };
+            if let Some(colon) = line[start..].find(':') {
+                let (key, value) = (&line[..start + colon], &line[start + colon + 1..]);
+                section.lines.insert(key.trim().to_ascii_lowercase(), value.trim());
+            }
+        }
+    }
+    sections
+}
+
+/// A number and what follows it.
+fn leading_number(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim_start();
+    let end = text.find(char::is_whitespace).unwrap_or(text.len());
+    Some((text[..end].parse().ok()?, text[end..].trim()))
+}
+
+/// What stands between the first of these brackets, and what follows it.
+fn bracketed(text: &str, open: char, close: char) -> Option<(&str, &str)> {
+    let inner = text.trim_start().strip_prefix(open)?;
+    let end = inner.find(close)?;
+    Some((&inner[..end], &inner[end + close.len_utf8()..]))
+}
+
+/// The scale of an image's values: µm for the full range of the numbers, where they are heights, and the unit's name.
+fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), String> {
+    let text = image.text("@2:Z scale")?;
+    let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");
+    let rest = text.strip_prefix('V').ok_or_else(malformed)?;
+    let (soft_name, rest) = bracketed(rest, '[', ']').map_or((None, rest), |(name, rest)| (Some(name.trim()), rest));
+    // Units of the hard scale may hold brackets themselves: the hard value follows the last.
+    let rest = if rest.trim_start().starts_with('(') { rest.rsplit(')').next().unwrap_or_default() } else { rest };
+    let (hard_value, hard_unit) = leading_number(rest).ok_or_else(malformed)?;
+    let Some(soft_name) = soft_name.filter(|name| !name.is_empty()) else {
+        return Ok((micrometres(hard_unit).ok().map(|unit| hard_value * unit), hard_unit.to_owned()));
+    };
+    let key = format!("@{}", soft_name.to_ascii_lowercase());
+    let soft = all.iter().find_map(|section| section.lines.get(&key));
+    let soft = soft.ok_or_else(|| format!("the header has no {soft_name}, which @2:Z scale asks for"))?;
+    let (sensitivity, unit) = soft
+        .strip_prefix('V')
+        .and_then(leading_number)
+        .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
+    // A length per volt times volts; anything else is not a height.
+    let length = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
+    let height = length.and_then(|length| micrometres(length).ok()).map(|unit| hard_value * sensitivity * unit);
+    let name = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
+    Ok((height, name))
+}
+
+/// The title in quotes of `@2:Image Data`, with the direction of the scan.
+fn title(image: &Section) -> Result<(String, String), String> {
+    let text = image.text("@2:Image Data").or_else(|_| image.text("@3:Image Data"))?;
+    let quoted = text.split('"').nth(1);
+    let name = quoted.or_else(|| bracketed(text.trim_start_matches('S'), '[', ']').map(|found| found.0));
+    let direction = image.text("Line Direction").unwrap_or_default();
+    Ok((name.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
+}
+
+/// Rows, columns and type of the numbers that fill an image's bytes. A scan that was stopped has fewer valid rows than
+/// it was to have.
+fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
+    let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
+    let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
+    for rows in [ny, valid] {
+        for number in [Number::I16, Number::I32] {
+            if nx.checked_mul(rows).and_then(|points| points.checked_mul(number.size())) == Some(length) {
+                return Ok((nx, rows, number));
+            }
+        }
+    }
+    Err(format!("{nx} × {ny} points of 2 or 4 bytes do not make the {length} bytes of its data"))
+}
+
+/// Size of the whole scan in µm along x and y; `None` where the aspect ratio leaves open which of them is meant.
+fn scan_size_um(image: &Section, all: &[Section]) -> Result<Option<(f64, f64)>, String> {
+    let of_scan =
+        || all.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
+    let text = image.text("Scan size").or_else(|missing| of_scan().ok_or(missing))?;
+    let malformed = || format!("Scan Size is \"{text}\", not one or two numbers and a unit");
+    let (x, rest) = leading_number(text).ok_or_else(malformed)?;
+    let (y, unit) = leading_number(rest).unwrap_or((x, rest));
+    let unit = micrometres(unit)?;
+    let square = image.text("Aspect ratio").is_ok_and(|ratio| ratio.trim() == "1:1");
+    Ok(square.then_some((x * unit, y * unit)))
+}
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    if !bytes.starts_with(b"\\*") {
+        return Err(
+            "it does not begin with a line like \\*File list; binary Nanoscope files since version 4.3 are read"
+                .to_owned(),
+        );
+    }
+    // The header ends with a control character; its text is Latin-1 or UTF-8, and what matters of it ASCII.
+    let end = bytes.iter().position(|b| *b == 0x1a).unwrap_or(bytes.len());
+    let header = String::from_utf8_lossy(&bytes[..end]);
+    let all = sections(&header);
+    let mut images = Vec::new();
+    let mut channels = Vec::new();
+    // Other sections of images, of force curves, have other titles.
+    for image in all.iter().filter(|section| section.title.to_ascii_lowercase().ends_with("ciao image list")) {
+        let (name, direction) = title(image)?;
+        // A channel without a scale that can be read is no reason to refuse the others.
+        let (height_um, unit) = scale(image, &all).unwrap_or((None, "unknown".to_owned()));
+        let unit = if direction.is_empty() { unit } else { format!("{unit}, {direction}") };
+        channels.push(Channel { number: channels.len() + 1, title: name, unit, is_height: height_um.is_some() });
+        images.push((image, height_um));
+    }
+    let at = channel::choose(&channels, wanted)?;
+    let (image, height_um) = images[at];
+    let height_um = height_um.ok_or("the channel is not a height")?;
+    let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
+    let (nx, ny, number) = layout(image, length)?;
+    let mut data = Bytes::new(bytes);
+    data.take(offset)?;
+    let declared = if image.text("Bytes/pixel").is_ok() { image.count("Bytes/pixel")? } else { 2 };
+    if !(1..=8).contains(&declared) {
+        return Err(format!("Bytes/pixel is {declared}, not 2 or 4"));
+    }
+    let step = height_um / 256f64.powi(declared as i32);
+    let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step).collect();
+    let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    let lines = image.count("Number of lines")?;
+    let pixel_um = scan_size_um(image, &all)?.map(|(x, y)| (x / nx as f64, y / lines as f64));
+    let channel = Some(channels[at].name());
+    Ok(Raw { values, top_down: false, pixel_um, meaning: Values::Micrometres, channel })
+}

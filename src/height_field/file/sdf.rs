@@ -1,0 +1,162 @@
+//! Surface data files of ISO 25178-71 (versions 1.0 and 2.0) and of the BCR proposal before it, as text and in binary.
+//!
+//! ISO puts the first profile at y = 0, and marks points without a height by the least number of the type of data or, in
+//! text, by `BAD`. BCR left the direction open; its files are shown with the first profile at the top, and mark points
+//! by the largest number.
+
+use super::bytes::{Bytes, Number, data_length};
+use super::{Parsed, Raw, Values, channel};
+use ndarray::Array2;
+use std::collections::HashMap;
+
+const UM_PER_M: f64 = 1e6;
+/// What BCR takes as the largest number of floats: anything from here on is no height.
+const BCR_LARGEST: (f64, f64) = (3.4e38, 1.7e308);
+/// Names that BCR's text headers may give instead of the codes of data types, in the order of the codes.
+const TYPE_NAMES: [&str; 8] = ["UCHAR", "UINTEGER", "ULONGINT", "FLOAT", "CHAR", "INTEGER", "LONGINT", "DOUBLE"];
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Revision {
+    Iso1,
+    Iso2,
+    Bcr,
+}
+
+struct Header {
+    revision: Revision,
+    nx: usize,
+    ny: usize,
+    dx_m: f64,
+    dy_m: f64,
+    z_m: f64,
+    number: Number,
+}
+
+impl Header {
+    /// Whether a stored number says that there is no height.
+    fn is_missing(&self, value: f64) -> bool {
+        let (low, high) = match self.number {
+            Number::U8 => (0.0, f64::from(u8::MAX)),
+            Number::U16 => (0.0, f64::from(u16::MAX)),
+            Number::U32 => (0.0, f64::from(u32::MAX)),
+            Number::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
+            Number::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
+            Number::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
+            Number::F32 => (f64::from(f32::MIN), BCR_LARGEST.0),
+            Number::F64 => (f64::MIN, BCR_LARGEST.1),
+        };
+        value.is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
+    }
+
+    fn raw(self, stored: Vec<f64>) -> Parsed {
+        let factor = self.z_m * UM_PER_M;
+        let heights = stored.iter().map(|&value| if self.is_missing(value) { f64::NAN } else { value * factor });
+        let values =
+            Array2::from_shape_vec((self.ny, self.nx), heights.collect()).map_err(|error| error.to_string())?;
+        // A single profile has no spacing across.
+        let dy_m = if self.ny == 1 && self.dy_m == 0.0 { self.dx_m } else { self.dy_m };
+        let pixel_um = Some((self.dx_m * UM_PER_M, dy_m * UM_PER_M));
+        let top_down = self.revision == Revision::Bcr;
+        Ok(Raw { values, top_down, pixel_um, meaning: Values::Micrometres, channel: None })
+    }
+}
+
+fn number_of(code: u8) -> Result<Number, String> {
+    let numbers =
+        [Number::U8, Number::U16, Number::U32, Number::F32, Number::I8, Number::I16, Number::I32, Number::F64];
+    numbers.get(usize::from(code)).copied().ok_or_else(|| format!("DataType is {code}; 0 to 7 are known"))
+}
+
+fn plain(name: &str, code: u8) -> Result<(), String> {
+    if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
+}
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    channel::refuse(wanted)?;
+    let mut rest = Bytes::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));
+    let magic = rest.take(8).map_err(|_| "it has no header")?;
+    let revision = match &magic[1..] {
+        b"ISO-1.0" => Revision::Iso1,
+        b"ISO-2.0" => Revision::Iso2,
+        b"BCR-1.0" => Revision::Bcr,
+        _ => {
+            let found = String::from_utf8_lossy(magic);
+            return Err(format!("it begins with {found:?}; ISO-1.0, ISO-2.0 and BCR-1.0 after a or b are read"));
+        }
+    };
+    match magic[0] {
+        b'a' | b'A' => parse_text(rest, revision),
+        b'b' | b'B' => parse_binary(rest, revision),
+        _ => Err("it begins with neither a, for text, nor b, for binary".to_owned()),
+    }
+}
+
+fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
+    // Manufacturer, dates of creation and change.
+    bytes.take(10 + 12 + 12)?;
+    let mut count = || -> Result<usize, String> {
+        Ok(if revision == Revision::Iso2 { bytes.u32()? as usize } else { usize::from(bytes.u16()?) })
+    };
+    let (nx, ny) = (count()?, count()?);
+    let (dx_m, dy_m, z_m, _resolution) = (bytes.f64()?, bytes.f64()?, bytes.f64()?, bytes.f64()?);
+    plain("Compression", bytes.u8()?)?;
+    let number = number_of(bytes.u8()?)?;
+    plain("CheckType", bytes.u8()?)?;
+    let data = bytes.take(data_length(nx, ny, number)?)?;
+    Header { revision, nx, ny, dx_m, dy_m, z_m, number }.raw(number.decode(data))
+}
+
+fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
+    let text = std::str::from_utf8(rest.take_all()).map_err(|_| "its text is not ASCII")?;
+    // Records end with an asterisk: header, heights, and a trailer that says nothing of heights.
+    let mut records = text.split('*');
+    let (head, data) = (records.next().unwrap_or_default(), records.next().ok_or("its header does not end with *")?);
+    // In BCR files the rest of a line after a semicolon is a comment.
+    let uncommented = |line: &'_ str| -> String {
+        if revision == Revision::Bcr { line.split(';').next().unwrap_or_default().to_owned() } else { line.to_owned() }
+    };
+    let mut fields = HashMap::new();
+    for line in head.lines().map(uncommented) {
+        if let Some((key, value)) = line.split_once('=') {
+            fields.insert(key.trim().to_ascii_lowercase(), value.trim().to_owned());
+        }
+    }
+    let field = |key: &str| fields.get(&key.to_ascii_lowercase()).ok_or_else(|| format!("the header has no {key}"));
+    let count = |key: &str| -> Result<usize, String> {
+        let value = field(key)?;
+        value.parse().map_err(|_| format!("{key} is \"{value}\", not a count"))
+    };
+    let real = |key: &str| -> Result<f64, String> {
+        let value = field(key)?;
+        value.parse().map_err(|_| format!("{key} is \"{value}\", not a number"))
+    };
+    for key in ["Compression", "CheckType"] {
+        let value = field(key)?;
+        if !["0", "NONE", "NULL"].contains(&value.to_ascii_uppercase().as_str()) {
+            return Err(format!("{key} is \"{value}\"; only 0, none, is read"));
+        }
+    }
+    let type_name = field("DataType")?;
+    let number = match TYPE_NAMES.iter().position(|name| name.eq_ignore_ascii_case(type_name)) {
+        Some(code) => number_of(code as u8)?,
+        None => number_of(type_name.parse().map_err(|_| format!("DataType is \"{type_name}\"; 0 to 7 are known"))?)?,
+    };
+    let (nx, ny) = (count("NumPoints")?, count("NumProfiles")?);
+    let points = data_length(nx, ny, number)? / number.size();
+    let (dx_m, dy_m, z_m) = (real("Xscale")?, real("Yscale")?, real("Zscale")?);
+    let mut stored = Vec::new();
+    for line in data.lines().map(uncommented) {
+        for word in line.split_whitespace() {
+            let value = if word.eq_ignore_ascii_case("bad") {
+                f64::NAN
+            } else {
+                word.parse().map_err(|_| format!("\"{word}\" among the heights is not a number"))?
+            };
+            stored.push(value);
+        }
+    }
+    if stored.len() != points {
+        return Err(format!("{nx} × {ny} heights are promised, but {} follow", stored.len()));
+    }
+    Header { revision, nx, ny, dx_m, dy_m, z_m, number }.raw(stored)
+}

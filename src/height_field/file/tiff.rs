@@ -1,0 +1,156 @@
+//! TIFF: grey pages of 8, 16 or 32 bits, or floats.
+
+use super::channel::{self, Channel};
+use super::units::micrometres;
+use super::{Parsed, Raw, Values};
+use ndarray::Array2;
+use std::io::Cursor;
+use tiff::ColorType;
+use tiff::decoder::ifd::Value;
+use tiff::decoder::{Decoder, DecodingResult, Limits};
+use tiff::tags::Tag;
+
+/// Coarser than this is the resolution of a printer (10 µm a pixel is 2540 dots an inch).
+const FEWEST_PIXELS_PER_METRE: f64 = 100_000.0;
+/// Most pages that are counted.
+const PAGES_MAX: usize = 65_536;
+/// Packed data never grow by more than this when they are unpacked (LZW's and Deflate's limits are lower).
+const PACKING_MAX: usize = 2048;
+
+type Pages<'a> = Decoder<Cursor<&'a [u8]>>;
+
+fn integer(pages: &mut Pages, tag: Tag) -> Result<Option<u32>, String> {
+    pages.find_tag_unsigned(tag).map_err(|error| error.to_string())
+}
+
+/// Pixels per unit of a resolution tag.
+fn resolution(pages: &mut Pages, tag: Tag) -> Option<f64> {
+    let value = match pages.find_tag(tag).ok()?? {
+        Value::Rational(numerator, denominator) => f64::from(numerator) / f64::from(denominator),
+        Value::Float(value) => f64::from(value),
+        Value::Double(value) => value,
+        _ => return None,
+    };
+    (value.is_finite() && value > 0.0).then_some(value)
+}
+
+/// The lines `key=value` of the description that ImageJ writes.
+struct Description(String);
+
+impl Description {
+    fn of(pages: &mut Pages, length: usize) -> Option<Self> {
+        // Beyond the file there is no text, and the decoder would say so in its own way.
+        let entry = pages.image_ifd().find_entry(Tag::ImageDescription)?;
+        if entry.count() > length as u64 {
+            return None;
+        }
+        let text = match pages.find_tag(Tag::ImageDescription).ok()?? {
+            Value::Ascii(text) => text,
+            _ => return None,
+        };
+        text.starts_with("ImageJ=").then_some(Self(text))
+    }
+
+    fn get(&self, key: &str) -> Option<&str> {
+        self.0.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim)
+    }
+
+    /// µm in one of the unit under this key, where it is a length.
+    fn unit(&self, key: &str) -> Option<f64> {
+        // ImageJ escapes the micro sign.
+        let unit = self.get(key)?.replace("\\u00B5", "µ").replace("\\u00b5", "µ");
+        if unit == "micron" || unit == "microns" { Some(1.0) } else { micrometres(&unit).ok() }
+    }
+
+    /// The straight line `c0 + c1·value` in µm, where the values are calibrated as lengths.
+    fn heights(&self) -> Option<(f64, f64)> {
+        let unit = self.unit("vunit")?;
+        let number = |key: &str| self.get(key)?.parse::<f64>().ok();
+        (self.get("cf")? == "0").then_some((number("c0")? * unit, number("c1")? * unit))
+    }
+}
+
+fn pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result<Option<(f64, f64)>, String> {
+    let (Some(x), Some(y)) = (resolution(pages, Tag::XResolution), resolution(pages, Tag::YResolution)) else {
+        return Ok(None);
+    };
+    if let Some(unit) = description.and_then(|description| description.unit("unit")) {
+        return Ok(Some((unit / x, unit / y)));
+    }
+    let per_metre = match integer(pages, Tag::ResolutionUnit)? {
+        None | Some(2) => 1.0 / 0.0254,
+        Some(3) => 100.0,
+        _ => return Ok(None),
+    };
+    let is_measure = x.min(y) * per_metre >= FEWEST_PIXELS_PER_METRE;
+    Ok(is_measure.then(|| (1e6 / (x * per_metre), 1e6 / (y * per_metre))))
+}
+
+/// Goes to the page that is wanted, by number from 0.
+fn turn(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
+    let Some(wanted) = wanted else { return Ok(None) };
+    let page = wanted.trim().parse::<usize>().ok();
+    for at in 0..PAGES_MAX {
+        if Some(at) == page {
+            return Ok(Some(at.to_string()));
+        }
+        if !pages.more_images() {
+            let listed: Vec<Channel> = (0..=at)
+                .map(|number| Channel { number, title: String::new(), unit: "page".to_owned(), is_height: true })
+                .collect();
+            channel::choose(&listed, Some(wanted))?;
+        }
+        pages.next_image().map_err(|error| error.to_string())?;
+    }
+    Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))
+}
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    let mut limits = Limits::unlimited();
+    limits.ifd_value_size = bytes.len();
+    limits.decoding_buffer_size = bytes.len().saturating_mul(PACKING_MAX);
+    limits.intermediate_buffer_size = limits.decoding_buffer_size;
+    let mut pages = Decoder::new(Cursor::new(bytes)).map_err(|error| error.to_string())?.with_limits(limits);
+    let channel = turn(&mut pages, wanted)?;
+    let (width, height) = pages.dimensions().map_err(|error| error.to_string())?;
+    let is_packed = integer(&mut pages, Tag::Compression)?.is_some_and(|method| method != 1);
+    if !is_packed && u64::from(width) * u64::from(height) > bytes.len() as u64 {
+        return Err(format!("{width} × {height} points do not fit into {} bytes", bytes.len()));
+    }
+    let colour = pages.colortype().map_err(|error| error.to_string())?;
+    if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
+        return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
+    }
+    let top_down = match integer(&mut pages, Tag::Orientation)? {
+        None | Some(1) => true,
+        Some(4) => false,
+        Some(found) => return Err(format!("its Orientation is {found}; 1 and 4, rows from top or bottom, are read")),
+    };
+    let description = Description::of(&mut pages, bytes.len());
+    let pixel_um = pixel_um(&mut pages, description.as_ref())?;
+    // A negative of a picture, not heights.
+    if integer(&mut pages, Tag::PhotometricInterpretation)? == Some(0) {
+        return Err("its white is zero; black has to be".to_owned());
+    }
+    let (values, full): (Vec<f64>, Option<f64>) = match pages.read_image().map_err(|error| error.to_string())? {
+        DecodingResult::U8(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u8::MAX))),
+        DecodingResult::U16(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u16::MAX))),
+        DecodingResult::U32(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u32::MAX))),
+        DecodingResult::F32(values) => (values.into_iter().map(f64::from).collect(), None),
+        DecodingResult::F64(values) => (values, None),
+        _ => {
+            return Err("its samples are signed integers or half floats; unsigned ones or floats are needed".to_owned());
+        }
+    };
+    let size = (height as usize, width as usize);
+    let mut values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
+    let meaning = match (description.and_then(|description| description.heights()), full) {
+        (Some((c0, c1)), _) => {
+            values.mapv_inplace(|value| c0 + c1 * value);
+            Values::Micrometres
+        }
+        (None, Some(full)) => Values::FullScale { full, max_height_um: None },
+        (None, None) => Values::Micrometres,
+    };
+    Ok(Raw { values, top_down, pixel_um, meaning, channel })
+}

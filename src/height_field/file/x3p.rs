@@ -1,0 +1,141 @@
+//! X3P of ISO 25178-72 (ISO 5436-2): a ZIP archive of an XML description and the heights in binary.
+//!
+//! Columns run along x and rows along y, the first at y = 0; all lengths are in metres. The MD5 checksums are not
+//! verified, since the CRC of the archive is.
+
+use super::bytes::{Number, data_length};
+use super::channel::{self, Channel};
+use super::{Parsed, Raw, Values};
+use ndarray::Array2;
+use roxmltree::{Document, Node};
+use std::io::{Cursor, Read};
+use zip::ZipArchive;
+
+const UM_PER_M: f64 = 1e6;
+/// Deflated data never grow by more than this when they are unpacked.
+const DEFLATE_RATIO_MAX: u64 = 1040;
+
+type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
+
+/// Unpacks a file of the archive; `expected` bytes where they are known.
+fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<Vec<u8>, String> {
+    let at = archive.index_for_name(name).ok_or_else(|| format!("its archive has no file {name:?}"))?;
+    let file = archive.by_index(at).map_err(|error| format!("{name}: {error}"))?;
+    let size = file.size();
+    if expected.is_some_and(|expected| size != expected as u64) {
+        return Err(format!("{name} is of {size} bytes, not the {} of its points", expected.unwrap_or_default()));
+    }
+    if size / DEFLATE_RATIO_MAX > file.compressed_size() {
+        return Err(format!("{name} claims {size} bytes out of {} packed ones", file.compressed_size()));
+    }
+    let mut bytes = Vec::new();
+    file.take(size).read_to_end(&mut bytes).map_err(|error| format!("{name}: {error}"))?;
+    if bytes.len() as u64 == size { Ok(bytes) } else { Err(format!("{name} ends early")) }
+}
+
+/// The first descendant reached through elements of these names, whatever their namespace.
+fn find<'a, 'input>(from: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'input>> {
+    path.iter().try_fold(from, |node, name| node.children().find(|child| child.tag_name().name() == *name))
+}
+
+fn text<'a>(from: Node<'a, '_>, path: &[&str]) -> Option<&'a str> {
+    find(from, path).and_then(|node| node.text()).map(str::trim).filter(|text| !text.is_empty())
+}
+
+fn real(from: Node, path: &[&str]) -> Result<Option<f64>, String> {
+    let Some(text) = text(from, path) else { return Ok(None) };
+    text.parse().map(Some).map_err(|_| format!("{} is \"{text}\", not a number", path.join("/")))
+}
+
+/// The spacing of an axis in metres.
+fn increment(root: Node, axis: &str) -> Result<f64, String> {
+    let base = ["Record1", "Axes", axis];
+    let node = find(root, &base).ok_or_else(|| format!("it has no axis {axis}"))?;
+    match text(node, &["AxisType"]) {
+        Some("I") => {}
+        found => {
+            let found = found.unwrap_or("of no type");
+            return Err(format!("axis {axis} is {found}: only regular grids, of axes of type I, are read"));
+        }
+    }
+    real(node, &["Increment"])?.ok_or_else(|| format!("axis {axis} has no Increment"))
+}
+
+fn count(root: Node, name: &str) -> Result<usize, String> {
+    let found = text(root, &["Record3", "MatrixDimension", name]);
+    found.and_then(|text| text.parse().ok()).filter(|count| *count > 0).ok_or_else(|| {
+        format!("{name} is {}, not a positive count; lists of points are not read", found.unwrap_or("missing"))
+    })
+}
+
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
+    let xml = String::from_utf8(unpack(&mut archive, "main.xml", None)?).map_err(|_| "main.xml is not UTF-8")?;
+    let document = Document::parse(&xml).map_err(|error| format!("main.xml: {error}"))?;
+    let root = document.root_element();
+    let (nx, ny, nz) = (count(root, "SizeX")?, count(root, "SizeY")?, count(root, "SizeZ")?);
+    let dx = increment(root, "CX")?;
+    // A profile may leave out the axis across.
+    let dy = if ny == 1 { increment(root, "CY").unwrap_or(dx) } else { increment(root, "CY")? };
+    let axis = find(root, &["Record1", "Axes", "CZ"]).ok_or("it has no axis CZ")?;
+    let number = match text(axis, &["DataType"]) {
+        Some("I") => Number::I16,
+        Some("L") => Number::I32,
+        Some("F") => Number::F32,
+        Some("D") => Number::F64,
+        found => return Err(format!("its heights are of type {}; I, L, F and D are read", found.unwrap_or("unknown"))),
+    };
+    let scale_m = real(axis, &["Increment"])?.unwrap_or(1.0);
+    let offset_m = real(axis, &["Offset"])?.unwrap_or(0.0);
+
+    let layer_length = data_length(nx, ny, number)?;
+    let points = layer_length / number.size();
+    let total = layer_length.checked_mul(nz).ok_or("its size is too large")?;
+    let record = find(root, &["Record3"]).ok_or("it has no Record3")?;
+    let (stored, valid) = if let Some(link) = find(record, &["DataLink"]) {
+        let name = text(link, &["PointDataLink"]).ok_or("DataLink names no file of heights")?;
+        let data = unpack(&mut archive, name, Some(total))?;
+        let valid = text(link, &["ValidPointsLink"]).map(|name| unpack(&mut archive, name, None)).transpose()?;
+        (number.decode(&data), valid)
+    } else {
+        let list = find(record, &["DataList"]).ok_or("it has neither DataLink nor DataList")?;
+        (listed(list)?, None)
+    };
+    if stored.len() != points * nz {
+        return Err(format!("{nx} × {ny} × {nz} points are promised, but {} follow", stored.len()));
+    }
+    if let Some(valid) = valid.as_ref().filter(|valid| valid.len() < stored.len().div_ceil(8)) {
+        return Err(format!("{} valid points need more than {} bytes", stored.len(), valid.len()));
+    }
+
+    let layers: Vec<Channel> =
+        (0..nz).map(|number| Channel { number, title: String::new(), unit: "m".to_owned(), is_height: true }).collect();
+    let layer = channel::choose(&layers, wanted)?;
+    let first = layer * points;
+    // One bit a point, the lowest of each byte first.
+    let is_valid = |at: usize| valid.as_ref().is_none_or(|bits| bits[at / 8] >> (at % 8) & 1 == 1);
+    let heights = (first..first + points)
+        .map(|at| if is_valid(at) { (stored[at] * scale_m + offset_m) * UM_PER_M } else { f64::NAN });
+    let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
+    Ok(Raw {
+        values,
+        top_down: false,
+        pixel_um: Some((dx * UM_PER_M, dy * UM_PER_M)),
+        meaning: Values::Micrometres,
+        channel: (nz > 1).then(|| layer.to_string()),
+    })
+}
+
+/// Heights written into the XML itself; where x and y are written too, the last number of a point is its height.
+fn listed(list: Node) -> Result<Vec<f64>, String> {
+    let datums = list.children().filter(|child| child.tag_name().name() == "Datum");
+    datums
+        .map(|datum| match datum.text().map(str::trim).filter(|text| !text.is_empty()) {
+            None => Ok(f64::NAN),
+            Some(text) => {
+                let last = text.rsplit(';').next().unwrap_or_default().trim();
+                last.parse().map_err(|_| format!("\"{text}\" among the heights is not a number"))
+            }
+        })
+        .collect()
+}
