@@ -31,6 +31,7 @@ def environment():
         "PATH": os.pathsep.join([str(TOOL), str(Path(sys.executable).parent), os.environ["PATH"]]),
         "PYTHONPATH": os.pathsep.join([str(REPOSITORY / "python"), str(REPOSITORY)]),
         "MPLBACKEND": "Agg",
+        "SUNBEAM_CACHE": "on",
     }
 
 
