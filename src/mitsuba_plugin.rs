@@ -347,12 +347,14 @@ fn describe_config(config: &SurfaceConfig) -> String {
         }
         Source::File(path) => path.display().to_string(),
     };
+    // The parameters' own spelling.
+    let name = |choice: &dyn std::fmt::Debug| format!("{choice:?}").to_lowercase();
     format!(
-        "{source}; {:?} over {} µm, {:?} tiling, {:?} obliquity, level {:?}, conserve_energy {}, shadowing {}, tolerance {:e}",
-        config.model,
+        "{source}; {} over {} µm, {} tiling, {} obliquity, level {}, conserve_energy {}, shadowing {}, tolerance {:e}",
+        name(&config.model),
         config.coherence_length,
-        config.tiling(),
-        config.obliquity,
+        name(&config.tiling()),
+        name(&config.obliquity),
         config.level(),
         config.conserve_energy(),
         config.shadowing,
