@@ -73,7 +73,7 @@ def sheets() -> list[Sheet]:
             "Every method on the blazed grating",
             "2.4 and 2.5",
             [Panel(name, preset("blazed"), method(name)) for name in ("flss", "nmm", "pq", "stam")]
-            + [Panel("nmm, weighted", preset("blazed"), method("nmm", "--weighted", "true"))],
+            + [Panel("nmm, unweighted", preset("blazed"), method("nmm", "--weighted", "false"))],
         ),
         Sheet(
             "steps",
@@ -132,7 +132,7 @@ def figures() -> dict:
             "five_nm": of_step["5 nm"],
             "ten_nm": of_step["10 nm"],
             "nmm": of_method["nmm"],
-            "nmm_weighted": of_method["nmm, weighted"],
+            "nmm_unweighted": of_method["nmm, unweighted"],
             "stam": of_method["stam"],
             "reference_check": [
                 {"surface": " ".join(map(str, surface)), **check(surface)} for surface in map(preset, GRATINGS)

@@ -87,7 +87,7 @@ pub struct MethodArgs {
     /// Series of flss, nmm and pq; the sources have taylor [default: chebyshev]
     #[arg(long, value_parser = names::<Series, 2>(["chebyshev", "taylor"]))]
     series: Option<Series>,
-    /// Let the wavelengths that nmm picks count by their distance, which the sources do not [default: false]
+    /// Let the wavelengths that nmm picks count by their distance, which the sources do not [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     weighted: Option<bool>,
     /// How often the tile of pq repeats: one number, or two as in 26,1 for x and y [default: peaks as bright as those of

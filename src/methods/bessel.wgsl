@@ -14,7 +14,7 @@ fn bessel_j(x: f32, count: u32, values: ptr<private, array<f32, TERMS_MAX>>) {
         (*values)[2] = 0.125 * x * x;
         return;
     }
-    let start = 2u * u32(ceil(0.5 * (x + 8.0 * pow(x, 1.0 / 3.0) + 4.0)));
+    let start = 2u * u32(0.5 * (x + 6.0 * pow(x, 1.0 / 3.0) + 2.0)) + 2u;
     for (var k = start + 1u; k < count; k++) {
         (*values)[k] = 0.0;
     }

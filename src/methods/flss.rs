@@ -66,17 +66,18 @@ impl Method for Flss {
     fn response(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
-            for &[r, g, b, wavelength_um] in &self.colours {
-                let value = self.orders.density(q, wavelength_um) / (wavelength_um * wavelength_um);
-                rgb = [rgb[0] + value * r, rgb[1] + value * g, rgb[2] + value * b];
-            }
+            let samples = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
+            self.orders.densities(q, samples, |um, colour, density| {
+                let value = density / (um * um);
+                rgb = [0, 1, 2].map(|c| rgb[c] + value * colour[c]);
+            });
         }
         rgb
     }
 
     fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
-        Some(wavelength_um.map_or(0.0, |um| self.orders.density(q, um) / (um * um)))
+        Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }
 
     fn shader(&self) -> MethodShader<'_> {

@@ -17,6 +17,7 @@ mod orders;
 mod pq;
 mod stam;
 mod table;
+mod term_weights;
 #[cfg(test)]
 mod twins;
 

@@ -30,6 +30,10 @@ const WGSL: &str = concat!(
     include_str!("nmm.wgsl")
 );
 
+/// The finest tolerance that the neighbourhood of a colour heeds: the wavelengths that are picked put colours off by 0.2 to
+/// 0.35 by themselves (relative, docs/speed-error.md), of which more orders would mend nothing.
+const COLOUR_TOLERANCE: f64 = 0.15;
+
 /// The wavelength that stands for all where the answer is white.
 pub(super) const WHITE_UM: f32 = 0.55;
 
@@ -44,6 +48,8 @@ pub(super) struct NmmUniform {
 /// The wavelengths at which an order lies where one looks.
 pub struct Nmm {
     orders: Orders,
+    /// The same with the neighbourhood that colours sum.
+    of_colours: Orders,
     colours: Colours,
     line_width: [f32; 2],
 }
@@ -62,12 +68,16 @@ impl Nmm {
         let orders = Orders::new(field, coherence_length_um, tolerance, options)?;
         let colours = if options.weighted { colours::density()? } else { colours::density_over_square()? };
         let line_width = orders.grid.sharpness.map(|sharpness| line_width(sharpness.into()) as f32);
-        Ok(Self { orders, colours, line_width })
+        let of_colours = match options.neighbourhood {
+            Some(_) => orders.clone(),
+            None => orders.narrowed(tolerance.max(COLOUR_TOLERANCE)),
+        };
+        Ok(Self { orders, of_colours, colours, line_width })
     }
 
-    /// The terms and orders that are summed.
+    /// The terms and orders that are summed for a colour.
     pub fn counts(&self) -> OrderCounts {
-        self.orders.counts()
+        self.of_colours.counts()
     }
 }
 
@@ -76,34 +86,33 @@ impl Method for Nmm {
         if !is_query(q) {
             return [0.0; 3];
         }
-        let grid = &self.orders.grid;
+        let grid = &self.of_colours.grid;
         let span = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span[axis] >= WAVELENGTH_MIN_UM);
         let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span[axis]).sum();
         if total == 0.0 {
-            return [self.orders.density(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
+            return [self.of_colours.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
-        let mut rgb = [0.0; 3];
-        for axis in (0..2).filter(|axis| listed[*axis]) {
+        let list = |axis: usize| {
             let first = (span[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
             let last = (span[axis] / WAVELENGTH_MIN_UM).floor() as u32;
-            for n in first..=last {
-                let wavelength_um = span[axis] / n as f32;
-                let weight = self.orders.density(q, wavelength_um) * self.line_width[axis];
-                let colour = colour_density(&self.colours, wavelength_um);
-                rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
-            }
-        }
+            (first..=last).map(move |n| (span[axis] / n as f32, self.line_width[axis]))
+        };
+        let mut rgb = [0.0; 3];
+        self.of_colours.densities(q, (0..2).filter(|axis| listed[*axis]).flat_map(list), |um, width, density| {
+            let (weight, colour) = (density * width, colour_density(&self.colours, um));
+            rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
+        });
         rgb.map(|value| value / total)
     }
 
     fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
-        Some(wavelength_um.map_or(0.0, |um| self.orders.density(q, um) / (um * um)))
+        Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        let uniform = NmmUniform { grid: self.orders.grid, line_width: self.line_width, _pad: [0.0; 2] };
+        let uniform = NmmUniform { grid: self.of_colours.grid, line_width: self.line_width, _pad: [0.0; 2] };
         MethodShader {
             name: "nmm",
             wgsl: WGSL,

@@ -88,13 +88,14 @@ pub struct MethodOptions {
     /// Terms of the series, 1 to 256 (default: as many as the tolerance asks for).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
-    /// Orders that are summed along each axis, 1 to 64 (default: as many as the tolerance asks for). The sources have 3.
+    /// Orders that are summed along each axis, 1 to 64 (default: as many as the tolerance asks for, and for NMM's colours no
+    /// more than one of 0.15 does). The sources have 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). The sources have `taylor`.
     pub series: Series,
-    /// Whether the wavelengths that NMM picks count by the part of the spectrum they stand for (default: false, as in
-    /// the sources).
+    /// Whether the wavelengths that NMM picks count by the part of the spectrum they stand for (default: true). The sources
+    /// have false.
     pub weighted: bool,
     /// How often the tile repeats, along both axes or along x and y, 1 to 10000 (default: so often that peaks are as
     /// bright as with the coherence window).
@@ -115,7 +116,7 @@ impl Default for MethodOptions {
             terms: None,
             neighbourhood: None,
             series: Series::default(),
-            weighted: false,
+            weighted: true,
             repeats: None,
             period_um: None,
             resolution: 1.0,

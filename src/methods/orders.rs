@@ -1,13 +1,15 @@
 //! The wave orders of a tile as the methods read them, and the sources' sum over a neighbourhood of them.
 
-use super::bessel::{TERMS_MAX, bessel_j};
+use super::bessel::TERMS_MAX;
+use super::term_weights::TermWeights;
 use super::{MethodError, MethodOptions, WAVELENGTH_MIN_UM};
 use crate::height_field::HeightField;
 use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
+use arrayvec::ArrayVec;
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
-use std::f32::consts::{FRAC_1_SQRT_2, TAU};
+use std::f32::consts::FRAC_1_SQRT_2;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -22,6 +24,9 @@ pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 const W_MAX: f64 = 2.0;
 /// Where the Gaussian of an amplitude is below e⁻⁴⁰, single precision has nothing left of its square beside others.
 pub(super) const FAINT: f32 = 40.0;
+
+/// Added and taken away again, it rounds numbers up to a third of its size to whole ones.
+const WHOLE: f32 = 12_582_912.0;
 
 /// Terms that the shader sums in one pass of its loop.
 const TERMS_MULTIPLE: usize = 8;
@@ -46,7 +51,8 @@ pub(super) struct OrderGrid {
     pub peak_um2: f32,
     /// Orders summed along each axis.
     pub neighbourhood: u32,
-    pub _pad: u32,
+    /// κH at which every term is needed; 0 where all are asked for at any.
+    pub argument_of_terms: f32,
 }
 
 /// The terms of every order that light from 380 to 780 nm can reach.
@@ -111,9 +117,20 @@ impl Orders {
             half_range_um: transform.half_range_um() as f32,
             peak_um2: (4.0 * PI * s_um * s_um) as f32,
             neighbourhood: neighbourhood as u32,
-            _pad: 0,
+            argument_of_terms: match options.terms {
+                Some(_) => 0.0,
+                // Those that fill up are needed nowhere.
+                None => (kappa_h_max(transform.half_range_um()) + (terms - count) as f64) as f32,
+            },
         };
         Ok(Self { grid, count, terms: Arc::new(pack(&transform, [nx, ny], reach, count)) })
+    }
+
+    /// The same terms with no more orders summed at a place than `tolerance` asks for.
+    pub fn narrowed(&self, tolerance: f64) -> Self {
+        let across = self.grid.sharpness.map(|sharpness| orders_across(sharpness.into(), tolerance) as u32);
+        let neighbourhood = self.grid.neighbourhood.min(across[0].max(across[1]));
+        Self { grid: OrderGrid { neighbourhood, ..self.grid }, ..self.clone() }
     }
 
     /// What is summed at a place, given or as the tolerance asks for.
@@ -133,96 +150,119 @@ impl Orders {
 
     /// The nearest order to a place, and how far it is.
     pub fn nearest(place: [f32; 2]) -> ([i32; 2], [f32; 2]) {
-        let order = place.map(|p| (p + 0.5).floor());
-        (order.map(|j| j as i32), [place[0] - order[0], place[1] - order[1]])
+        let order = place.map(|p| floor(p + 0.5));
+        (order, [0, 1].map(|axis| place[axis] - order[axis] as f32))
     }
 
     /// Whether an order is held.
     pub fn holds(&self, order: [i32; 2]) -> bool {
-        order[0].abs() <= self.grid.reach[0] && order[1].abs() <= self.grid.reach[1]
-    }
-
-    /// `Re` of the coefficient of every even term and `Im` of every odd one, which is all there is to them.
-    pub fn term_weights(&self, w: f32, wavelength_um: f32) -> [f32; TERMS_MAX] {
-        let x = TAU * w / wavelength_um * self.grid.half_range_um;
-        let count = self.grid.terms as usize;
-        let mut weights = [0.0; TERMS_MAX];
-        let factor = if self.grid.series == 0 {
-            bessel_j(x, count, &mut weights);
-            2.0
-        } else {
-            weights[0] = 1.0;
-            let mut power_over_factorial = 1.0;
-            for (n, weight) in weights[..count].iter_mut().enumerate().skip(1) {
-                power_over_factorial *= x / n as f32;
-                *weight = power_over_factorial;
-            }
-            1.0
-        };
-        // iⁿ, less the i of the odd ones.
-        for (n, weight) in weights[..count].iter_mut().enumerate().skip(1) {
-            *weight *= if n & 2 == 0 { factor } else { -factor };
-        }
-        weights
+        (0..2).all(|axis| order[axis].unsigned_abs() <= self.grid.reach[axis].unsigned_abs())
     }
 
     /// `c_j` of an order that is held.
-    pub fn amplitude(&self, order: [i32; 2], weights: &[f32; TERMS_MAX]) -> [f32; 2] {
+    pub fn amplitude(&self, order: [i32; 2], weights: &TermWeights) -> [f32; 2] {
         let OrderGrid { reach, terms, .. } = self.grid;
-        let pairs = terms as usize / 2;
         let sign = if order[1] < 0 { -1 } else { 1 };
         let row = (sign * order[1]) * (2 * reach[0] + 1);
-        let first = (row + sign * order[0] + reach[0]) as usize * pairs;
+        let first = (row + sign * order[0] + reach[0]) as usize * (terms as usize / 2);
         let mut sum = [0.0f32; 4];
-        for (term, weight) in self.terms[first..first + pairs].iter().zip(weights.chunks_exact(2)) {
-            sum[0] += term[0] * weight[0];
-            sum[1] += term[1] * weight[0];
-            sum[2] += term[2] * weight[1];
-            sum[3] += term[3] * weight[1];
+        for (term, weight) in self.terms[first..first + weights.len()].iter().zip(weights) {
+            (0..4).for_each(|part| sum[part] += term[part] * weight[part]);
         }
         // Even terms plus i times the odd ones, both conjugate where the opposite order is the one that is stored.
         let sign = sign as f32;
         [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
     }
 
-    /// `S = |Σ_j c_j g(f − f_j)|²/(πs²)` in µm², the sum over a block of the nearest orders.
-    pub fn density(&self, q: [f32; 3], wavelength_um: f32) -> f32 {
-        let grid = &self.grid;
-        let place = self.place(q, wavelength_um);
-        let fall = |dx: f32, dy: f32| grid.sharpness[0] * dx * dx + grid.sharpness[1] * dy * dy;
-        let beside = |axis: usize| {
-            let reach = grid.reach[axis] as f32;
-            place[axis] - (place[axis] + 0.5).floor().clamp(-reach, reach)
+    /// Calls `visit` with S in µm² for each of the wavelengths in µm at which an order is near enough to be seen.
+    ///
+    /// `S = |Σ_j c_j g(f − f_j)|²/(πs²)`, the sum over a block of the nearest orders.
+    pub fn densities<T>(
+        &self,
+        q: [f32; 3],
+        wavelengths_um: impl Iterator<Item = (f32, T)>,
+        mut visit: impl FnMut(f32, T, f32),
+    ) {
+        let lit = wavelengths_um.filter_map(|(um, with)| {
+            let place = self.place(q, um);
+            self.is_lit(place).then_some((um, (place, with)))
+        });
+        self.grid.at_wavelengths(q[2], lit, |um, (place, with), weights| visit(um, with, self.density(place, weights)));
+    }
+
+    /// S in µm² at one wavelength in µm.
+    pub fn density_at(&self, q: [f32; 3], wavelength_um: f32) -> f32 {
+        let mut found = 0.0;
+        self.densities(q, std::iter::once((wavelength_um, ())), |_, (), density| found = density);
+        found
+    }
+
+    /// Whether the Gaussian of the nearest order is more than [`FAINT`] at a place.
+    #[inline]
+    fn is_lit(&self, place: [f32; 2]) -> bool {
+        let fall = |axis: usize| {
+            let reach = self.grid.reach[axis] as f32;
+            let nearest = (place[axis] + WHOLE) - WHOLE;
+            let beside = place[axis] - nearest.max(-reach).min(reach);
+            self.grid.sharpness[axis] * beside * beside
         };
-        if fall(beside(0), beside(1)) > FAINT {
-            return 0.0;
+        fall(0) + fall(1) <= FAINT
+    }
+
+    fn density(&self, place: [f32; 2], weights: &TermWeights) -> f32 {
+        if self.grid.neighbourhood == 1 {
+            let (order, distance) = Self::nearest(place);
+            if !self.holds(order) {
+                return 0.0;
+            }
+            let c = self.amplitude(order, weights);
+            let exponent = (0..2).map(|axis| self.grid.sharpness[axis] * distance[axis] * distance[axis]).sum::<f32>();
+            return self.grid.peak_um2 * (-2.0 * exponent).exp() * (c[0] * c[0] + c[1] * c[1]);
         }
-        let weights = self.term_weights(q[2], wavelength_um);
-        let block = |axis: usize| {
-            let first = (place[axis] - 0.5 * grid.neighbourhood as f32).floor() as i32 + 1;
-            let last = first + grid.neighbourhood as i32 - 1;
-            first.max(-grid.reach[axis])..=last.min(grid.reach[axis])
-        };
+        let (mut columns, mut rows) = (Gaussians::new(), Gaussians::new());
+        columns.extend(self.beside(0, place[0]));
+        rows.extend(self.beside(1, place[1]));
         let mut sum = [0.0f32; 2];
-        for jy in block(1) {
-            for jx in block(0) {
-                let exponent = fall(place[0] - jx as f32, place[1] - jy as f32);
-                if exponent < FAINT {
-                    let gaussian = (-exponent).exp();
-                    let c = self.amplitude([jx, jy], &weights);
-                    sum[0] += gaussian * c[0];
-                    sum[1] += gaussian * c[1];
-                }
+        for &(jy, gy) in &rows {
+            for &(jx, gx) in &columns {
+                let c = self.amplitude([jx, jy], weights);
+                sum[0] += gx * gy * c[0];
+                sum[1] += gx * gy * c[1];
             }
         }
-        grid.peak_um2 * (sum[0] * sum[0] + sum[1] * sum[1])
+        self.grid.peak_um2 * (sum[0] * sum[0] + sum[1] * sum[1])
     }
+
+    /// The orders nearest to a place along an axis, those that are held and not faint, with their Gaussians.
+    fn beside(&self, axis: usize, place: f32) -> impl Iterator<Item = (i32, f32)> {
+        let OrderGrid { reach, sharpness, neighbourhood, .. } = self.grid;
+        let (reach, count) = (reach[axis], neighbourhood as i32);
+        let first = floor(place - 0.5 * count as f32) + 1;
+        (first.max(-reach)..=(first + count - 1).min(reach)).filter_map(move |j| {
+            let exponent = sharpness[axis] * (place - j as f32) * (place - j as f32);
+            (exponent < FAINT).then(|| (j, (-exponent).exp()))
+        })
+    }
+}
+
+/// Orders along an axis with their Gaussians.
+type Gaussians = ArrayVec<(i32, f32), NEIGHBOURHOOD_MAX>;
+
+/// Without the call that `f32::floor` is where processors are not assumed to have an instruction for it.
+fn floor(place: f32) -> i32 {
+    let towards_zero = place as i32;
+    towards_zero.saturating_sub(i32::from(towards_zero as f32 > place))
+}
+
+/// κH of 380 nm along the normal.
+fn kappa_h_max(half_range_um: f64) -> f64 {
+    2.0 * PI * W_MAX / f64::from(WAVELENGTH_MIN_UM) * half_range_um
 }
 
 /// Terms for every κ up to that of 380 nm along the normal: so many that what is left out is below a tenth of the
 /// tolerance, or as many as are asked for.
 fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Result<usize, MethodError> {
-    let kappa_h = 2.0 * PI * W_MAX / f64::from(WAVELENGTH_MIN_UM) * half_range_um;
+    let kappa_h = kappa_h_max(half_range_um);
     if options.series == Series::Taylor && kappa_h > TAYLOR_KAPPA_H_MAX {
         return Err(MethodError::TaylorRange { kappa_h, limit: TAYLOR_KAPPA_H_MAX });
     }
@@ -236,8 +276,14 @@ fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Re
     needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
 }
 
-/// Orders along each axis: so many that the Gaussian of an amplitude left out is below half the tolerance, or as many as
-/// are asked for. The first order left out is at least half their number away.
+/// Orders along an axis, so many that the Gaussian of an amplitude left out is below half the tolerance: the first is at
+/// least half their number away.
+fn orders_across(sharpness: f64, tolerance: f64) -> f64 {
+    let across = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness).sqrt();
+    across.ceil().max(1.0)
+}
+
+/// Orders along each axis: as the tolerance asks for, or as are asked for.
 fn neighbourhood(
     sharpness: [f64; 2],
     pixels: [usize; 2],
@@ -248,9 +294,8 @@ fn neighbourhood(
         return Ok(given);
     }
     let along = |axis: usize| {
-        let across = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness[axis]).sqrt();
         // No more than the orders there are, and half the sampling rate counts twice.
-        across.ceil().clamp(1.0, pixels[axis] as f64 + 1.0) as usize
+        orders_across(sharpness[axis], tolerance).min(pixels[axis] as f64 + 1.0) as usize
     };
     let needed = along(0).max(along(1));
     if needed > NEIGHBOURHOOD_MAX {

@@ -11,7 +11,7 @@ struct OrderGrid {
     half_range_um: f32,
     peak_um2: f32,
     neighbourhood: u32,
-    _pad: u32,
+    argument_of_terms: f32,
 }
 
 // Pairs of an even and an odd term, [jy][jx][n], jy from 0, jx from -reach.
@@ -19,6 +19,8 @@ struct OrderGrid {
 
 // Of the wavelength in hand, by set_term_weights.
 var<private> term_weights: array<f32, TERMS_MAX>;
+// Those that matter, a multiple of eight.
+var<private> term_count: u32;
 
 fn order_place(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> vec2<f32> {
     return q.xy / wavelength_um * grid.extent_um;
@@ -30,19 +32,21 @@ fn nearest_order(place: vec2<f32>) -> vec2<f32> {
 
 fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
     let x = TAU * w / wavelength_um * grid.half_range_um;
+    let spare = u32(max(grid.argument_of_terms - x, 0.0));
+    term_count = (max(grid.terms - min(spare, grid.terms), 1u) + 7u) & ~7u;
     if grid.series == 0u {
-        bessel_j(x, grid.terms, &term_weights);
+        bessel_j(x, term_count, &term_weights);
     } else {
         var power_over_factorial = 1.0;
         term_weights[0] = 1.0;
-        for (var n = 1u; n < grid.terms; n++) {
+        for (var n = 1u; n < term_count; n++) {
             power_over_factorial *= x / f32(n);
             term_weights[n] = power_over_factorial;
         }
     }
     let factor = select(1.0, 2.0, grid.series == 0u);
     let constant = term_weights[0];
-    for (var n = 0u; n < grid.terms; n += 4u) {
+    for (var n = 0u; n < term_count; n += 4u) {
         term_weights[n] *= factor;
         term_weights[n + 1u] *= factor;
         term_weights[n + 2u] *= -factor;
@@ -60,7 +64,7 @@ fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
     let row = (sign * order.y) * (2 * grid.reach.x + 1);
     var pair = u32(row + sign * order.x + grid.reach.x) * (grid.terms / 2u);
     var sum = vec4<f32>();
-    for (var n = 0u; n < grid.terms; n += 8u) {
+    for (var n = 0u; n < term_count; n += 8u) {
         sum += order_terms[pair] * weight_pair(n);
         sum += order_terms[pair + 1u] * weight_pair(n + 2u);
         sum += order_terms[pair + 2u] * weight_pair(n + 4u);

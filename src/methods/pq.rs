@@ -6,7 +6,6 @@
 //! accuracy. The coherence length only gives the default of P and Q: `2√π·s/L`, at least 1, rounded, with which the peaks
 //! are as bright as with a Gaussian window.
 
-use super::bessel::TERMS_MAX;
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
 use super::orders::{OrderCounts, OrderGrid, Orders};
@@ -85,17 +84,22 @@ impl Pq {
         self.repeats.map(|n| n as u32)
     }
 
-    /// S in µm².
-    fn density(&self, q: [f32; 3], wavelength_um: f32) -> f32 {
-        let place = self.orders.place(q, wavelength_um);
-        let (order, distance) = Orders::nearest(place);
-        if !self.orders.holds(order) {
-            return 0.0;
-        }
-        let weights: [f32; TERMS_MAX] = self.orders.term_weights(q[2], wavelength_um);
-        let c = self.orders.amplitude(order, &weights);
-        let kernel = repeat_kernel(self.repeats[0], distance[0]) * repeat_kernel(self.repeats[1], distance[1]);
-        self.orders.grid.peak_um2 * (c[0] * c[0] + c[1] * c[1]) * kernel * kernel
+    /// Calls `visit` with S in µm² for each of the wavelengths in µm at which the nearest order is held.
+    fn densities<T>(
+        &self,
+        q: [f32; 3],
+        wavelengths_um: impl Iterator<Item = (f32, T)>,
+        mut visit: impl FnMut(f32, T, f32),
+    ) {
+        let lit = wavelengths_um.filter_map(|(um, with)| {
+            let (order, distance) = Orders::nearest(self.orders.place(q, um));
+            self.orders.holds(order).then_some((um, (order, distance, with)))
+        });
+        self.orders.grid.at_wavelengths(q[2], lit, |um, (order, distance, with), weights| {
+            let c = self.orders.amplitude(order, weights);
+            let kernel = repeat_kernel(self.repeats[0], distance[0]) * repeat_kernel(self.repeats[1], distance[1]);
+            visit(um, with, self.orders.grid.peak_um2 * (c[0] * c[0] + c[1] * c[1]) * kernel * kernel);
+        });
     }
 }
 
@@ -103,17 +107,21 @@ impl Method for Pq {
     fn response(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
-            for &[r, g, b, wavelength_um] in &self.colours {
-                let value = self.density(q, wavelength_um) / (wavelength_um * wavelength_um);
-                rgb = [rgb[0] + value * r, rgb[1] + value * g, rgb[2] + value * b];
-            }
+            let samples = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
+            self.densities(q, samples, |um, colour, density| {
+                let value = density / (um * um);
+                rgb = [0, 1, 2].map(|c| rgb[c] + value * colour[c]);
+            });
         }
         rgb
     }
 
     fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
-        Some(wavelength_um.map_or(0.0, |um| self.density(q, um) / (um * um)))
+        let mut found = 0.0;
+        let asked = wavelength_um.into_iter().map(|um| (um, ()));
+        self.densities(q, asked, |um, (), density| found = density / (um * um));
+        Some(found)
     }
 
     fn shader(&self) -> MethodShader<'_> {

@@ -125,7 +125,7 @@ fn uniforms_lie_as_the_shaders_read_them() {
                 half_range_um,
                 peak_um2,
                 neighbourhood,
-                _pad
+                argument_of_terms
             );
             assert_eq!(reflected(&module, "OrderGrid"), expected);
         }

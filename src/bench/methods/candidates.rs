@@ -190,12 +190,14 @@ impl Builder<'_> {
 
     fn nmm(&mut self, few: bool) -> Result<(), BenchError> {
         let default = MethodOptions::default();
-        let weighted = MethodOptions { weighted: true, ..default.clone() };
-        let mut sets = vec![(None, default.clone()), (None, weighted.clone())];
+        let unweighted = MethodOptions { weighted: false, ..default.clone() };
+        let mut sets = vec![(None, default.clone()), (None, unweighted.clone())];
         if !few {
-            sets.push((None, MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..default.clone() }));
-            sets.push((None, MethodOptions { neighbourhood: Some(1), ..default }));
-            sets.push((Some(1e-1), weighted));
+            // As the sources have it.
+            sets.push((None, MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..unweighted }));
+            for neighbourhood in [1, 3, 5] {
+                sets.push((None, MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() }));
+            }
         }
         for (tolerance, asked) in sets {
             let start = Instant::now();

@@ -12,7 +12,7 @@ mod on_gpu;
 mod timing;
 
 pub use errors::Errors;
-pub use front::{FRONT_MARGIN, front};
+pub use front::{FRONT_MARGIN, front, noticed};
 pub use timing::Timing;
 
 use super::{BenchError, Truth, TruthCheck, directions};
@@ -96,9 +96,10 @@ pub struct Entry {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gpu: Option<Timing>,
     pub errors: Errors,
-    /// Whether no other entry of the surface is faster on the CPU and better in the 99th percentile of ΔE.
+    /// Whether no other entry of the surface is faster on the CPU and as good in the mean of ΔE and in its 99th percentile
+    /// (see [`front()`]).
     pub on_front: bool,
-    /// The same among the entries of its own method and model.
+    /// The same among the entries of its own method and model, and as good in its spectrum where it has one.
     pub on_front_of_method: bool,
 }
 
@@ -186,12 +187,17 @@ fn on_gpu(
 }
 
 fn mark_fronts(entries: &mut [Entry]) {
-    let point = |entry: &Entry| (entry.cpu.microseconds, entry.errors.delta_e_p99);
-    let all = front(&entries.iter().map(point).collect::<Vec<_>>());
+    let colours =
+        |entry: &Entry| (entry.cpu.microseconds, [entry.errors.delta_e_mean, entry.errors.delta_e_p99].map(noticed));
+    let all = front(&entries.iter().map(colours).collect::<Vec<_>>());
+    let point = |entry: &Entry| {
+        let (time, [mean, p99]) = colours(entry);
+        (time, [mean, p99, entry.errors.spectral_rmse.unwrap_or(0.0)])
+    };
     let own: Vec<bool> = (0..entries.len())
         .map(|i| {
             let kin = |other: &&Entry| (other.method, other.model) == (entries[i].method, entries[i].model);
-            let kindred: Vec<(f64, f64)> = entries.iter().filter(kin).map(point).collect();
+            let kindred: Vec<_> = entries.iter().filter(kin).map(point).collect();
             let place = entries[..i].iter().filter(kin).count();
             front(&kindred)[place]
         })

@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 use std::path::Path;
-use sunbeam::bench::methods::{Entry, front};
+use sunbeam::bench::methods::{Entry, front, noticed};
 use sunbeam::table::Model;
 
 /// Width and height of a panel.
@@ -61,8 +61,9 @@ fn panel(
         .light_line_style(WHITE)
         .draw()?;
     let points: Vec<(f64, f64)> = entries.iter().map(point).collect();
+    let seen: Vec<_> = points.iter().map(|(time, error)| (*time, [noticed(*error)])).collect();
     let mut line: Vec<(f64, f64)> =
-        points.iter().zip(front(&points)).filter(|(_, on)| *on).map(|(point, _)| *point).collect();
+        points.iter().zip(front(&seen)).filter(|(_, on)| *on).map(|(point, _)| *point).collect();
     line.sort_by(|a, b| a.0.total_cmp(&b.0));
     chart.draw_series(LineSeries::new(line, BLACK.mix(0.4).stroke_width(1)))?;
     for (method, colour) in METHODS {

@@ -1,0 +1,157 @@
+//! The coefficients of the series for many wavelengths at one place, several side by side.
+
+use super::bessel::{TERMS_MAX, bessel_j};
+use super::orders::OrderGrid;
+use arrayvec::ArrayVec;
+use std::f32::consts::TAU;
+
+/// Wavelengths whose coefficients are found side by side, and how many where there are few.
+const LANES: usize = 8;
+const FEW: usize = 4;
+
+/// `Re` of the coefficient of every even term and `Im` of every odd one, which is all there is to them; each twice, as
+/// [`super::orders::Orders::amplitude`] multiplies with it.
+pub(super) type TermWeights = [[f32; 4]];
+
+type Weights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
+
+impl OrderGrid {
+    /// Terms that matter at `x = κH`: every unit below the largest argument takes one away at least. An even number.
+    pub fn terms_at(&self, x: f32) -> usize {
+        let spare = (self.argument_of_terms - x).max(0.0) as usize;
+        (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
+    }
+
+    /// Calls `visit` for each of the wavelengths in µm, with what comes with it and the coefficients at `w` of the terms
+    /// that matter.
+    pub fn at_wavelengths<T>(
+        &self,
+        w: f32,
+        mut wavelengths_um: impl Iterator<Item = (f32, T)>,
+        mut visit: impl FnMut(f32, T, &TermWeights),
+    ) {
+        let (mut batch, mut weights) = (ArrayVec::<(f32, T), LANES>::new(), Weights::new());
+        loop {
+            while let Some(next) = if batch.is_full() { None } else { wavelengths_um.next() } {
+                batch.push(next);
+            }
+            let Some(&(last, _)) = batch.last() else { return };
+            let x = |lane: usize| TAU * w / batch.get(lane).map_or(last, |at| at.0) * self.half_range_um;
+            let pairs = if batch.len() <= FEW {
+                self.weigh::<FEW>(std::array::from_fn(x), batch.len(), &mut weights)
+            } else {
+                self.weigh::<LANES>(std::array::from_fn(x), batch.len(), &mut weights)
+            };
+            for ((wavelength_um, with), weights) in batch.drain(..).zip(weights.chunks_exact(pairs)) {
+                visit(wavelength_um, with, weights);
+            }
+        }
+    }
+
+    /// Writes the coefficients at the first `count` of the arguments, one argument after the other, and returns how many pairs
+    /// each has.
+    fn weigh<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut Weights) -> usize {
+        let terms = self.terms_at(x.into_iter().fold(0.0, f32::max));
+        let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();
+        values.extend(std::iter::repeat_n([0.0; N], terms));
+        let factor = if self.series == 0 {
+            bessel_j(x, &mut values);
+            2.0
+        } else {
+            powers(x, &mut values);
+            1.0
+        };
+        for (n, row) in values.iter_mut().enumerate().skip(1) {
+            // iⁿ, less the i of the odd ones.
+            let factor = if n & 2 == 0 { factor } else { -factor };
+            row.iter_mut().for_each(|value| *value *= factor);
+        }
+        let pairs = terms / 2;
+        let missing = (count * pairs).saturating_sub(weights.len());
+        weights.extend(std::iter::repeat_n([0.0; 4], missing));
+        for (n, pair) in values.chunks_exact(2).enumerate() {
+            for lane in 0..count {
+                let [even, odd] = [pair[0][lane], pair[1][lane]];
+                weights[lane * pairs + n] = [even, even, odd, odd];
+            }
+        }
+        pairs
+    }
+}
+
+/// `xⁿ/n!`
+fn powers<const N: usize>(x: [f32; N], values: &mut [[f32; N]]) {
+    let mut power_over_factorial = [1.0; N];
+    for (n, row) in values.iter_mut().enumerate() {
+        if n > 0 {
+            let over = 1.0 / n as f32;
+            (0..N).for_each(|lane| power_over_factorial[lane] *= x[lane] * over);
+        }
+        *row = power_over_factorial;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::transform::{chebyshev_terms, taylor_terms};
+
+    #[test]
+    fn terms_left_out_at_an_argument_are_below_the_remainder_at_the_largest() {
+        for remainder in [1e-2, 1e-4, 1e-7] {
+            for largest in [0.0, 0.5, 1.0, 3.3, 9.9, 30.0, 130.0] {
+                for (series, needed) in [chebyshev_terms, taylor_terms].into_iter().enumerate() {
+                    if series == 1 && largest > 30.0 {
+                        continue;
+                    }
+                    let count = needed(largest, remainder);
+                    let terms = count.next_multiple_of(8);
+                    let argument_of_terms = (largest + (terms - count) as f64) as f32;
+                    let grid = OrderGrid { terms: terms as u32, argument_of_terms, ..bytemuck::Zeroable::zeroed() };
+                    for step in 0..=100 {
+                        let x = largest * f64::from(step) / 100.0;
+                        let kept = grid.terms_at(x as f32);
+                        assert!(kept >= needed(x, remainder), "{remainder}, {largest}, {x}: {kept}");
+                        // Never more than the largest argument takes, and an even number.
+                        assert!(
+                            kept <= count.next_multiple_of(2) && kept % 2 == 0,
+                            "{remainder}, {largest}, {x}: {kept}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_asked_for_is_summed_at_any_argument() {
+        let grid = OrderGrid { terms: 24, argument_of_terms: 0.0, ..bytemuck::Zeroable::zeroed() };
+        assert_eq!([0.0, 1.0, 30.0].map(|x| grid.terms_at(x)), [24; 3]);
+    }
+
+    #[test]
+    fn every_wavelength_has_the_coefficients_of_its_own() {
+        for series in [0, 1] {
+            let grid = OrderGrid { terms: 16, half_range_um: 0.2, series, ..bytemuck::Zeroable::zeroed() };
+            for count in [0, 1, 4, 5, 8, 9, 21] {
+                let wavelengths = (0..count).map(|i| (0.38 + 0.02 * i as f32, i));
+                let mut seen = 0;
+                grid.at_wavelengths(1.5, wavelengths, |um, i, weights| {
+                    assert_eq!((i, um), (seen, 0.38 + 0.02 * i as f32));
+                    seen += 1;
+                    let mut alone = None;
+                    grid.at_wavelengths(1.5, std::iter::once((um, ())), |_, (), weights| {
+                        alone = Some(weights.to_vec())
+                    });
+                    let alone = alone.unwrap();
+                    assert_eq!(weights.len(), 8);
+                    // Miller's recurrence starts elsewhere beside others: rounding.
+                    for (beside, alone) in weights.as_flattened().iter().zip(alone.as_flattened()) {
+                        assert!((beside - alone).abs() < 1e-6 * alone.abs().max(1.0), "{beside}, {alone}");
+                    }
+                });
+                assert_eq!(seen, count);
+            }
+        }
+    }
+}
