@@ -1,12 +1,13 @@
-// The density that orders are drawn from, as Dr.Jit arrays: the twin of `src/reflectance/proposal.rs`, `cell_shares.rs`
-// and `shade.rs` and of `src/table/leaves.rs`, which say what it is. Names are the same there and here.
+// The density that orders are drawn from, as Dr.Jit arrays: the twin of `src/reflectance/proposal.rs` and of
+// `src/table/leaves.rs`, which say what it is. Names are the same there and here.
 #pragma once
 
 #include <array>
 #include <string>
 #include <tuple>
-#include <vector>
 
+#include "cell_shares.h"
+#include "shade.h"
 #include "tables.h"
 
 namespace sunbeam {
@@ -25,7 +26,6 @@ public:
     using LobeTables                 = Tables<Float>;
     using FloatX                     = typename LobeTables::FloatX;
     using UInt32                     = typename LobeTables::UInt32;
-    using UInt32X                    = typename LobeTables::UInt32X;
     using Float64                    = typename LobeTables::Float64;
     using Mask                       = typename LobeTables::Mask;
     using Vector3f                   = typename LobeTables::Vector3f;
@@ -34,10 +34,8 @@ public:
     template <size_t N> using Wide64 = dr::Array<Float64, N>;
     template <size_t N> using WideU  = dr::Array<UInt32, N>;
     using Packet                     = typename LobeTables::Packet;
-    using Index                      = dr::Array<UInt32, 4>;
 
     static constexpr uint32_t BANDS = LobeTables::BANDS;
-    static constexpr size_t CORNERS = 8;
     static constexpr size_t MET_MAX = LobeTables::LEAVES_MET_MAX;
 
     /// The proposal at one incidence and N wavelengths.
@@ -46,29 +44,17 @@ public:
         Wide<N> wavelength_um, fold_cos;
         /// Direction cosines per node, and how far from its centre a leaf reaches.
         Wide64<N> step_x, step_y, reach_x, reach_y;
-        /// Where the shares of the grid's nodes about the incidence are, and the weights of these nodes.
-        std::array<std::array<Index, N>, CORNERS> windows;
-        std::array<Wide<N>, CORNERS> corners;
+        /// The nodes of the shares' grid about the incidence.
+        typename CellShares<Float>::template Corners<N> corners;
         /// Weight of all leaves where they are one cell.
         Wide<N> whole;
     };
 
-    explicit Proposal(const Surface &surface) : m_layout(surface.layout()) {
+    explicit Proposal(const Surface &surface) : m_layout(surface.layout()), m_shares(surface), m_shade(surface) {
         auto floats   = [](auto slice) { return dr::load<FloatX>(slice.data(), slice.size()); };
         m_leaf_powers = floats(surface.leaf_powers());
         m_leaf_places = floats(surface.leaf_places());
         m_leaf_rows   = floats(surface.leaf_rows());
-        if (m_layout.shade_azimuths > 0)
-            m_shade = floats(surface.shade());
-        if (has_cells()) {
-            m_index = dr::load<UInt32X>(surface.share_index().data(), surface.share_index().size());
-            // Two shares to an integer.
-            const auto shares = surface.share_cumulative();
-            std::vector<uint32_t> packed((shares.size() + 1) / 2, 0);
-            for (size_t i = 0; i < shares.size(); ++i)
-                packed[i / 2] |= uint32_t(shares[i]) << (i % 2 * 16);
-            m_cumulative = dr::load<UInt32X>(packed.data(), packed.size());
-        }
     }
 
     template <size_t N> Local<N> at(const Vector3f &wi, const Wide<N> &wavelength_nm, const Mask &active) const {
@@ -82,7 +68,7 @@ public:
         local.reach_x       = local.step_x * m_layout.leaf_reach_x;
         local.reach_y       = local.step_y * m_layout.leaf_reach_y;
         if (has_cells())
-            find_corners<N>(local, wavelength_nm, active);
+            local.corners = m_shares.template corners<N>(wi, wavelength_nm, active);
         else
             local.whole = whole_weight<N>(local, active);
         return local;
@@ -138,7 +124,7 @@ public:
             },
             "leaves");
         for (uint32_t y = 0; y < cy; ++y) {
-            const auto share = shares<N>(local, cell_x, cell_y + y, cx, active);
+            const auto share = m_shares.template shares<N>(local.corners, cell_x, cell_y + y, cx, active);
             for (uint32_t x = 0; x < cx; ++x)
                 weight[y * cx + x] = dr::select(weight[y * cx + x] > 0.f, share[x] / weight[y * cx + x], WideF(0.f));
         }
@@ -164,7 +150,7 @@ public:
         Float ux = u.x(), uy = u.y(), at(0.f);
         if (has_cells()) {
             UInt32 cell_x, cell_y;
-            std::tie(cell_x, cell_y, ux, uy) = choose_cell(local, Point2f(ux, uy), active);
+            std::tie(cell_x, cell_y, ux, uy) = m_shares.choose(local.corners, Point2f(ux, uy), active);
             at                               = cell_position<1>(local, WideU<1>(cell_x), WideU<1>(cell_y))[0];
             first_x                          = cell_x * m_layout.leaf_in_cell_x;
             first_y                          = cell_y * m_layout.leaf_in_cell_y;
@@ -225,7 +211,7 @@ public:
     }
 
 private:
-    bool has_cells() const { return m_layout.share_polar > 0; }
+    bool has_cells() const { return m_shares.present(); }
 
     /// The power under the band weights of a position, from band means that start at `index`.
     template <typename I>
@@ -290,8 +276,8 @@ private:
         const Wide<N> u       = Wide<N>(dr::fmadd(place.x, ratio, Float64(local.wi.x()))),
                       v       = Wide<N>(dr::fmadd(place.y, ratio, Float64(local.wi.y())));
         Wide<N> factor = Wide<N>(place.part) / cos * angular_factor<Wide<N>>(m_layout, u, v, Wide<N>(cos_i), cos);
-        if (m_layout.shade_azimuths > 0)
-            factor *= shade<N>(Wide<N>(place.x), Wide<N>(place.y), cos, active);
+        if (m_shade.present())
+            factor *= m_shade.template factor<N>(Wide<N>(place.x), Wide<N>(place.y), cos, active);
         return { dr::select(factor > 0.f, factor, Wide<N>(0.f)), band_position<N>(local, cos) };
     }
 
@@ -315,26 +301,6 @@ private:
                                       middle(cell_y, m_layout.leaf_in_cell_y, m_layout.leaf_shift_y, m_layout.reach_y),
                                       Float64(local.wi.y()));
         return band_position<N>(local, dr::sqrt(Wide<N>(dr::maximum(1.0 - x * x - y * y, 0.0))));
-    }
-
-    /// The coarse energy scaling.
-    template <size_t N>
-    Wide<N> shade(const Wide<N> &x, const Wide<N> &y, const Wide<N> &cos, const Mask &active) const {
-        const uint32_t azimuths = m_layout.shade_azimuths, cosines = m_layout.shade_cosines;
-        const Wide<N> along   = dr::abs(y) / dr::maximum(dr::abs(x) + dr::abs(y), 1e-30f);
-        const Wide<N> diamond = dr::select(y >= 0.f, dr::select(x >= 0.f, along, 2.f - along),
-                                           dr::select(x >= 0.f, 4.f - along, 2.f + along));
-        WideU<N> azimuth      = WideU<N>(dr::fmadd(diamond, float(azimuths) / 4.f, .5f));
-        azimuth               = dr::select(azimuth >= azimuths, azimuth - azimuths, azimuth);
-        const WideU<N> i      = dr::minimum(WideU<N>(dr::sqrt(cos) * float(cosines)), cosines - 1);
-        const Wide<N> low = dr::square(Wide<N>(i) / float(cosines)), high = dr::square(Wide<N>(i + 1) / float(cosines));
-        const WideU<N> at = azimuth * (cosines + 1) + i;
-        const Wide<N> t   = dr::clip((cos - low) / (high - low), 0.f, 1.f);
-        Wide<N> value;
-        for (size_t k = 0; k < N; ++k)
-            value[k] = dr::lerp(dr::gather<Float>(m_shade, at[k], active),
-                                dr::gather<Float>(m_shade, at[k] + 1, active), t[k]);
-        return value;
     }
 
     /// First leaf along an axis about the disc of what propagates, and the number of leaves.
@@ -386,92 +352,6 @@ private:
         return one;
     }
 
-    template <size_t N> void find_corners(Local<N> &local, const Wide<N> &wavelength_nm, const Mask &active) const {
-        const uint32_t polar = m_layout.share_polar, azimuths = m_layout.share_azimuths,
-                       planes = m_layout.share_wavelengths;
-        const Float cos       = dr::clip(local.wi.z(), 0.f, 1.f);
-        const Float t         = dr::sqrt(1.f - dr::sqrt(cos)) * float(polar);
-        const UInt32 p        = dr::minimum(UInt32(t), polar - 1);
-        const Float turn =
-            dr::clip(dr::atan2(local.wi.y(), local.wi.x()) * dr::InvTwoPi<Float> + .5f, 0.f, 1.f) * float(azimuths);
-        const UInt32 a     = UInt32(turn);
-        const double low   = m_layout.wavelength_min_nm;
-        const float octave = float((planes - 1) / std::log(m_layout.wavelength_max_nm / low));
-        const Wide<N> l    = dr::clip(dr::log(wavelength_nm / float(low)) * octave, 0.f, float(planes - 1));
-        const WideU<N> il  = dr::minimum(WideU<N>(l), planes - 2);
-        auto weight        = [](bool upper, const auto &fraction) { return upper ? fraction : 1.f - fraction; };
-        for (uint32_t c = 0; c < CORNERS; ++c) {
-            const uint32_t dp = c & 1, da = c >> 1 & 1, dl = c >> 2;
-            const UInt32 azimuth = (a + da) % azimuths;
-            local.corners[c] = weight(dl, l - Wide<N>(il)) * (weight(dp, t - Float(p)) * weight(da, turn - Float(a)));
-            for (size_t k = 0; k < N; ++k)
-                local.windows[c][k] =
-                    dr::gather<Index>(m_index, ((il[k] + dl) * azimuths + azimuth) * (polar + 1) + p + dp, active);
-        }
-    }
-
-    /// Shares of `count` cells along x.
-    template <size_t N> std::array<Wide<N>, MET_MAX> shares(const Local<N> &local, const WideU<N> &cell_x,
-                                                            const WideU<N> &cell_y, uint32_t count,
-                                                            const Mask &active) const {
-        std::array<Wide<N>, MET_MAX> result;
-        result.fill(Wide<N>(0.f));
-        using Int32 = dr::int32_array_t<Float>;
-        for (size_t c = 0; c < CORNERS; ++c) {
-            for (size_t k = 0; k < N; ++k) {
-                const Index &window = local.windows[c][k];
-                const Int32 width(window[3] & 0xffffu), height(window[3] >> 16);
-                const Int32 x = Int32(cell_x[k]) - Int32(window[1]), y = Int32(cell_y[k]) - Int32(window[2]);
-                const Mask there  = active && y >= 0 && y < height;
-                const UInt32 line = window[0] + UInt32(y * width);
-                Float last        = cumulative(line + UInt32(dr::clip(x, 0, width)), there);
-                for (uint32_t i = 0; i < count; ++i) {
-                    const Float next = cumulative(line + UInt32(dr::clip(x + int(i + 1), 0, width)), there);
-                    result[i][k]     = dr::fmadd(local.corners[c][k], next - last, result[i][k]);
-                    last             = next;
-                }
-            }
-        }
-        return result;
-    }
-
-    /// A cumulative share by its index.
-    Float cumulative(const UInt32 &index, const Mask &active) const {
-        const UInt32 pair = dr::gather<UInt32>(m_cumulative, index >> 1, active);
-        return Float(dr::select((index & 1u) == 0u, pair & 0xffffu, pair >> 16)) * float(1.0 / 65535.0);
-    }
-
-    /// A cell by its share; where nothing is reflected, `active` is left false.
-    std::tuple<UInt32, UInt32, Float, Float> choose_cell(const Local<1> &local, const Point2f &u, Mask &active) const {
-        Index window(0u);
-        Float total(0.f), passed(0.f), start(0.f), width(1.f);
-        for (size_t c = 0; c < CORNERS; ++c)
-            total += local.corners[c][0];
-        const Float target = u.y() * total;
-        Mask done(false);
-        for (size_t c = 0; c < CORNERS; ++c) {
-            const Float weight = local.corners[c][0];
-            const Mask here    = !done && weight > 0.f;
-            window             = dr::select(here, local.windows[c][0], window);
-            start              = dr::select(here, passed, start);
-            width              = dr::select(here, weight, width);
-            passed             = dr::select(here, passed + weight, passed);
-            done |= here && target < passed;
-        }
-        const float last     = dr::OneMinusEpsilon<float>;
-        const Float uy       = dr::clip((target - start) / width, 0.f, last);
-        const UInt32 columns = window[3] & 0xffffu, size = columns * (window[3] >> 16);
-        active &= size > 0;
-        const UInt32 cell = dr::binary_search<UInt32>(0, m_layout.share_cells_max, [&](const UInt32 &index) {
-            const Mask inside = active && index + 1 < size;
-            return inside && cumulative(window[0] + index + 1, inside) <= u.x();
-        });
-        const Float low = cumulative(window[0] + cell, active), high = cumulative(window[0] + cell + 1, active);
-        const UInt32 y     = cell / dr::maximum(columns, 1u);
-        const Float inside = dr::select(high > low, dr::clip((u.x() - low) / (high - low), 0.f, last), .5f);
-        return { window[1] + cell - y * columns, window[2] + y, inside, uy };
-    }
-
     /// One of `count` numbers by its weight, and where in its interval `u` lies; where all weights are zero, `active`
     /// is left false.
     template <typename Weight> static std::pair<UInt32, Float> pick(const UInt32 &count, Weight weight, const Float &u,
@@ -511,11 +391,12 @@ private:
     }
 
     Layout m_layout;
-    FloatX m_leaf_powers, m_leaf_places, m_leaf_rows, m_shade;
-    UInt32X m_index, m_cumulative;
+    CellShares<Float> m_shares;
+    Shade<Float> m_shade;
+    FloatX m_leaf_powers, m_leaf_places, m_leaf_rows;
 
 public:
-    DRJIT_TRAVERSE(Proposal, m_leaf_powers, m_leaf_places, m_leaf_rows, m_shade, m_cumulative, m_index)
+    DRJIT_TRAVERSE(Proposal, m_shares, m_shade, m_leaf_powers, m_leaf_places, m_leaf_rows)
 };
 
 } // namespace sunbeam
