@@ -131,15 +131,8 @@ pub unsafe extern "C" fn sunbeam_surface_eval(
     wavelength_nm: Floats,
     f: FloatsOut,
 ) -> Status {
-    call(|| {
-        let carried = carried(wavelength_count)?;
-        // SAFETY: as the caller vouches.
-        unsafe {
-            let surface = reference("surface", surface)?;
-            let queries = queries(count, wi, wo, wavelength_nm)?;
-            surface.eval(&queries, carried, Some(Output::new("f", f, wavelength_count, count)?), None)
-        }
-    })
+    // SAFETY: as the caller vouches.
+    unsafe { evaluate(surface, count, [wi, wo], (wavelength_count, wavelength_nm), Some(f), None) }
 }
 
 /// The density with which `sunbeam_surface_sample` finds the direction `wo`, per solid angle: one float an item, the mean over
@@ -157,15 +150,8 @@ pub unsafe extern "C" fn sunbeam_surface_pdf(
     wavelength_nm: Floats,
     pdf: FloatsOut,
 ) -> Status {
-    call(|| {
-        let carried = carried(wavelength_count)?;
-        // SAFETY: as the caller vouches.
-        unsafe {
-            let surface = reference("surface", surface)?;
-            let queries = queries(count, wi, wo, wavelength_nm)?;
-            surface.eval(&queries, carried, None, Some(Output::new("pdf", pdf, 1, count)?))
-        }
-    })
+    // SAFETY: as the caller vouches.
+    unsafe { evaluate(surface, count, [wi, wo], (wavelength_count, wavelength_nm), None, Some(pdf)) }
 }
 
 /// `sunbeam_surface_eval` and `sunbeam_surface_pdf` in one, for the cost of the latter.
@@ -183,16 +169,8 @@ pub unsafe extern "C" fn sunbeam_surface_eval_pdf(
     f: FloatsOut,
     pdf: FloatsOut,
 ) -> Status {
-    call(|| {
-        let carried = carried(wavelength_count)?;
-        // SAFETY: as the caller vouches.
-        unsafe {
-            let surface = reference("surface", surface)?;
-            let queries = queries(count, wi, wo, wavelength_nm)?;
-            let (f, pdf) = (Output::new("f", f, wavelength_count, count)?, Output::new("pdf", pdf, 1, count)?);
-            surface.eval(&queries, carried, Some(f), Some(pdf))
-        }
-    })
+    // SAFETY: as the caller vouches.
+    unsafe { evaluate(surface, count, [wi, wo], (wavelength_count, wavelength_nm), Some(f), Some(pdf)) }
 }
 
 /// Samples `count` outgoing directions, one for all the wavelengths that an item carries.
@@ -272,16 +250,34 @@ impl SurfaceHandle {
     }
 }
 
+/// What the three functions of two directions share.
+///
 /// # Safety
-/// As for [`Input::new`].
-unsafe fn queries(count: usize, wi: Floats, wo: Floats, wavelength_nm: Floats) -> Result<Queries, CallError> {
-    // SAFETY: as the caller vouches.
-    unsafe {
-        Ok(Queries {
-            count,
-            wi: Input::new("wi", wi, count)?,
-            wo: Input::new("wo", wo, count)?,
-            wavelength_nm: Input::new("wavelength_nm", wavelength_nm, count)?,
-        })
-    }
+/// As for [`Input::new`] and [`Output::new`], and `surface` must be alive.
+unsafe fn evaluate(
+    surface: *const SurfaceHandle,
+    count: usize,
+    [wi, wo]: [Floats; 2],
+    (wavelength_count, wavelength_nm): (usize, Floats),
+    f: Option<FloatsOut>,
+    pdf: Option<FloatsOut>,
+) -> Status {
+    call(|| {
+        let carried = carried(wavelength_count)?;
+        // SAFETY: as the caller vouches.
+        let (surface, queries, f, pdf) = unsafe {
+            (
+                reference("surface", surface)?,
+                Queries {
+                    count,
+                    wi: Input::new("wi", wi, count)?,
+                    wo: Input::new("wo", wo, count)?,
+                    wavelength_nm: Input::new("wavelength_nm", wavelength_nm, count)?,
+                },
+                f.map(|f| Output::new("f", f, wavelength_count, count)).transpose()?,
+                pdf.map(|pdf| Output::new("pdf", pdf, 1, count)).transpose()?,
+            )
+        };
+        surface.eval(&queries, carried, f, pdf)
+    })
 }
