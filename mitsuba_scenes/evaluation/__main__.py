@@ -12,8 +12,8 @@ from ..picture import PictureError
 from .page import write_page
 
 # Each is a module of this package with a function `figures() -> dict`, and a template of the same name in
-# docs/templates, with hyphens.
-PAGES = ("speed-error", "sampling", "stability", "periodicity", "brdf-maps", "renderings", "validity", "lab", "batch")
+# docs/templates, with hyphens. Those that measure times come first: the machine need be left alone for no longer.
+PAGES = ("speed-error", "sampling", "batch", "renderings", "brdf-maps", "periodicity", "lab", "validity", "stability")
 
 
 def main(words: list[str] | None = None) -> int:
