@@ -2,13 +2,13 @@
 
 use super::Vec3;
 use super::geometry::direction_above;
-use super::quadrature::{HERMITE_3, LEGENDRE_6, LEGENDRE_16, hemisphere, in_panels};
+use super::quadrature::{HERMITE_3, HERMITE_5, LEGENDRE_6, LEGENDRE_16, hemisphere, in_panels};
 use std::f64::consts::TAU;
 
 /// Standard deviation in direction cosines below which a lobe is not integrated across.
 const SHARP: f64 = 0.01;
 /// Standard deviation beyond which three places across do not do near the horizon.
-const WIDE: f64 = 0.06;
+const WIDE: f64 = 0.04;
 /// Standard deviations beyond which nothing of a lobe counts.
 const CUT: f64 = 5.0;
 /// Standard deviations from the horizon at which a three-point rule follows 1/cosθo.
@@ -37,15 +37,15 @@ pub(super) struct Setting {
     pub known: [[f64; 2]; 2],
     /// Phase in radians from the relief's lowest point to its highest that one cosθo more makes.
     pub phase: f64,
-    /// Whether the table's lattice is that of the orders, alike along x and y and without a limit.
-    pub native: bool,
+    /// Whether lobes may be oblong, and what is known ends within some of them, also near the horizon.
+    pub cut: bool,
 }
 
 impl Lobe {
     /// Visits directions with their shares of the lobe's Gaussian in the plane of direction cosines, of which nothing
     /// lies beyond the horizon or where the table knows nothing.
     pub fn integrate(&self, setting: &Setting, fine: bool, mut visit: impl FnMut(Vec3, f64)) {
-        let Setting { wi, wavelength_um, known, phase, native } = *setting;
+        let Setting { wi, wavelength_um, known, phase, cut } = *setting;
         let q = [0, 1].map(|c| wavelength_um * self.f[c] - wi[c]);
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
         let rho = q[0].hypot(q[1]);
@@ -66,7 +66,7 @@ impl Lobe {
             if let Some(wo) = direction_above(q[0], q[1]) {
                 visit(wo, 1.0);
             }
-        } else if clear && (far || !native) {
+        } else if clear && (far || cut) {
             let [x, y] = [0, 1].map(|c| gaussian_rule(reach[c], whole[c]));
             for (tx, px) in x {
                 for (ty, py) in y {
@@ -75,9 +75,7 @@ impl Lobe {
                     }
                 }
             }
-        } else if native && (widest < WIDE || !fine) {
-            self.integrate_radially(setting, q, sigma[0], fine, visit);
-        } else {
+        } else if cut {
             let within = [0, 1].map(|c| reach[c].map(|t| q[c] + t.clamp(-CUT, CUT) * sigma[c]));
             let widths = sigma.map(|sigma| (2.5 * CUT * sigma).min(PHASE_PANEL / phase));
             let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
@@ -85,6 +83,12 @@ impl Lobe {
                 let z = [0, 1].map(|c| (wo[c] - q[c]) / sigma[c]);
                 visit(wo, area * norm * (-0.5 * (z[0] * z[0] + z[1] * z[1])).exp());
             }
+        } else {
+            self.integrate_radially(setting, q, sigma, fine, |wo, part| {
+                if [0, 1].iter().all(|&c| known[c][0] <= wo[c] && wo[c] <= known[c][1]) {
+                    visit(wo, part);
+                }
+            });
         }
     }
 
@@ -94,17 +98,23 @@ impl Lobe {
         &self,
         setting: &Setting,
         [qx, qy]: [f64; 2],
-        sigma: f64,
+        [sx, sy]: [f64; 2],
         fine: bool,
         mut visit: impl FnMut(Vec3, f64),
     ) {
         let rho = qx.hypot(qy);
         let (ex, ey) = if rho > 1e-9 { (qx / rho, qy / rho) } else { (1.0, 0.0) };
-        let sharp = sigma < SHARP.min(ACROSS_OF_COSINE * setting.wi[2]);
-        let across_rule: &[(f64, f64)] = if sharp || !fine { &[(0.0, 1.0)] } else { &HERMITE_3 };
+        // Lobes gathered from an oblong tile are oblong.
+        let (sigma, across) = ((ex * sx).hypot(ey * sy), (ey * sx).hypot(ex * sy));
+        let sharp = across < SHARP.min(ACROSS_OF_COSINE * setting.wi[2]);
+        let across_rule: &[(f64, f64)] = match () {
+            _ if sharp || !fine => &[(0.0, 1.0)],
+            _ if across < WIDE => &HERMITE_3,
+            _ => &HERMITE_5,
+        };
         for &(t, p) in across_rule {
             // cosθo along the radius at this offset across: cos² = reach² − ρ².
-            let offset = t * sigma;
+            let offset = t * across;
             let reach_squared = 1.0 - offset * offset;
             if reach_squared <= 0.0 {
                 continue;

@@ -18,10 +18,9 @@ const FEW: usize = 40;
 const SINGLES: usize = 48;
 /// Lobes up to which each is integrated finely, and not the strongest alone.
 const FINE: usize = 300;
-
-/// Times as many lobes are told apart where nodes lie more densely than orders would: what lies between them is then no noise
-/// that the gathering would average, but the shape of an aperture.
-const BETWEEN_ORDERS: usize = 4;
+/// Times as many nodes are left alone where pixels are so coarse that they limit what is known, if that is all: the limit
+/// then cuts through a good part of the lobes.
+const LIMITED: usize = 8;
 
 /// Phase in radians from the relief's lowest point to its highest that one cosθo more makes.
 fn phase(table: &SpectralTable, wavelength_um: f64) -> f64 {
@@ -62,8 +61,8 @@ pub(super) struct PowerBins<'a> {
     /// Where nodes are so wide that the density is smooth and is integrated over the hemisphere, about how many panels that
     /// takes.
     panels: Option<f64>,
-    /// Whether the lattice is that of the orders: alike along x and y, and known everywhere.
-    native: bool,
+    /// Whether lobes may be oblong, and the limit of what is known cuts into them.
+    cut: bool,
 }
 
 impl<'a> PowerBins<'a> {
@@ -79,9 +78,9 @@ impl<'a> PowerBins<'a> {
         let strength = |record: &[f32]| record[..BANDS].iter().sum::<f32>();
         nodes.sort_by(|a, b| strength(b.2).total_cmp(&strength(a.2)));
         let mut lobes = Vec::new();
-        let native = x.cutoff.is_infinite() && y.cutoff.is_infinite();
-        let target = if native { target } else { target.saturating_mul(BETWEEN_ORDERS) };
-        let side = (nodes.len() as f64 / target as f64).sqrt().ceil() as i64;
+        let limited = x.cutoff.is_finite() || y.cutoff.is_finite();
+        let cut = limited && nodes.len() <= target.saturating_mul(LIMITED);
+        let side = if cut { 1 } else { (nodes.len() as f64 / target as f64).sqrt().ceil() as i64 };
         let singles = if side <= 1 { nodes.len() } else { SINGLES };
         let mut groups = std::collections::BTreeMap::<(i64, i64), Vec<(i64, i64, &[f32])>>::new();
         for (i, &(jx, jy, record)) in nodes.iter().enumerate() {
@@ -109,7 +108,7 @@ impl<'a> PowerBins<'a> {
             });
         }
         let panels = panels_over_the_hemisphere(table);
-        Some(Self { table, fine: target == usize::MAX || lobes.len() <= FINE, lobes, panels, native })
+        Some(Self { table, fine: target == usize::MAX || lobes.len() <= FINE, lobes, panels, cut })
     }
 
     /// Whether lobes are so narrow that the albedo has sharp features where one leaves along the surface.
@@ -124,15 +123,22 @@ impl<'a> PowerBins<'a> {
     }
 
     /// About how many places [`PowerBins::visit`] takes, as a measure of its cost.
-    pub fn places(&self) -> usize {
-        /// Places of a lobe on average: one in the middle of the hemisphere, dozens about the horizon.
+    pub fn places(&self, options: &Options) -> usize {
+        /// Places of a lobe on average at least: one in the middle of the hemisphere, dozens about the horizon.
         const OF_A_LOBE: usize = 10;
+        /// cosθ of incidences at which places are counted.
+        const COSINES: [f64; 3] = [1.0, 0.6, 0.2];
         let lattice = self.table.lattice();
-        match self.panels {
-            Some(panels) => 256 * panels as usize * lattice.x.taps * lattice.y.taps,
-            None if self.native => OF_A_LOBE * self.lobes.len(),
-            None => BETWEEN_ORDERS * OF_A_LOBE * self.lobes.len(),
+        if let Some(panels) = self.panels {
+            return 256 * panels as usize * lattice.x.taps * lattice.y.taps;
         }
+        let mut counted = 0;
+        for cos in COSINES {
+            let across = ((1.0 - cos * cos) / 2.0).sqrt();
+            let middle_nm = 0.5 * (WAVELENGTH_MIN_NM + WAVELENGTH_MAX_NM);
+            self.visit([across, across, cos], middle_nm, options, |_, _| counted += 1);
+        }
+        (OF_A_LOBE * self.lobes.len()).max(counted / COSINES.len())
     }
 
     /// Wavelengths in nm, from `low_nm` to `high_nm`, at which light from `wi` leaves just above the horizon in one of
@@ -185,8 +191,7 @@ impl<'a> PowerBins<'a> {
             }
             return;
         }
-        let setting =
-            Setting { wi, wavelength_um, known, phase: phase(self.table, wavelength_um), native: self.native };
+        let setting = Setting { wi, wavelength_um, known, phase: phase(self.table, wavelength_um), cut: self.cut };
         for (i, lobe) in self.lobes.iter().enumerate() {
             lobe.integrate(&setting, self.fine || i < SINGLES, |wo, area| {
                 if let Some(pair) = Pair::new(wi, wo) {
