@@ -2,10 +2,11 @@
 
 mod common;
 
-use common::{Random, direction, oracle, preset, sinusoid, waves};
+use common::{Random, direction, oracle, preset, relief, sinusoid, waves};
 use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{Obliquity, Options, Surface, Vec3};
+use sunbeam::table::Tiling;
 
 /// What the albedo may exceed one by: the tables' default tolerance.
 const ALBEDO_MAX: f64 = 1.001;
@@ -190,6 +191,44 @@ fn the_albedo_is_the_integral_of_the_oracle() {
             let albedo = surface.albedo(wi, nm).unwrap();
             println!("{theta}° {nm} nm: oracle {integral:.5}, order by order {albedo:.5}");
             assert!((integral - albedo).abs() < QUADRATURE * integral, "{integral} {albedo}");
+        }
+    }
+}
+
+/// `∫ f_r cosθo dωo` by the midpoint rule in angles.
+fn midpoint_albedo(surface: &Surface, wi: Vec3, nm: f64) -> f64 {
+    const RINGS: usize = 1200;
+    const SPOKES: usize = 2400;
+    let mut sum = 0.0;
+    for ring in 0..RINGS {
+        let theta = (ring as f64 + 0.5) / RINGS as f64 * 90.0;
+        for spoke in 0..SPOKES {
+            let wo = direction(theta, (spoke as f64 + 0.5) / SPOKES as f64 * 360.0);
+            sum += surface.f(wi, wo, nm) * wo[2] * theta.to_radians().sin();
+        }
+    }
+    sum * (0.5 * PI / RINGS as f64) * (TAU / SPOKES as f64)
+}
+
+#[test]
+fn the_albedo_is_the_integral_of_the_reflectance_where_lobes_are_hard_to_integrate() {
+    let alone = Options { tiling: Tiling::Aperiodic, coherence_length_um: 100.0, ..Options::default() };
+    let cases = [
+        // One pixel wide: the pixels' limit cuts through every lobe.
+        ("one row", relief(22, 1, 0.38, 8.4, 0.003), alone.clone()),
+        // Lobes five times as long as wide, half the hemisphere long.
+        ("oblong", relief(10, 21, 0.07, 0.16, 0.0), alone),
+        // Powers oscillate some twenty times between the normal and the horizon.
+        ("deep", relief(19, 1, 0.054, 1.0, 9.0), Options { coherence_length_um: 1.5, ..Options::default() }),
+        ("deep, narrower", relief(12, 12, 0.4, 0.4, 9.0), Options { coherence_length_um: 10.0, ..Options::default() }),
+    ];
+    for (name, field, options) in cases {
+        let surface = build(&field, &Options { conserve_energy: false, ..options });
+        for (theta, phi, nm) in [(14.0, 145.0, 360.0), (45.0, 35.0, 450.0), (75.0, -20.0, 650.0)] {
+            let wi = direction(theta, phi);
+            let (integral, albedo) = (midpoint_albedo(&surface, wi, nm), surface.albedo(wi, nm).unwrap());
+            println!("{name}, {theta}° {nm} nm: midpoints {integral:.5}, albedo {albedo:.5}");
+            assert!((integral - albedo).abs() < QUADRATURE * integral.max(1.0), "{name}: {integral} {albedo}");
         }
     }
 }

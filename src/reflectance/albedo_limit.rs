@@ -19,6 +19,10 @@ const ALBEDO_MAX: f64 = 1.0003;
 /// where it makes up for what lies between them.
 const FIRST_TARGET: f64 = 1.0;
 const TARGET: f64 = 0.997;
+/// Last passes, in which what is found above one is brought as far below it, within a limit: excesses left by then are
+/// chance finds on steep slopes of the albedo, whose top is elsewhere in the cell.
+const WARY_PASSES: usize = 3;
+const WARY_TARGET_MIN: f64 = 0.98;
 /// Passes at most, each over places of its own.
 const PASSES: usize = 7;
 /// Rounds of the fixed point, which converges by about a half each.
@@ -53,9 +57,15 @@ impl AlbedoScale {
         let unscaled: Vec<f64> = at_nodes.iter().map(|limit| limit.albedo(&scale)).collect();
         if unscaled.iter().any(|&albedo| albedo > ALBEDO_MAX) {
             let limit = |scale: &Self, (wi, nm): (Vec3, f64)| Limit::new(scale, &bins, options, wi, nm);
+            let cost = bins.places(options).max(1);
             for pass in 0..PASSES {
-                let rings = places(&scale, &bins, pass);
-                let (target, first) = if pass == 0 { (FIRST_TARGET, true) } else { (TARGET, false) };
+                let rings = places(&scale, &bins, cost, pass);
+                let first = pass == 0;
+                let target = |albedo: f64| match pass {
+                    0 => FIRST_TARGET,
+                    _ if pass + WARY_PASSES < PASSES => TARGET,
+                    _ => (2.0 - albedo).clamp(WARY_TARGET_MIN, TARGET),
+                };
                 if first {
                     let between = rings.par_iter().flatten().map(|place| limit(&scale, place.at));
                     let between: Vec<Limit> = between.collect();
@@ -184,11 +194,12 @@ fn balance(scale: &mut AlbedoScale, limits: &[&Limit]) {
     }
 }
 
-/// Lowers until every limit is kept; whether there was anything to lower.
-fn keep(scale: &mut AlbedoScale, limits: &[&Limit], target: f64) -> bool {
+/// Lowers until every limit is kept, to the `target` for the albedo found; whether there was anything to lower.
+fn keep(scale: &mut AlbedoScale, limits: &[&Limit], target: impl Fn(f64) -> f64 + Sync) -> bool {
     for round in 0..LOWER_ROUNDS {
-        let broken = limits.par_iter().filter(|limit| limit.albedo(scale) > ALBEDO_MAX);
-        let factors: Vec<_> = broken.flat_map_iter(|limit| limit.remedy(scale, target)).collect();
+        let found = limits.par_iter().map(|limit| (limit, limit.albedo(scale)));
+        let broken = found.filter(|(_, albedo)| *albedo > ALBEDO_MAX);
+        let factors: Vec<_> = broken.flat_map_iter(|(limit, albedo)| limit.remedy(scale, target(albedo))).collect();
         if factors.is_empty() {
             return round > 0;
         }
@@ -215,11 +226,12 @@ impl Place {
 }
 
 /// Places between the nodes, for each ring of cells from the horizon to the normal: scattered over the cells, every other
-/// one on the edge nearer the normal, about which the last cells are very long.
-fn places(scale: &AlbedoScale, bins: &PowerBins, pass: usize) -> Vec<Vec<Place>> {
+/// one on the edge nearer the normal, about which the last cells are very long. The more an albedo costs, in places that its
+/// integral takes, the fewer.
+fn places(scale: &AlbedoScale, bins: &PowerBins, cost: usize, pass: usize) -> Vec<Vec<Place>> {
     let (cosines, azimuths, wavelengths) = scale.shape();
     let in_ring = (wavelengths - 1) * azimuths;
-    let effort = in_ring * cosines * bins.places().max(1);
+    let effort = in_ring * cosines * cost;
     let smooth = (EFFORT / effort).clamp(1, SMOOTH_SAMPLES);
     let peaks = match (bins.sharp(), bins.narrow()) {
         (true, _) => PEAKS,

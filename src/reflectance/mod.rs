@@ -10,8 +10,10 @@ mod exact;
 mod fresnel;
 mod geometry;
 mod integrated;
+mod lobe;
 mod power_bins;
 mod proposal;
+mod quadrature;
 mod shade;
 mod surface;
 

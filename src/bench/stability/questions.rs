@@ -16,6 +16,9 @@ const QUESTIONS_EACH: u64 = 25_000;
 const METHODS_EVERY: u64 = 50;
 /// Directions and wavelengths of each surface at which the albedo is integrated.
 const ALBEDOS: usize = 40;
+/// What an albedo may exceed one by besides the tolerance of its surface's table: the 0.0003 that the scaling leaves alone, and
+/// the 0.0005 of the mean of 1/cosθo that its quadrature may miss in narrow lobes.
+const ALBEDO_SLACK: f64 = 1e-3;
 /// Reflectances below this are lost in the rounding of single-precision records when reciprocity is judged.
 const RECIPROCITY_FLOOR: f64 = 1e-12;
 
@@ -43,12 +46,12 @@ pub struct Questions {
     /// Albedos integrated over the hemisphere, and the largest, on surfaces whose energy is scaled.
     pub albedos: u64,
     pub albedo: f64,
-    /// Those of them above 1 by more than their surface's tolerance.
+    /// Those of them above 1 by more than their surface's tolerance and 0.001.
     pub albedos_above: u64,
     /// Largest over those surfaces of the mean weight of samples, that is the mean albedo over questions, less four
     /// standard errors.
     pub mean_weight: f64,
-    /// Largest excess of an albedo over 1 as a share of its surface's tolerance.
+    /// Largest excess of an albedo over 1.001 as a share of its surface's tolerance.
     pub albedo_excess: f64,
 }
 
@@ -184,7 +187,7 @@ fn one_surface(number: u64, count: u64) -> Result<Questions, BenchError> {
                 found.albedos += 1;
                 found.see(albedo);
                 found.albedo = found.albedo.max(albedo);
-                let excess = (albedo - 1.0) / drawn.options.tolerance;
+                let excess = (albedo - 1.0 - ALBEDO_SLACK) / drawn.options.tolerance;
                 found.albedos_above += u64::from(excess > 1.0);
                 found.albedo_excess = found.albedo_excess.max(excess);
             }
