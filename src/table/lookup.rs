@@ -155,6 +155,7 @@ impl SpectralTable {
 
     /// `S(f; κ)` and the proposal's density at the frequency `f` (cycles/µm) and `kappa` (rad/µm), where `draw`
     /// gives the weight of a node in the proposal from its column and row, counted from the first, and its band means.
+    #[inline]
     pub fn lookup(&self, f: [f64; 2], kappa: f64, draw: impl Fn(usize, usize, &[f32]) -> f64) -> Density {
         let curve = NodeCurve::new(self, kappa);
         let (mut power, mut amplitude, mut proposal) = (0.0, Complex64::ZERO, 0.0);
@@ -181,6 +182,7 @@ impl SpectralTable {
     }
 
     /// `S(f; κ)` in µm² alone.
+    #[inline]
     pub fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         self.lookup(f, kappa, |_, _, _| 0.0).value
     }
@@ -214,12 +216,14 @@ impl SpectralTable {
     }
 
     /// Column and row, counted from the first, of the first node that a look-up at `f` (cycles/µm) reads.
+    #[inline]
     pub fn first_node(&self, f: [f64; 2]) -> [usize; 2] {
         let first = |axis: &LatticeAxis, f: f64| (axis.first_tap(f * axis.period_um) + axis.reach as i64) as usize;
         [first(&self.lattice.x, f[0]), first(&self.lattice.y, f[1])]
     }
 
     /// Visits the nodes around `f` (cycles/µm): column, row, Gaussian and record.
+    #[inline]
     fn joined(&self, f: [f64; 2], mut visit: impl FnMut(usize, usize, f64, &[f32])) {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let (px, py) = (f[0] * x.period_um + x.reach as f64, f[1] * y.period_um + y.reach as f64);
@@ -312,6 +316,8 @@ pub struct NodeCurve {
 
 impl NodeCurve {
     /// Prepares look-ups at `kappa` (rad/µm, clamped to the table's range).
+    // Its coefficients are better built where they are used than moved there.
+    #[inline]
     pub fn new(table: &SpectralTable, kappa: f64) -> Self {
         let kappa = kappa.clamp(0.0, table.kappa_max);
         let t = kappa / table.kappa_step;
