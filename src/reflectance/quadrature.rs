@@ -84,9 +84,11 @@ pub(super) fn in_panels(
     let range = (high - low).max(0.0);
     let panels = (range / widest).ceil() as usize;
     let half = 0.5 * range / panels.max(1) as f64;
-    (0..panels).flat_map(move |panel| {
-        let middle = low + (2 * panel + 1) as f64 * half;
-        let both = move |&(node, weight): &(f64, f64)| [-node, node].map(|node| (middle + half * node, half * weight));
-        rule.iter().flat_map(both)
+    let in_panel = 2 * rule.len();
+    (0..panels * in_panel).map(move |i| {
+        let middle = low + (2 * (i / in_panel) + 1) as f64 * half;
+        let (node, weight) = rule[i % in_panel / 2];
+        let node = if i % 2 == 0 { -node } else { node };
+        (middle + half * node, half * weight)
     })
 }
