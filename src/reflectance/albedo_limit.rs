@@ -226,8 +226,8 @@ impl Place {
 }
 
 /// Places between the nodes, for each ring of cells from the horizon to the normal: scattered over the cells, every other
-/// one on the edge nearer the normal, about which the last cells are very long. The more an albedo costs, in places that its
-/// integral takes, the fewer.
+/// one on the edge nearer the normal, about which the last cells are very long, and every other two at an end of the range of
+/// wavelengths, beyond which no cell looks. The more an albedo costs, in places that its integral takes, the fewer.
 fn places(scale: &AlbedoScale, bins: &PowerBins, cost: usize, pass: usize) -> Vec<Vec<Place>> {
     let (cosines, azimuths, wavelengths) = scale.shape();
     let in_ring = (wavelengths - 1) * azimuths;
@@ -243,8 +243,13 @@ fn places(scale: &AlbedoScale, bins: &PowerBins, cost: usize, pass: usize) -> Ve
         let towards_normal = 1 + (SAMPLES - 1) * (c + 2) / (cosines + 1);
         let samples = if bins.sharp() { towards_normal.max(GRAZING_SAMPLES) } else { smooth };
         (0..samples).map(move |k| {
-            let [dl, da, inside] = scattered(k + SMOOTH_SAMPLES * (pass + PASSES * (c * in_ring + cell)));
+            let [between, da, inside] = scattered(k + SMOOTH_SAMPLES * (pass + PASSES * (c * in_ring + cell)));
             let dc = if k % 2 == 1 { 1.0 } else { inside };
+            let dl = match (l, (k / 2 + pass) % 2) {
+                (0, 0) => 0.0,
+                (_, 0) if l == wavelengths - 2 => 1.0,
+                _ => between,
+            };
             let at = |l: f64| scale.at(c as f64 + dc, a as f64 + da, l);
             let bounds = [at(l as f64).1, at(l as f64 + 1.0).1];
             Place { at: at(l as f64 + dl), bounds: (k < peaks).then_some(bounds) }
