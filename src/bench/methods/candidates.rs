@@ -14,6 +14,8 @@ use serde_json::{Map, Value, json};
 use std::sync::Arc;
 use std::time::Instant;
 
+const COLOUR_TABLE: &str = "colour-table";
+
 /// Something that turns directions into a colour.
 pub(super) struct Candidate {
     method: &'static str,
@@ -35,6 +37,12 @@ pub(super) enum Evaluator {
 }
 
 impl Candidate {
+    /// Whether a colour costs the same work: colour tables of one size are read alike, however well they are filled.
+    pub fn costs_like(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+            || self.method == COLOUR_TABLE && other.method == COLOUR_TABLE && self.bytes == other.bytes
+    }
+
     /// Linear sRGB of `f_r` without the Fresnel reflectance, 1/sr; `factor` is its `O·M`, which the tables know.
     pub fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
         match &self.evaluator {
@@ -199,11 +207,16 @@ impl Builder<'_> {
                 sets.push((None, MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() }));
             }
         }
+        let mut own = None;
         for (tolerance, asked) in sets {
+            if own.is_some() && asked == (MethodOptions { neighbourhood: own, ..default.clone() }) {
+                continue;
+            }
             let start = Instant::now();
             let made = Nmm::new(self.field, self.options.coherence_length_um, self.tolerance(tolerance), &asked)
                 .map_err(|source| BenchError::Method { candidate: format!("nmm {asked:?}"), source })?;
             let (counts, seconds) = (made.counts(), start.elapsed().as_secs_f64());
+            own.get_or_insert(counts.neighbourhood);
             self.push(MethodKind::Nmm, made, (tolerance, &asked), counts, seconds);
         }
         Ok(())
@@ -276,7 +289,7 @@ impl Builder<'_> {
                 parameters.insert("coherence_length_shown_um".into(), json!(shown));
             }
             self.made.push(Candidate {
-                method: "colour-table",
+                method: COLOUR_TABLE,
                 model,
                 parameters,
                 is_default: resolution == 1.0 && tolerance == own && model == Model::Ensemble,

@@ -97,7 +97,7 @@ pub struct Entry {
     pub gpu: Option<Timing>,
     pub errors: Errors,
     /// Whether no other entry of the surface is faster on the CPU and as good in the mean of ΔE and in its 99th percentile
-    /// (see [`front()`]).
+    /// (see [`front()`]), those of its own method with the other model left out.
     pub on_front: bool,
     /// The same among the entries of its own method and model, and as good in its spectrum where it has one.
     pub on_front_of_method: bool,
@@ -189,20 +189,25 @@ fn on_gpu(
 fn mark_fronts(entries: &mut [Entry]) {
     let colours =
         |entry: &Entry| (entry.cpu.microseconds, [entry.errors.delta_e_mean, entry.errors.delta_e_p99].map(noticed));
-    let all = front(&entries.iter().map(colours).collect::<Vec<_>>());
     let point = |entry: &Entry| {
         let (time, [mean, p99]) = colours(entry);
         (time, [mean, p99, entry.errors.spectral_rmse.unwrap_or(0.0)])
     };
-    let own: Vec<bool> = (0..entries.len())
-        .map(|i| {
-            let kin = |other: &&Entry| (other.method, other.model) == (entries[i].method, entries[i].model);
-            let kindred: Vec<_> = entries.iter().filter(kin).map(point).collect();
-            let place = entries[..i].iter().filter(kin).count();
-            front(&kindred)[place]
+    let marks: Vec<(bool, bool)> = entries
+        .iter()
+        .enumerate()
+        .map(|(i, entry)| {
+            // Which of a method's two models is taken is a question of what is to be shown, not of speed.
+            let comparable = |other: &&Entry| other.method != entry.method || other.model == entry.model;
+            let kin = |other: &&Entry| other.method == entry.method && other.model == entry.model;
+            let all: Vec<_> = entries.iter().filter(comparable).map(colours).collect();
+            let own: Vec<_> = entries.iter().filter(kin).map(point).collect();
+            let [in_all, in_own] =
+                [entries[..i].iter().filter(comparable).count(), entries[..i].iter().filter(kin).count()];
+            (front(&all)[in_all], front(&own)[in_own])
         })
         .collect();
-    for (entry, (all, own)) in entries.iter_mut().zip(all.into_iter().zip(own)) {
-        (entry.on_front, entry.on_front_of_method) = (all, own);
+    for (entry, mark) in entries.iter_mut().zip(marks) {
+        (entry.on_front, entry.on_front_of_method) = mark;
     }
 }

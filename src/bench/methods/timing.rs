@@ -38,7 +38,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Times on one core, the candidates in turn within each repetition.
+/// Times on one core, the candidates in turn within each repetition. Those that cost the same work share all of their times:
+/// where an allocation happens to lie tells them apart by more than the fronts' margin.
 pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: &Effort) -> Vec<Timing> {
     let counts: Vec<usize> = candidates
         .iter()
@@ -64,8 +65,13 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
             candidates.iter().zip(&counts).map(time).collect()
         })
         .collect();
-    let of = |i: usize| repetitions.iter().map(|times| times[i]).collect::<Vec<f64>>();
-    (0..candidates.len()).map(|i| Timing::new(&of(i), &of(0))).collect()
+    let timing = |candidate: &Candidate| {
+        let alike: Vec<usize> = (0..candidates.len()).filter(|i| candidates[*i].costs_like(candidate)).collect();
+        let with_first = alike.iter().flat_map(|&i| repetitions.iter().map(move |times| (times[i], times[0])));
+        let (times, first): (Vec<f64>, Vec<f64>) = with_first.unzip();
+        Timing::new(&times, &first)
+    };
+    candidates.iter().map(timing).collect()
 }
 
 /// Seconds of this thread's own time, to which what else the machine runs adds little.
