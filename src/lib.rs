@@ -24,6 +24,7 @@ pub mod gpu;
 pub mod guard;
 pub mod height_field;
 pub mod methods;
+pub mod numeric;
 pub mod reflectance;
 pub mod snake;
 pub mod table;

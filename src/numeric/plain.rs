@@ -1,0 +1,191 @@
+//! Numbers by value.
+
+use super::{Index, Mask, Number, Numbers, Real, State};
+use std::ffi::CStr;
+use std::marker::PhantomData;
+
+/// Numbers by value over words that live for `'a`; `F` is `f32` or `f64`.
+#[derive(Clone, Copy, Debug)]
+pub struct Plain<'a, F>(PhantomData<(&'a (), F)>);
+
+/// Most values that [`Numbers::tabulated`] holds.
+const TABULATED_MAX: usize = 40;
+
+macro_rules! stateless {
+    ($($t:ty)+) => {$(
+        impl State for $t {
+            const COUNT: usize = 0;
+            #[inline(always)]
+            fn each(&mut self, _: &mut dyn FnMut(&mut u32)) {}
+        }
+    )+};
+}
+stateless! { f32 f64 u32 bool }
+
+impl Mask for bool {}
+
+macro_rules! comparisons {
+    () => {
+        type Mask = bool;
+        #[inline(always)]
+        fn lt(self, other: Self) -> bool {
+            self < other
+        }
+        #[inline(always)]
+        fn le(self, other: Self) -> bool {
+            self <= other
+        }
+        // Not `f32::min`, which takes longer because it orders NaN as well.
+        #[inline(always)]
+        fn min(self, other: Self) -> Self {
+            if self < other { self } else { other }
+        }
+        #[inline(always)]
+        fn max(self, other: Self) -> Self {
+            if self > other { self } else { other }
+        }
+        #[inline(always)]
+        fn select(mask: bool, yes: Self, no: Self) -> Self {
+            if mask { yes } else { no }
+        }
+    };
+}
+
+macro_rules! real {
+    ($($t:ident)+) => {$(
+        impl Number for $t {
+            comparisons!();
+        }
+
+        impl Real for $t {
+            #[inline(always)]
+            fn lit(value: f64) -> Self {
+                value as $t
+            }
+            // Without the instruction `mul_add` is a call.
+            #[inline(always)]
+            fn fma(self, b: Self, c: Self) -> Self {
+                if cfg!(target_feature = "fma") { self.mul_add(b, c) } else { self * b + c }
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                $t::abs(self)
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                $t::sqrt(self)
+            }
+            #[inline(always)]
+            fn floor(self) -> Self {
+                $t::floor(self)
+            }
+            #[inline(always)]
+            fn ceil(self) -> Self {
+                $t::ceil(self)
+            }
+            #[inline(always)]
+            fn exp2(self) -> Self {
+                $t::exp2(self)
+            }
+            #[inline(always)]
+            fn log2(self) -> Self {
+                $t::log2(self)
+            }
+        }
+
+        impl<'a> Numbers for Plain<'a, $t> {
+            type Real = $t;
+            type Double = f64;
+            type Index = u32;
+            type Mask = bool;
+            type Words = &'a [u32];
+
+            const UNALIGNED: bool = true;
+
+            #[inline(always)]
+            fn mask(value: bool) -> bool {
+                value
+            }
+            #[inline(always)]
+            fn gather<const W: usize>(table: &'a [u32], at: u32, mask: bool) -> [u32; W] {
+                match table.get(W * at as usize..).and_then(|rest| rest.first_chunk()) {
+                    Some(words) if mask => *words,
+                    _ => [0; W],
+                }
+            }
+            #[inline(always)]
+            fn from_bits(bits: u32) -> $t {
+                f32::from_bits(bits) as $t
+            }
+            #[inline(always)]
+            fn widen(x: $t) -> f64 {
+                x as f64
+            }
+            #[inline(always)]
+            fn narrow(x: f64) -> $t {
+                x as $t
+            }
+            #[inline(always)]
+            fn real(i: u32) -> $t {
+                i as $t
+            }
+            #[inline(always)]
+            fn index(x: $t) -> u32 {
+                x as u32
+            }
+            #[inline(always)]
+            fn index_of_double(x: f64) -> u32 {
+                x as u32
+            }
+            #[inline(always)]
+            fn while_loop<S: State>(
+                _: &'static CStr,
+                mut state: S,
+                go_on: impl Fn(S) -> bool,
+                step: impl Fn(S) -> S,
+            ) -> S {
+                while go_on(state) {
+                    state = step(state);
+                }
+                state
+            }
+            #[inline(always)]
+            fn tabulated(count: u32, function: impl Fn(u32) -> $t) -> impl Fn(u32) -> $t {
+                let mut values = [0.0; TABULATED_MAX];
+                for (i, value) in values.iter_mut().enumerate().take(count as usize) {
+                    *value = function(i as u32);
+                }
+                move |i| values[i as usize]
+            }
+            #[inline(always)]
+            fn each_lane<const L: usize, const R: usize>(
+                _: &'static CStr,
+                lanes: [$t; L],
+                active: bool,
+                function: impl Fn($t) -> [$t; R],
+            ) -> [[$t; L]; R] {
+                let mut results = [[0.0; L]; R];
+                if active {
+                    for (k, lane) in lanes.into_iter().enumerate() {
+                        for (result, value) in results.iter_mut().zip(function(lane)) {
+                            result[k] = value;
+                        }
+                    }
+                }
+                results
+            }
+        }
+    )+};
+}
+real! { f32 f64 }
+
+impl Number for u32 {
+    comparisons!();
+}
+
+impl Index for u32 {
+    #[inline(always)]
+    fn lit(value: u32) -> Self {
+        value
+    }
+}
