@@ -291,7 +291,8 @@ impl SurfacePair<'_> {
 }
 
 fn build_table(field: &HeightField, options: &Options) -> Result<(SpectralTable, TableReport), TableError> {
-    build(&spectrum(field, options), options.tolerance)
+    let built = build(&spectrum(field, options), options.tolerance)?;
+    Ok((built.table, built.report))
 }
 
 /// Size in bytes of the table of `S` that [`Surface::new`] would build first for `field`, which takes no transform to tell;

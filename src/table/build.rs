@@ -1,5 +1,6 @@
 use super::lattice::Lattice;
 use super::lookup::{BANDS, HEADER, KernelKind, SpectralTable};
+use super::packed::PackedTable;
 use super::spectrum::Spectrum;
 use super::spline::{cubic, prefilter};
 use super::{TableError, WAVELENGTH_MIN_NM};
@@ -13,9 +14,14 @@ use std::time::Instant;
 const LIMIT_MB: f64 = 2048.0;
 /// Knots beyond either end of the κ range, so that the spline's ends do not matter (0.27⁶ ≈ 4e-4 of their error).
 const EXTRA_KNOTS: i64 = 6;
-/// Spacing of knots in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline on a
-/// wave of `a` radians a knot is about `(a/2π)⁴`. Found by measuring [`TableReport::relative_error`].
-const KNOT_SPACING: f64 = 6.0;
+/// Spacing of knots tried first, in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline
+/// on a wave of `a` radians a knot is about `(a/2π)⁴`. As wide as any relief has been seen to allow.
+const KNOT_SPACING: f64 = 13.0;
+/// Least part of the first spacing that is tried: rounding floors the error near 1e-6.
+const REFINEMENT_MIN: f64 = 0.2;
+/// Part of the target that a refined table aims at, and how much closer its knots may be at once.
+const AIM: f64 = 0.7;
+const REFINEMENT: std::ops::RangeInclusive<f64> = 0.4..=0.95;
 
 /// Power density in µm² below which errors are no longer taken as relative: a hundredth of that of a surface which
 /// scatters evenly over the disc of direction cosines, `λ²/π`, at the shortest wavelength.
@@ -48,11 +54,20 @@ pub struct TableReport {
 const FEW_NODES: usize = 4096;
 const FEW_NODES_SHARE: f64 = 0.1;
 
+/// A table in both of its forms.
+pub struct Built {
+    /// What other tables are made of.
+    pub table: SpectralTable,
+    /// What is evaluated.
+    pub packed: PackedTable,
+    pub report: TableReport,
+}
+
 /// Builds the table of `spectrum` to a relative error of `tolerance`.
 ///
 /// # Errors
 /// [`TableError::TooLarge`] above 2 GB.
-pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, TableReport), TableError> {
+pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<Built, TableError> {
     let start = Instant::now();
     let target = error_share(spectrum, tolerance);
     let first_spacing = KNOT_SPACING * target.powf(0.25);
@@ -60,20 +75,21 @@ pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, Tabl
     loop {
         let build = Build::new(spectrum, spacing)?;
         let table = build.table();
-        let relative_error = build.error(&table);
-        // Three tries of refinement are ample for a fourth-order method; rounding floors it near 1e-6.
-        if relative_error <= target || spacing < 0.4 * first_spacing {
+        let packed = PackedTable::new(&table, tolerance);
+        let relative_error = build.error(&table, &packed);
+        if relative_error <= target || spacing <= REFINEMENT_MIN * first_spacing {
             let report = TableReport {
-                bytes: table.bytes(),
+                bytes: packed.bytes(),
                 nodes: build.kept.len(),
                 kappa_knots: build.knots,
                 taps: (table.lattice.x.taps, table.lattice.y.taps),
                 relative_error,
                 build_seconds: start.elapsed().as_secs_f64(),
             };
-            return Ok((table, report));
+            return Ok(Built { table, packed, report });
         }
-        spacing *= (0.7 * target / relative_error).powf(0.25).clamp(0.5, 0.95);
+        let closer = (AIM * target / relative_error).powf(0.25).clamp(*REFINEMENT.start(), *REFINEMENT.end());
+        spacing = (spacing * closer).max(REFINEMENT_MIN * first_spacing);
     }
 }
 
@@ -309,7 +325,7 @@ impl<'a> Build<'a> {
     }
 
     /// See [`TableReport::relative_error`].
-    fn error(&self, table: &SpectralTable) -> f64 {
+    fn error(&self, table: &SpectralTable, packed: &PackedTable) -> f64 {
         if self.spectrum.half_range_um() == 0.0 {
             return 0.0;
         }
@@ -333,7 +349,7 @@ impl<'a> Build<'a> {
                     means[..BANDS].iter().map(|&p| f64::from(p)).sum::<f64>() / BANDS as f64
                 });
                 let truth = table.combine([px, py], |index| nodes[index]);
-                Some((mean.value - truth).abs() / truth.max(mean.proposal).max(DENSITY_FLOOR_UM2))
+                Some((packed.density(f, kappa) - truth).abs() / truth.max(mean.proposal).max(DENSITY_FLOOR_UM2))
             }));
         }
         errors.sort_by(f64::total_cmp);
