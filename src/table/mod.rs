@@ -17,7 +17,6 @@
 mod build;
 mod error;
 mod lattice;
-mod leaves;
 mod lookup;
 mod spectrum;
 mod spline;
@@ -26,8 +25,6 @@ pub(crate) use spline::cubic;
 pub use build::{DENSITY_FLOOR_UM2, TableReport, build, estimate_bytes};
 pub use error::TableError;
 pub use lattice::{Lattice, LatticeAxis};
-pub(crate) use leaves::pick;
-pub use leaves::{BandReading, LEAVES_MET_MAX, LeafAxis, Leaves, OrderChoice};
 pub use lookup::{BANDS, Density, HEADER, KernelKind, NodeCurve, SpectralTable};
 pub use spectrum::{Model, Spectrum, Tiling};
 pub(crate) use spectrum::{lag_grid, taper};
