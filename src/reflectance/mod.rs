@@ -5,25 +5,20 @@
 
 mod albedo_limit;
 mod albedo_scale;
-mod cell_shares;
 mod exact;
 mod fresnel;
 mod geometry;
 mod integrated;
 mod lobe;
 mod power_bins;
-mod proposal;
 mod quadrature;
-mod shade;
+pub mod sampler;
 mod surface;
 
 pub use albedo_scale::AlbedoScale;
 pub use albedo_scale::AlbedoScaleReport;
-pub use cell_shares::CellShares;
 pub use exact::Exact;
 pub use fresnel::{ComplexIndex, fresnel_unpolarised};
 pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};
 pub use integrated::{IntegratedAnswer, WavelengthWeights, sample_wavelength, wavelength_pdf};
-pub use proposal::{ANYWHERE_SHARE, FOLD_COS_MAX, Proposal};
-pub use shade::Shade;
 pub use surface::{Answer, Options, Sample, Surface, SurfacePair, SurfaceReport, UNIFORM_SHARE, estimate_table_bytes};

@@ -1,18 +1,19 @@
 use super::albedo_scale::{AlbedoScaleReport, Cell};
-use super::cell_shares::Incidence;
 use super::power_bins::PowerBins;
-use super::{AlbedoScale, CellShares, Obliquity, Pair, Proposal, Vec3};
+use super::sampler::Sampler;
+use super::{AlbedoScale, Obliquity, Pair, Vec3};
 use crate::height_field::HeightField;
+use crate::numeric::Plain;
+use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::table::{
     Model, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
     estimate_bytes,
 };
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 use std::sync::Arc;
 
-/// Share of samples drawn uniformly over the hemisphere: it bounds the weight where the orders' own density is far below
-/// what is reflected.
+/// Share of samples drawn evenly over the hemisphere ([`square_to_hemisphere`]): it bounds the weight where the sampler's own
+/// density is far below what is reflected.
 pub const UNIFORM_SHARE: f64 = 0.02;
 
 pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
@@ -78,7 +79,7 @@ pub struct Sample {
 pub struct Surface {
     options: Options,
     table: SpectralTable,
-    proposal: Proposal,
+    sampler: Sampler,
     scale: Option<Arc<AlbedoScale>>,
     report: SurfaceReport,
 }
@@ -121,15 +122,15 @@ impl Surface {
                 scale = (!built.is_one()).then(|| Arc::new(built));
             }
         }
-        let proposal = Proposal::new(&table, options, scale.as_deref());
+        let sampler = Sampler::new(&table, options);
         let scale_bytes = scale.as_ref().map_or(0, |s| size_of_val(s.values()));
         let report = SurfaceReport {
-            bytes: table.bytes() + proposal.bytes() + scale_bytes,
+            bytes: table.bytes() + sampler.bytes() + scale_bytes,
             table: table_report,
             energy,
             build_seconds: start.elapsed().as_secs_f64(),
         };
-        Ok(Self { options: options.clone(), table, proposal, scale, report })
+        Ok(Self { options: options.clone(), table, sampler, scale, report })
     }
 
     /// The options it was built with.
@@ -147,9 +148,9 @@ impl Surface {
         &self.table
     }
 
-    /// What orders are drawn from.
-    pub fn proposal(&self) -> &Proposal {
-        &self.proposal
+    /// What directions are drawn from.
+    pub fn sampler(&self) -> &Sampler {
+        &self.sampler
     }
 
     /// The energy scaling, `None` where nothing is scaled.
@@ -157,7 +158,7 @@ impl Surface {
         self.scale.as_ref()
     }
 
-    /// `f_r` of [`Surface::eval_pdf`] alone, in a fraction of the time.
+    /// `f_r` of [`Surface::eval_pdf`] alone.
     pub fn f(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         self.pair(wi, wo).map_or(0.0, |pair| pair.f(wavelength_nm))
     }
@@ -172,21 +173,13 @@ impl Surface {
     pub fn pair(&self, wi: Vec3, wo: Vec3) -> Option<SurfacePair<'_>> {
         let pair = Pair::new(wi, wo)?;
         let scale = self.scale.as_deref().map(|scale| (scale, scale.cell(wi), scale.cell(wo)));
-        Some(SurfacePair {
-            surface: self,
-            wi,
-            wo,
-            pair,
-            incidence: CellShares::incidence(wi),
-            angular_factor: self.options.angular_factor(&pair),
-            scale,
-        })
+        Some(SurfacePair { surface: self, wi, wo, pair, angular_factor: self.options.angular_factor(&pair), scale })
     }
 
     /// The density of a direction sampled for several wavelengths at once: the mean of each one's (model.md §5.4).
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
         let Some(pair) = self.pair(wi, wo) else { return 0.0 };
-        wavelengths_nm.iter().map(|&l| pair.at(l).pdf).sum::<f64>() / wavelengths_nm.len().max(1) as f64
+        wavelengths_nm.iter().map(|&l| pair.pdf(l)).sum::<f64>() / wavelengths_nm.len().max(1) as f64
     }
 
     /// Samples an outgoing direction for the wavelengths carried (at least one, nm), with its density and weight.
@@ -203,17 +196,15 @@ impl Surface {
         (pdf > 0.0).then(|| Sample { wo, pdf, weight: first.unwrap_or(0.0) * wo[2] / pdf })
     }
 
-    /// A direction from three random numbers in [0, 1): the first picks the uniform lobe or one of the wavelengths (nm),
-    /// the others an order by its [`Proposal`] and a place in its Gaussian. `None` where that lies too far beyond the
-    /// horizon, or `wi` below it.
+    /// A direction from three random numbers in [0, 1): the first picks the even share or one of the wavelengths (nm), the others
+    /// a direction by the [`Sampler`]. `None` where that lies below the horizon, or `wi` does.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         if wi[2].is_nan() || wi[2] <= 0.0 {
             return None;
         }
         if u[0] < UNIFORM_SHARE {
-            let z = 1.0 - u[1];
-            let r = (1.0 - z * z).max(0.0).sqrt();
-            return Some([r * (TAU * u[2]).cos(), r * (TAU * u[2]).sin(), z]);
+            let (wo, there) = square_to_hemisphere::<Plain<f64>>([u[1], u[2]]);
+            return (there && wo[2] > 0.0).then_some(wo);
         }
         let hero = (u[0] - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE) * wavelengths_nm.len() as f64;
         let wavelength_nm = *wavelengths_nm.get((hero as usize).min(wavelengths_nm.len().checked_sub(1)?))?;
@@ -222,7 +213,8 @@ impl Surface {
 
     /// A direction by the orders of one wavelength alone.
     pub(super) fn sample_order(&self, wi: Vec3, wavelength_nm: f64, u: [f64; 2]) -> Option<Vec3> {
-        self.proposal.at(&self.table, &self.options, wi, &CellShares::incidence(wi), wavelength_nm).sample(u)
+        let wo = self.sampler.view::<f64>().sample(wi, wavelength_nm, u, true);
+        (wo[2] > 0.0).then_some(wo)
     }
 
     /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out, every node of the table
@@ -240,7 +232,6 @@ pub struct SurfacePair<'a> {
     wi: Vec3,
     wo: Vec3,
     pair: Pair,
-    incidence: Incidence,
     angular_factor: f64,
     scale: Option<(&'a AlbedoScale, Cell, Cell)>,
 }
@@ -253,22 +244,19 @@ impl SurfacePair<'_> {
 
     /// As [`Surface::eval_pdf`].
     pub fn at(&self, wavelength_nm: f64) -> Answer {
-        if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {
-            return Answer::default();
-        }
-        let (surface, pair, q) = (self.surface, &self.pair, [self.wo[0], self.wo[1]]);
-        let wavelength_um = wavelength_nm * 1e-3;
-        let local = surface.proposal.at(&surface.table, &surface.options, self.wi, &self.incidence, wavelength_nm);
-        let density = local.lookup(q, pair.kappa(wavelength_um));
-        let proposed = density.proposal * pair.cos_o + local.folded(q, pair.cos_o);
-        let per_area = 1.0 / (wavelength_um * wavelength_um);
-        Answer {
-            f: self.factor(wavelength_nm) * density.value * per_area,
-            pdf: (1.0 - UNIFORM_SHARE) * proposed * per_area + UNIFORM_SHARE / TAU,
-        }
+        Answer { f: self.f(wavelength_nm), pdf: self.pdf(wavelength_nm) }
     }
 
-    /// `f_r` of [`SurfacePair::at`] alone, in a fraction of the time.
+    /// The density of [`SurfacePair::at`] alone.
+    pub fn pdf(&self, wavelength_nm: f64) -> f64 {
+        if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {
+            return 0.0;
+        }
+        let drawn = self.surface.sampler.view::<f64>().pdf(self.wi, self.wo, wavelength_nm, true);
+        (1.0 - UNIFORM_SHARE) * drawn + UNIFORM_SHARE * SQUARE_PDF
+    }
+
+    /// `f_r` of [`SurfacePair::at`] alone.
     pub fn f(&self, wavelength_nm: f64) -> f64 {
         if !(WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm) {
             return 0.0;

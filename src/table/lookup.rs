@@ -148,11 +148,6 @@ impl SpectralTable {
         self.lattice.x.period_um * self.lattice.y.period_um / (TAU * sx * sy)
     }
 
-    /// Where among the bands the power at `kappa` (rad/µm) is read; see [`BandReading::new`].
-    pub fn band_position(&self, kappa: f64) -> f64 {
-        kappa / self.kappa_max * BANDS as f64 - 0.5
-    }
-
     /// `S(f; κ)` and the proposal's density at the frequency `f` (cycles/µm) and `kappa` (rad/µm), where `draw`
     /// gives the weight of a node in the proposal from its column and row, counted from the first, and its band means.
     #[inline]
