@@ -26,7 +26,7 @@ pub(crate) use spline::cubic;
 pub use build::{Built, DENSITY_FLOOR_UM2, TableReport, build, estimate_bytes};
 pub use error::TableError;
 pub use lattice::{Lattice, LatticeAxis};
-pub use lookup::{BANDS, Density, HEADER, KernelKind, NodeCurve, SpectralTable};
+pub use lookup::{HEADER, KernelKind, NodeCurve, SpectralTable};
 pub use packed::{Format, PackedLayout, PackedTable, TableView};
 pub use spectrum::{Model, Spectrum, Tiling};
 pub(crate) use spectrum::{lag_grid, taper};

@@ -1,7 +1,7 @@
 //! A [`SpectralTable`] in the form that evaluators read, and the look-up itself, written once for all families of numbers.
 
 use super::lattice::Lattice;
-use super::lookup::{BANDS, HEADER, KernelKind, SpectralTable};
+use super::lookup::{HEADER, KernelKind, SpectralTable};
 use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use rayon::prelude::*;
@@ -12,7 +12,7 @@ use std::f64::consts::{LOG2_E, TAU};
 const FIXED_TOLERANCE: f64 = 1e-4;
 /// Nodes along x up to which a look-up visits those of a row without a loop.
 const UNROLLED_TAPS: u32 = 8;
-/// Share of κ's mean that a [`PackedTable::hemisphere_mean`] is taken over.
+/// Places of a mean over κ.
 const MEAN_POINTS: usize = 24;
 
 /// How a node's spline is written.
@@ -99,7 +99,7 @@ impl PackedTable {
         };
         let (reach_x, reach_y) = (table.lattice.x.reach as i64, table.lattice.y.reach as i64);
         let centre = nodes.iter().find(|(jx, jy, _)| (*jx, *jy) == (0, 0));
-        let zero = centre.map_or(0.0, |(_, _, record)| f64::from(record[BANDS]));
+        let zero = centre.map_or(0.0, |(_, _, record)| f64::from(record[0]));
         let (packet, _) = format.packet();
         // The record of zeros, for nodes out of reach: as long as the longest.
         let coefficients = |record: &[f32]| (record.len() - HEADER) / table.kernel.components();
@@ -123,7 +123,7 @@ impl PackedTable {
             words[*start..start + coefficients.len()].copy_from_slice(coefficients);
             let node = (jy + reach_y) as usize * columns + (jx + reach_x) as usize;
             let entry = &mut words[format.entry() * node..][..format.entry()];
-            let zero = [record[BANDS].to_bits(), record[BANDS + 1].to_bits()];
+            let zero = [record[0].to_bits(), record[1].to_bits()];
             entry[0] = (*start / packet) as u32;
             match format {
                 Format::Fixed => entry[1] = *scale,
@@ -156,7 +156,7 @@ impl PackedTable {
     /// The table as it was before it was packed, but for the rounding.
     pub fn unpacked(&self) -> SpectralTable {
         let (format, layout) = (self.layout.format, &self.layout);
-        let (packet, in_packet) = format.packet();
+        let (packet, _) = format.packet();
         let kernel = if format == Format::Complex { KernelKind::Amplitude } else { KernelKind::Power };
         let nodes = self.lattice.x.nodes() * self.lattice.y.nodes();
         let entries: Vec<&[u32]> = self.words[..format.entry() * nodes].chunks_exact(format.entry()).collect();
@@ -165,31 +165,27 @@ impl PackedTable {
         let end = self.words.len() / packet - format.packets();
         let starts = kept.iter().map(|&node| entries[node][0] as usize).chain([end]);
         let starts: Vec<usize> = starts.collect();
-        let longest = starts.windows(2).map(|pair| pair[1] - pair[0]).max().unwrap_or(0);
-        let floats = |packets: usize| HEADER + packets * in_packet * kernel.components();
-        let mut records = vec![0f32; floats(longest).next_multiple_of(4)];
+        // A start of 0 means no record.
+        let mut records = vec![0f32; 1];
         let mut offsets = vec![0; nodes];
         let zero_node = nodes / 2;
         for (&node, pair) in kept.iter().zip(starts.windows(2)) {
-            offsets[node] = (records.len() / 4) as u32;
             let entry = entries[node];
             let words = &self.words[packet * pair[0]..packet * pair[1]];
-            let mut record = vec![0f32; HEADER];
             let at_zero = match format {
                 Format::Fixed => [if node == zero_node { layout.zero as f32 } else { 0.0 }, 0.0],
                 Format::FixedFromZero => [f32::from_bits(entry[2]), f32::from_bits(entry[3])],
                 Format::Single | Format::Complex => [f32::from_bits(entry[1]), f32::from_bits(entry[2])],
             };
-            record[BANDS..BANDS + 2].copy_from_slice(&at_zero);
+            offsets[node] = records.len() as u32;
+            records.extend(at_zero);
             match format {
                 Format::Fixed | Format::FixedFromZero => {
                     let [low, step] = bf16_pair::<Plain<f32>>(entry[1]);
-                    record.extend(words.iter().flat_map(|&word| u16_pair::<Plain<f32>>(word)).map(|i| low + step * i));
+                    records.extend(words.iter().flat_map(|&word| u16_pair::<Plain<f32>>(word)).map(|i| low + step * i));
                 }
-                Format::Single | Format::Complex => record.extend(words.iter().map(|&word| f32::from_bits(word))),
+                Format::Single | Format::Complex => records.extend(words.iter().map(|&word| f32::from_bits(word))),
             }
-            records.extend(record);
-            records.resize(records.len().next_multiple_of(4), 0.0);
         }
         SpectralTable {
             lattice: self.lattice.clone(),
@@ -231,8 +227,14 @@ impl PackedTable {
     /// Mean of `S(f; κ)` in µm² over the κ that outgoing directions span, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: what an error
     /// of `S` is small or large against. `f` in cycles/µm, the wavelength in µm.
     pub fn hemisphere_mean(&self, f: [f64; 2], cos_i: f64, wavelength_um: f64) -> f64 {
-        let at = |i: usize| cos_i + (i as f64 + 0.5) / MEAN_POINTS as f64;
-        (0..MEAN_POINTS).map(|i| self.density(f, TAU * at(i) / wavelength_um)).sum::<f64>() / MEAN_POINTS as f64
+        let unit = TAU / wavelength_um;
+        self.mean(f, [unit * cos_i, unit * (cos_i + 1.0)])
+    }
+
+    /// Mean of `S(f; κ)` in µm² over a range of κ in rad/µm.
+    pub(super) fn mean(&self, f: [f64; 2], [low, high]: [f64; 2]) -> f64 {
+        let at = |i: usize| low + (high - low) * (i as f64 + 0.5) / MEAN_POINTS as f64;
+        (0..MEAN_POINTS).map(|i| self.density(f, at(i))).sum::<f64>() / MEAN_POINTS as f64
     }
 }
 

@@ -56,7 +56,7 @@ impl OrdersAxis {
 }
 
 pub(super) fn axes(table: &SpectralTable) -> [OrdersAxis; 2] {
-    let (lattice, (sx, sy)) = (table.lattice(), table.proposal_sigma());
+    let (lattice, (sx, sy)) = (table.lattice(), table.power_sigma());
     [OrdersAxis::new(&lattice.x, sx), OrdersAxis::new(&lattice.y, sy)]
 }
 

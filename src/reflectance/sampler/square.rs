@@ -104,7 +104,7 @@ fn tent_weights(sigma: f64) -> Vec<f32> {
 /// The layout and the words of a table's square.
 pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (SquareLayout, Vec<u32>) {
     let lattice = table.lattice();
-    let (sx, sy) = table.proposal_sigma();
+    let (sx, sy) = table.power_sigma();
     let ((x, along_x), (y, along_y)) = (SquareAxis::new(&lattice.x, sx), SquareAxis::new(&lattice.y, sy));
     let width = x.nodes();
     let mut values = vec![[0f32; BANDS]; width * y.nodes()];
