@@ -21,6 +21,10 @@ const PART_STEEPNESS: f64 = -2.45;
 /// Sets the mean depth of what an order beyond the horizon has above it.
 const DEPTH: f64 = 0.8;
 const COS_MIN: f64 = 1e-4;
+/// Power of an order below which it is not drawn. Much smaller numbers slow processors down.
+const POWER_MIN: f64 = 1e-15;
+/// A Gaussian is not taken below two to this power, for the same reason.
+const EXPONENT_MIN: f64 = -64.0;
 
 /// Where the words of orders have what, in plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,7 +92,8 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
                     sum += weight * power;
                     weights += weight;
                 }
-                sum / weights
+                let mean = sum / weights;
+                if mean > POWER_MIN { mean } else { 0.0 }
             })
             .collect();
         let (x, y) = ((jx + i64::from(axes[0].origin)) as usize, (jy + i64::from(axes[1].origin)) as usize);
@@ -151,7 +156,8 @@ impl<N: Numbers> OrdersView<N> {
                     let t = ((whole - from[i]) + fraction) * lit(1.0 / self.layout.axes[i].sigma);
                     t * t
                 });
-                let gaussian = ((squared[0] + squared[1]) * lit(-0.5 * LOG2_E)).exp2();
+                let exponent = (squared[0] + squared[1]) * lit(-0.5 * LOG2_E);
+                let gaussian = exponent.max(lit(EXPONENT_MIN)).exp2();
                 (at.next(j), [total + weight, weight.fma(gaussian, hit)])
             },
         );
