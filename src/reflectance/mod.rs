@@ -14,6 +14,7 @@ mod lobe;
 mod power_bins;
 mod proposal;
 mod quadrature;
+pub mod sampler;
 mod shade;
 mod surface;
 

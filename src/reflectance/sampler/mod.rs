@@ -1,0 +1,3 @@
+//! Directions drawn by what a surface reflects.
+
+pub mod summed_area;
