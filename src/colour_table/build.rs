@@ -37,12 +37,13 @@ impl ColourTable {
     /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
     /// spectral table that would be too large.
     pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, ColourTableError> {
-        Self::build_reflecting(field, options, &|_, _| 1.0)
+        Self::build_reflecting(field, options, &|_, _| 1.0).map(|(table, _)| table)
     }
 
     /// As [`ColourTable::build`], with what the interface reflects at a wavelength in nm (380 to 780) and a cosine at the
     /// half vector (0 to 1) inside the integral over wavelength. It should be smooth in the cosine, of which the table takes
-    /// as many samples as the relief asks for: four on a flat one.
+    /// as many samples as the relief asks for: six on a flat one. Answers the standard deviation in cycles/µm of the narrowest
+    /// feature as well, that of an order.
     ///
     /// # Errors
     /// As [`ColourTable::build`].
@@ -50,7 +51,7 @@ impl ColourTable {
         field: &HeightField,
         options: &ColourTableOptions,
         reflectance: Reflectance,
-    ) -> Result<Self, ColourTableError> {
+    ) -> Result<(Self, f64), ColourTableError> {
         let start = Instant::now();
         in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
         in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
@@ -68,7 +69,7 @@ impl ColourTable {
         let (table, _) = crate::table::build(&spectrum, options.tolerance)?;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
-        Ok(assemble(&plan, rings, coherence_length_um, start))
+        Ok((assemble(&plan, rings, coherence_length_um, start), sigma))
     }
 }
 

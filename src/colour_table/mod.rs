@@ -28,7 +28,7 @@ pub use path::Reflectance;
 pub use lookup::{ColourView, SUM_SQUARED_MAX};
 
 use crate::colour::ColourError;
-use crate::numeric::Plain;
+use crate::numeric::{Numbers, Plain};
 use crate::table::TableError;
 use serde::{Deserialize, Serialize};
 
@@ -159,7 +159,10 @@ impl ColourTable {
     }
 
     /// The table as numbers by value read it.
-    pub fn view(&self) -> ColourView<Plain<'_, f32>> {
+    pub fn view<F>(&self) -> ColourView<Plain<'_, F>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
+    {
         ColourView { layout: self.layout, words: &self.words }
     }
 }

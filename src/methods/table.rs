@@ -45,7 +45,7 @@ impl From<Ring> for TableRing {
 
 impl Method for ColourTable {
     fn response(&self, [u, v, w]: [f32; 3]) -> [f32; 3] {
-        self.view().response(u, v, w, true)
+        self.view::<f32>().response(u, v, w, true)
     }
 
     fn spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
