@@ -42,8 +42,8 @@ impl ColourTable {
 
     /// As [`ColourTable::build`], with what the interface reflects at a wavelength in nm (380 to 780) and a cosine at the
     /// half vector (0 to 1) inside the integral over wavelength. It should be smooth in the cosine, of which the table takes
-    /// as many samples as the relief asks for: six on a flat one. Answers the standard deviation in cycles/µm of the narrowest
-    /// feature as well, that of an order.
+    /// as many samples as the relief asks for: six on a flat one. Answers the spectral table as well, for the
+    /// coherence length that is shown.
     ///
     /// # Errors
     /// As [`ColourTable::build`].
@@ -51,7 +51,7 @@ impl ColourTable {
         field: &HeightField,
         options: &ColourTableOptions,
         reflectance: Reflectance,
-    ) -> Result<(Self, f64), ColourTableError> {
+    ) -> Result<(Self, SpectralTable), ColourTableError> {
         let start = Instant::now();
         in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
         in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
@@ -69,7 +69,7 @@ impl ColourTable {
         let (table, _) = crate::table::build(&spectrum, options.tolerance)?;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
-        Ok((assemble(&plan, rings, coherence_length_um, start), sigma))
+        Ok((assemble(&plan, rings, coherence_length_um, sigma, start), table))
     }
 }
 
@@ -204,12 +204,16 @@ fn filled(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FilledRing {
         }
     }
     let inverse = interpolation_inverse(ring);
-    let mut column = vec![[0f32; 3]; heights];
+    let mut columns = vec![0f32; numbers];
     for value in values.chunks_exact_mut(numbers) {
-        for (i, column) in column.iter_mut().enumerate() {
-            *column = std::array::from_fn(|c| (0..heights).map(|j| inverse[i * heights + j] * value[3 * j + c]).sum());
+        for (weights, column) in inverse.chunks_exact(heights).zip(columns.chunks_exact_mut(3)) {
+            let mut sums = [0f32; 3];
+            for (weight, sample) in weights.iter().zip(value.chunks_exact(3)) {
+                sums.iter_mut().zip(sample).for_each(|(sum, sample)| *sum += weight * sample);
+            }
+            column.copy_from_slice(&sums);
         }
-        value.copy_from_slice(column.as_flattened());
+        value.copy_from_slice(&columns);
     }
     prefilter_around(&mut values, numbers);
     FilledRing { knee_squared, zero_squared, coefficients: values }
@@ -232,30 +236,38 @@ fn interpolation_inverse(ring: &RingPlan) -> Vec<f32> {
 fn prefilter_around(values: &mut [f32], numbers: usize) {
     const POLE: f32 = -0.267_949_2;
     let n = values.len() / numbers;
-    for number in 0..numbers {
-        // 0.27²⁴ is below the rounding of single precision; a ring has at least 16 directions.
-        let warm_up = 24.min(n);
-        let mut state = 0f32;
-        for i in n - warm_up..n {
-            state = values[i * numbers + number] + POLE * state;
+    // 0.27²⁴ is below the rounding of single precision; a ring has at least 16 directions.
+    let warm_up = 24.min(n);
+    let mut state = vec![0f32; numbers];
+    for row in values.chunks_exact(numbers).skip(n - warm_up) {
+        state.iter_mut().zip(row).for_each(|(state, value)| *state = value + POLE * *state);
+    }
+    for row in values.chunks_exact_mut(numbers) {
+        for (state, value) in state.iter_mut().zip(row) {
+            *state = *value + POLE * *state;
+            *value = *state;
         }
-        for i in 0..n {
-            state = values[i * numbers + number] + POLE * state;
-            values[i * numbers + number] = state;
-        }
-        // The way back starts from what it would have come to after one turn.
-        let mut state = 0f32;
-        for i in (0..warm_up).rev() {
-            state = POLE * (state - values[i * numbers + number]);
-        }
-        for i in (0..n).rev() {
-            state = POLE * (state - values[i * numbers + number]);
-            values[i * numbers + number] = 6.0 * state;
+    }
+    // The way back starts from what it would have come to after one turn.
+    state.fill(0.0);
+    for row in values.chunks_exact(numbers).take(warm_up).rev() {
+        state.iter_mut().zip(row).for_each(|(state, value)| *state = POLE * (*state - value));
+    }
+    for row in values.chunks_exact_mut(numbers).rev() {
+        for (state, value) in state.iter_mut().zip(row) {
+            *state = POLE * (*state - *value);
+            *value = 6.0 * *state;
         }
     }
 }
 
-fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, start: Instant) -> ColourTable {
+fn assemble(
+    plan: &Rings,
+    filled: Vec<FilledRing>,
+    coherence_length_um: f64,
+    sigma: f64,
+    start: Instant,
+) -> ColourTable {
     let largest = filled
         .par_iter()
         .map(|ring| ring.coefficients.iter().fold(0f32, |a, b| a.max(b.abs())))
@@ -292,6 +304,7 @@ fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, sta
         rings: count,
         directions: plan.rings.iter().map(|ring| ring.directions).max().unwrap_or(0),
         coherence_length_um,
+        order_sigma_per_um: sigma,
         build_seconds: start.elapsed().as_secs_f64(),
     };
     ColourTable { layout, words, report }

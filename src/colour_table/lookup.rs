@@ -9,7 +9,7 @@ use std::f64::consts::LN_2;
 /// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
 pub const SUM_SQUARED_MAX: f32 = 4.001;
 
-/// Largest mantissa of [`super::pack`] plus one, which its words have added to each mantissa.
+/// What the words have added to each mantissa; see [`super::pack`].
 const EXCESS: f64 = super::pack::EXCESS as f64;
 
 /// A colour table as an evaluator reads it.
@@ -79,21 +79,25 @@ impl<N: Numbers> ColourView<N> {
         let beyond = N::index(column + around - lit(1.0));
         let mut direction = N::Index::select(directions.le(beyond), beyond - directions, beyond);
         let start = offset + N::index(row);
-        let (mut sum, mut scales) = ([lit(0.0); 3], lit(0.0));
+        // The four heights side by side, which vectors of four serve; [channel][height].
+        let (mut sums, mut scales) = ([[lit(0.0); 4]; 3], [lit(0.0); 4]);
         for across in across {
             let words = four_words::<N>(self.words, direction * heights + start, active);
-            for (word, along) in words.into_iter().zip(along) {
-                let scale = N::from_bits(((word >> 27) + index(self.layout.exponent_offset)) << 23) * (across * along);
-                let mantissa = |shift: u32| N::real((word >> shift) & index(0x1ff));
-                sum = array::from_fn(|c| mantissa(9 * c as u32).fma(scale, sum[c]));
-                scales = scales + scale;
+            let scale = words.map(|word| N::from_bits(((word >> 27) + index(self.layout.exponent_offset)) << 23) * across);
+            for (c, sum) in sums.iter_mut().enumerate() {
+                let mantissa = words.map(|word| N::real((word >> (9 * c as u32)) & index(0x1ff)));
+                *sum = array::from_fn(|j| mantissa[j].fma(scale[j], sum[j]));
             }
+            scales = array::from_fn(|j| scales[j] + scale[j]);
             let next = direction + index(1);
             direction = N::Index::select(next.lt(directions), next, index(0));
         }
         let squared = w * w;
         let shape = (squared + zero_squared) / (squared + knee_squared);
-        sum.map(|sum| scales.fma(lit(-EXCESS), sum) * shape)
+        let along = along.map(|weight| weight * shape);
+        sums.map(|sum| {
+            (0..4).fold(lit(0.0), |total, j| scales[j].fma(lit(-EXCESS), sum[j]).fma(along[j], total))
+        })
     }
 }
 

@@ -93,6 +93,8 @@ pub struct ColourTableReport {
     /// The coherence length shown, in µm: that of the surface, or less where its features would take more than
     /// [`ColourTable::LIMIT_BYTES`] or too long to integrate.
     pub coherence_length_um: f64,
+    /// Standard deviation in cycles/µm of the narrowest feature, that of an order.
+    pub order_sigma_per_um: f64,
     /// Seconds for everything.
     pub build_seconds: f64,
 }

@@ -120,15 +120,18 @@ impl Path {
 
     /// The joined records along the rays, lane by lane.
     fn joined(&self, table: &SpectralTable, directions: usize, first_ray: usize) -> Joined {
+        let rays: [[f64; 2]; LANES] = std::array::from_fn(|lane| {
+            let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
+            [cos, sin]
+        });
         let mut record = Vec::new();
         let mut joined = Joined { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
         for place in 0..self.count {
             let start = joined.values.len();
             joined.starts.push(start);
-            for lane in 0..LANES {
-                let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
-                let frequency = self.frequency(place);
-                table.joined_record([frequency * cos, frequency * sin], &mut record);
+            let frequency = self.frequency(place);
+            for (lane, ray) in rays.iter().enumerate() {
+                table.joined_record(ray.map(|component| frequency * component), &mut record);
                 let used = record.get(BANDS..).unwrap_or_default();
                 let needed = start + used.len() * LANES;
                 if joined.values.len() < needed {

@@ -72,11 +72,11 @@ impl ColourSurface {
             }
             _ => 1.0,
         };
-        let (table, sigma) = ColourTable::build_reflecting(field, &table_options, &relative)?;
+        let (table, _spectral) = ColourTable::build_reflecting(field, &table_options, &relative)?;
         let table_seconds = start.elapsed().as_secs_f64();
         let view = table.view::<f32>();
         let stam = options.obliquity == Obliquity::Stam;
-        let sampler = ColourSampler::new(sigma, |[u, v, w]| {
+        let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
             let length_squared = u * u + v * v + w * w;
             let reflected = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
             let factor = if stam { reflected * (length_squared / w).powi(2) } else { reflected };
