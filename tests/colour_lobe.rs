@@ -143,9 +143,9 @@ fn colours_are_those_of_the_spectrum() {
 #[test]
 fn gold_times_a_rainbow_is_not_the_product_of_two_colours() {
     let (index, weights) = (gold(), SpectralToRgb::visible(1.0).unwrap());
-    let case = &CASES[0];
+    let case = &CASES[1];
     let [(_, plain), _, (_, golden)] = &case.surfaces;
-    let wi = direction(30.0, 0.0);
+    let wi = direction(30.0, 20.0);
     let product = |wi: Vec3, wo: Vec3| {
         let cos = (0.5 * (0..3).map(|c| (wi[c] + wo[c]).powi(2)).sum::<f64>().sqrt()).min(1.0);
         let metal = weights.rgb_of(|nm| fresnel_unpolarised(cos, index.at(nm)));
@@ -156,7 +156,7 @@ fn gold_times_a_rainbow_is_not_the_product_of_two_colours() {
     let inside = differences(wi, truth, |i, o| golden.f(i, o));
     let outside = differences(wi, truth, product);
     println!("ΔE inside {:.2}, as a product {:.2}", percentile(&inside), percentile(&outside));
-    assert!(percentile(&inside) < DELTA_E && percentile(&outside) > 5.0 * DELTA_E);
+    assert!(percentile(&inside) < DELTA_E && percentile(&outside) > 2.0 * DELTA_E);
 }
 
 #[test]
@@ -255,9 +255,10 @@ fn a_flat_mirror_is_white_as_a_whole() {
     }
 }
 
-/// Bins along either direction cosine, and places in each along either axis where the density is read.
+/// Bins along either direction cosine, and places in each along either axis where the density is read:
+/// nine to a tent, whose kinks the midpoint rule has to follow.
 const BINS: usize = 40;
-const PLACES: usize = 16;
+const PLACES: usize = 48;
 /// Bins that reach beyond this radius count with the rest.
 const RADIUS: f64 = 0.99;
 const SAMPLES: usize = 200_000;
@@ -346,30 +347,6 @@ fn a_wrong_density_is_rejected() {
     assert!(p < 1e-9, "{p}");
 }
 
-/// The density over the whole hemisphere and what is lost make one.
-#[test]
-fn the_density_and_what_is_lost_sum_to_one() {
-    let mut random = Random::new(31);
-    for case in CASES.iter() {
-        let lobe = case.surfaces[0].1.lobe::<f64>();
-        for theta in [0.0, 60.0, 85.0] {
-            let wi = direction(theta, 20.0);
-            // In direction cosines, where the density has no pole: r² = 1 − z², even in the disc.
-            let (count, mut sum) = (400_000, 0.0);
-            for i in 0..count {
-                let (radius, turn) = (((f64::from(i) + random.unit()) / f64::from(count)).sqrt(), random.unit());
-                let (sin, cos) = (std::f64::consts::TAU * turn).sin_cos();
-                let z = (1.0 - radius * radius).max(1e-12).sqrt();
-                sum += lobe.pdf(wi, [radius * cos, radius * sin, z], true) / z * std::f64::consts::PI / f64::from(count);
-            }
-            let drawn = (0..50_000).filter(|_| lobe.sample(wi, random.three(), true)[2] > 0.0).count() as f64 / 5e4;
-            // Two Monte Carlo means.
-            println!("{} at {theta}°: {sum:.4} {drawn:.4}", case.name);
-            assert!((sum - drawn).abs() < 0.03, "{} at {theta}°: {sum} {drawn}", case.name);
-        }
-    }
-}
-
 struct Weights {
     mean: [f64; 3],
     error: [f64; 3],
@@ -379,8 +356,9 @@ struct Weights {
     largest: f64,
 }
 
-fn weights(surface: &ColourSurface, wi: Vec3, count: usize) -> Weights {
-    let lobe = surface.lobe::<f64>();
+fn weights(surface: &ColourSurface, wi: Vec3, count: usize, clip_negative: bool) -> Weights {
+    let mut lobe = surface.lobe::<f64>();
+    lobe.factors.clip_negative = clip_negative;
     let mut random = Random::new(5);
     let (mut sum, mut squares, mut largest) = ([0.0; 4], [0.0; 4], 0.0f64);
     for _ in 0..count {
@@ -409,42 +387,45 @@ fn weights(surface: &ColourSurface, wi: Vec3, count: usize) -> Weights {
     }
 }
 
-/// Deviation of the channels' weights over their mean up to 60°, and the largest weight. One density serves three channels, of
-/// which a direction mostly has one: that alone is 0.9 of a rainbow. At 75° and beyond directions that leave along the surface
-/// have their pole, which the energy factor takes away.
+/// Deviation of the channels' weights over their mean, and the largest weight over that of luminance. One density serves three
+/// channels, of which a direction of a grating mostly has one: that alone is 1.2.
 const CHANNEL_STD: f64 = 1.5;
 const LARGEST: f64 = 60.0;
 
 #[test]
 fn weights_are_even() {
     for name in [Preset::Blazed, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
-        let surface = build(&preset(name), None);
+        let options = Options { conserve_energy: true, ..options() };
+        let surface = ColourSurface::new(&preset(name), &options, None).unwrap();
         println!("{name}: {:?}", surface.report());
         for theta in [0.0, 30.0, 60.0, 75.0, 85.0] {
-            let found = weights(&surface, direction(theta, 25.0), 20_000);
+            let found = weights(&surface, direction(theta, 25.0), 20_000, true);
             println!(
                 "{name} at {theta}°: channels {:.2}, luminance {:.2}, largest {:.1}, mean {:.3?}",
                 found.channel_std, found.luminance_std, found.largest, found.mean
             );
-            if theta <= 60.0 {
-                assert!(found.channel_std < CHANNEL_STD && found.largest < LARGEST, "{name} at {theta}°");
-            }
+            assert!(found.channel_std < CHANNEL_STD && found.largest < LARGEST, "{name} at {theta}°");
         }
     }
 }
 
 #[test]
 fn weights_average_to_the_albedo() {
+    // The spectral table's tolerance and the colour table's mantissas.
+    const TABLES: f64 = 0.005;
     let case = &CASES[0];
-    let weights_of_white = SpectralToRgb::visible(5.0).unwrap();
+    let white = SpectralToRgb::visible(5.0).unwrap();
     for theta in [0.0, 40.0, 60.0] {
         let wi = direction(theta, 25.0);
-        let mut lobe_surface = weights(&case.surfaces[0].1, wi, 200_000);
-        let albedo = weights_of_white.rgb_of(|nm| case.truth.surface.albedo(wi, nm).unwrap());
+        let albedo = white.rgb_of(|nm| case.truth.surface.albedo(wi, nm).unwrap());
+        let kept = weights(&case.surfaces[0].1, wi, 200_000, false);
+        let clipped = weights(&case.surfaces[0].1, wi, 200_000, true);
+        println!("at {theta}°: {albedo:.3?}, kept {:.3?}, clipped {:.3?}", kept.mean, clipped.mean);
         for c in 0..3 {
-            let (mean, error) = (lobe_surface.mean[c], &mut lobe_surface.error[c]);
-            // Colours outside sRGB count as more than they are when clipped, by 2 %.
-            assert!((mean - albedo[c]).abs() < STANDARD_ERRORS * *error + 0.04 * albedo[c], "{mean} ± {error}: {albedo:?}");
+            let off = STANDARD_ERRORS * kept.error[c] + TABLES * albedo[c];
+            assert!((kept.mean[c] - albedo[c]).abs() < off, "{:?} {albedo:?}", kept.mean);
+            // A rainbow's pure colours are outside sRGB: without their negative parts there is more of each channel.
+            assert!(clipped.mean[c] > kept.mean[c]);
         }
     }
 }
@@ -486,7 +467,7 @@ fn a_patch_and_long_windows_are_built() {
         let surface = ColourSurface::new(&field, &options, None).unwrap();
         println!("{:?}", surface.report());
         assert!(surface.report().sampler_bytes <= 8_000_000, "{:?}", surface.report());
-        let found = weights(&surface, direction(30.0, 25.0), 20_000);
+        let found = weights(&surface, direction(30.0, 25.0), 20_000, true);
         println!("{model:?} {coherence_length_um} µm: channels {:.2}, largest {:.1}", found.channel_std, found.largest);
         assert!(found.channel_std < 3.0, "{}", found.channel_std);
     }

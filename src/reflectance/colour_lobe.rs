@@ -7,11 +7,13 @@
 
 use super::colour_sampler::{ColourSampler, ColourSamplerView};
 use super::fresnel::{SpectralIndex, fresnel_of_family, fresnel_unpolarised};
-use super::{ComplexIndex, Obliquity, Options, UNIFORM_SHARE, Vec3};
+use super::surface::build_table;
+use super::{ColourAlbedoTable, ColourAlbedoView, ComplexIndex, Obliquity, Options, UNIFORM_SHARE, Vec3};
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView, SUM_SQUARED_MAX};
 use crate::height_field::HeightField;
 use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Plain, Real};
+use crate::table::Model;
 use serde::{Deserialize, Serialize};
 use std::array;
 use std::time::Instant;
@@ -29,15 +31,18 @@ pub struct ColourSurface {
     reference: Option<ComplexIndex>,
     table: ColourTable,
     sampler: ColourSampler,
+    /// What the reflectance is divided by to conserve energy, `None` where nothing is.
+    albedo: Option<ColourAlbedoTable>,
     report: ColourSurfaceReport,
 }
 
 /// What building took and gave.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourSurfaceReport {
-    /// Bytes of the colour table and of the sampler.
+    /// Bytes of the colour table, of the sampler, and of the albedo.
     pub table_bytes: usize,
     pub sampler_bytes: usize,
+    pub albedo_bytes: usize,
     /// The coherence length shown in µm; see [`crate::colour_table::ColourTableReport`].
     pub coherence_length_um: f64,
     /// Seconds for the colour table, with the spectral table it is made of, and for everything.
@@ -72,8 +77,19 @@ impl ColourSurface {
             }
             _ => 1.0,
         };
-        let (table, _spectral) = ColourTable::build_reflecting(field, &table_options, &relative)?;
+        let (table, spectral) = ColourTable::build_reflecting(field, &table_options, &relative)?;
         let table_seconds = start.elapsed().as_secs_f64();
+        let albedo = match (options.conserve_energy, options.model) {
+            (false, _) => None,
+            (true, Model::Ensemble) => ColourAlbedoTable::build(&spectral, options),
+            (true, Model::Patch) => {
+                // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
+                let ensemble = Options { model: Model::Ensemble, ..options.clone() };
+                ColourAlbedoTable::build(&build_table(field, &ensemble)?.0, options)
+            }
+        };
+        let albedo = albedo.filter(|albedo| !albedo.is_one());
+        drop(spectral);
         let view = table.view::<f32>();
         let stam = options.obliquity == Obliquity::Stam;
         let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
@@ -85,11 +101,12 @@ impl ColourSurface {
         let report = ColourSurfaceReport {
             table_bytes: table.report().bytes,
             sampler_bytes: sampler.bytes(),
+            albedo_bytes: albedo.as_ref().map_or(0, ColourAlbedoTable::bytes),
             coherence_length_um: table.report().coherence_length_um,
             table_seconds,
             build_seconds: start.elapsed().as_secs_f64(),
         };
-        Ok(Self { options: options.clone(), reference, table, sampler, report })
+        Ok(Self { options: options.clone(), reference, table, sampler, albedo, report })
     }
 
     /// The options it was built with.
@@ -112,6 +129,11 @@ impl ColourSurface {
         &self.sampler
     }
 
+    /// What the reflectance is divided by to conserve energy, `None` where nothing is.
+    pub fn albedo(&self) -> Option<&ColourAlbedoTable> {
+        self.albedo.as_ref()
+    }
+
     /// What building took and gave.
     pub fn report(&self) -> &ColourSurfaceReport {
         &self.report
@@ -126,6 +148,7 @@ impl ColourSurface {
             factors: self.factors(),
             table: ColourView { layout: *self.table.layout(), words: self.table.words() },
             sampler: self.sampler.view(),
+            albedo: self.albedo.as_ref().map(ColourAlbedoTable::view),
         }
     }
 
@@ -164,11 +187,12 @@ pub struct ColourFactors {
 }
 
 /// The evaluator of a [`ColourSurface`] over one family of numbers.
-#[derive(Clone, Copy)]
 pub struct ColourLobe<N: Numbers> {
     pub factors: ColourFactors,
     pub table: ColourView<N>,
     pub sampler: ColourSamplerView<N>,
+    /// What conserves energy.
+    pub albedo: Option<ColourAlbedoView<N>>,
 }
 
 impl<N: Numbers> ColourLobe<N> {
@@ -197,9 +221,13 @@ impl<N: Numbers> ColourLobe<N> {
         if let Some(index) = self.factors.reference {
             factor = factor * fresnel_of_family(length_squared.sqrt() * lit(0.5), index);
         }
-        colour.map(|channel| {
-            let channel = if self.factors.clip_negative { channel.max(lit(0.0)) } else { channel };
-            N::Real::select(active, channel * factor, lit(0.0))
+        let conserving = match &self.albedo {
+            Some(albedo) => albedo.factor(wi, wo, active),
+            None => [lit(1.0); 3],
+        };
+        array::from_fn(|c| {
+            let channel = if self.factors.clip_negative { colour[c].max(lit(0.0)) } else { colour[c] };
+            N::Real::select(active, channel * factor * conserving[c], lit(0.0))
         })
     }
 

@@ -48,7 +48,7 @@ impl WavelengthWeights {
     }
 
     /// Weights at a wavelength in the tables' range, linear between whole nm.
-    fn at(wavelength_nm: f64) -> [f64; 4] {
+    pub(super) fn at(wavelength_nm: f64) -> [f64; 4] {
         let t = (wavelength_nm - WAVELENGTH_MIN_NM).clamp(0.0, (WEIGHTS.len() - 1) as f64);
         let i = (t as usize).min(WEIGHTS.len() - 2);
         let fraction = t - i as f64;

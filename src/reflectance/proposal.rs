@@ -1,9 +1,8 @@
 //! The density that orders are drawn from: power times what the model makes of the direction.
 
 use super::cell_shares::{CellShares, Corners, Incidence};
-use super::shade::Shade;
 use super::surface::Options;
-use super::{AlbedoScale, Pair, Vec3};
+use super::{Pair, Vec3};
 use crate::table::{
     BandReading, Density, LEAVES_MET_MAX, LeafAxis, Leaves, OrderChoice, SpectralTable, WAVELENGTH_MIN_NM, pick,
 };
@@ -23,24 +22,22 @@ const RHO_MIN: f64 = 1e-12;
 ///
 /// A node `j` of the leaf `l` in the cell `c` is drawn with probability
 /// `P_j = T_c(wi, λ) · F_l p_j(κ_l) / Σ_{l' in c} F_l' p_l'(κ_l')`, where `p` is the power in the tabulated κ bands. Where few
-/// orders propagate, all of them make one cell: `F` is then the part of the leaf's power that propagates times `O·M·s`
+/// orders propagate, all of them make one cell: `F` is then the part of the leaf's power that propagates times `O·M`
 /// towards the middle of that part, and κ_l belongs to that direction. Else `T` mixes the shares that cells have at
-/// the nodes of a grid of incidences ([`CellShares`]); `O·M·s` is much the same all over a cell, so `F` is the part that
+/// the nodes of a grid of incidences ([`CellShares`]); `O·M` is much the same all over a cell, so `F` is the part that
 /// propagates alone, and κ_l that of the middle of the cell.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Proposal {
     leaves: Leaves,
-    shade: Shade,
     /// Empty where there is one cell.
     shares: CellShares,
 }
 
 impl Proposal {
-    /// The proposal for a table and its energy scaling.
-    pub(super) fn new(table: &SpectralTable, options: &Options, scale: Option<&AlbedoScale>) -> Self {
+    /// The proposal for a table.
+    pub(super) fn new(table: &SpectralTable, options: &Options) -> Self {
         let leaves = Leaves::new(table, 2e3 / WAVELENGTH_MIN_NM);
-        let shade = Shade::new(scale);
-        let mut proposal = Self { leaves, shade, shares: CellShares::default() };
+        let mut proposal = Self { leaves, shares: CellShares::default() };
         if proposal.has_cells() {
             let (x, y) = (&proposal.leaves.x, &proposal.leaves.y);
             proposal.shares = CellShares::build(x, y, |wi, nm| {
@@ -62,11 +59,6 @@ impl Proposal {
         &self.leaves
     }
 
-    /// The coarse energy scaling.
-    pub fn shade(&self) -> &Shade {
-        &self.shade
-    }
-
     /// The shares of cells, empty where there is one.
     pub fn shares(&self) -> &CellShares {
         &self.shares
@@ -74,7 +66,7 @@ impl Proposal {
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.leaves.bytes() + size_of_val(self.shade.values()) + self.shares.bytes()
+        self.leaves.bytes() + self.shares.bytes()
     }
 
     /// The proposal at one incidence and wavelength (nm).
@@ -296,7 +288,7 @@ impl<'a> Local<'a> {
         }
         let wo = place.direction();
         let Some(pair) = Pair::new(self.wi, wo) else { return BandReading::default() };
-        let factor = part * self.options.angular_factor(&pair) * self.proposal.shade.at(wo[0], wo[1], wo[2]);
+        let factor = part * self.options.angular_factor(&pair);
         BandReading::new(factor, self.table.band_position(pair.kappa(self.wavelength_um)))
     }
 

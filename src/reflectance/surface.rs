@@ -1,8 +1,9 @@
-use super::albedo_scale::{AlbedoScaleReport, Cell};
+use super::albedo::Place;
 use super::cell_shares::Incidence;
-use super::power_bins::PowerBins;
-use super::{AlbedoScale, CellShares, Obliquity, Pair, Proposal, Vec3};
+use super::lobes::Lobes;
+use super::{AlbedoReport, AlbedoTable, AlbedoView, CellShares, Obliquity, Pair, Proposal, Vec3};
 use crate::height_field::HeightField;
+use crate::numeric::Plain;
 use crate::table::{
     Model, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
     estimate_bytes,
@@ -79,7 +80,7 @@ pub struct Surface {
     options: Options,
     table: SpectralTable,
     proposal: Proposal,
-    scale: Option<Arc<AlbedoScale>>,
+    albedo_table: Option<Arc<AlbedoTable>>,
     report: SurfaceReport,
 }
 
@@ -87,10 +88,10 @@ pub struct Surface {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SurfaceReport {
     pub table: TableReport,
-    /// Bytes of all tables: spectrum, sampler and energy scaling.
+    /// Bytes of all tables: spectrum, sampler and albedo.
     pub bytes: usize,
-    /// How much the energy scaling changes, where there is one.
-    pub energy: Option<AlbedoScaleReport>,
+    /// How much conserving energy changes, where that is asked for.
+    pub energy: Option<AlbedoReport>,
     /// Seconds for everything.
     pub build_seconds: f64,
 }
@@ -106,30 +107,30 @@ impl Surface {
         in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
         let (table, table_report) = build_table(field, options)?;
         let mut energy = None;
-        let mut scale = None;
+        let mut albedo_table = None;
         if options.conserve_energy {
-            // A patch is one member of the ensemble; its scaling is that of the mean.
+            // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
             let built = match options.model {
-                Model::Ensemble => AlbedoScale::build(&table, options),
+                Model::Ensemble => AlbedoTable::build(&table, options),
                 Model::Patch => {
                     let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                    AlbedoScale::build(&build_table(field, &ensemble)?.0, options)
+                    AlbedoTable::build(&build_table(field, &ensemble)?.0, options)
                 }
             };
             if let Some((built, report)) = built {
                 energy = Some(report);
-                scale = (!built.is_one()).then(|| Arc::new(built));
+                albedo_table = (!built.is_one()).then(|| Arc::new(built));
             }
         }
-        let proposal = Proposal::new(&table, options, scale.as_deref());
-        let scale_bytes = scale.as_ref().map_or(0, |s| size_of_val(s.values()));
+        let proposal = Proposal::new(&table, options);
+        let albedo_bytes = albedo_table.as_ref().map_or(0, |table| table.bytes());
         let report = SurfaceReport {
-            bytes: table.bytes() + proposal.bytes() + scale_bytes,
+            bytes: table.bytes() + proposal.bytes() + albedo_bytes,
             table: table_report,
             energy,
             build_seconds: start.elapsed().as_secs_f64(),
         };
-        Ok(Self { options: options.clone(), table, proposal, scale, report })
+        Ok(Self { options: options.clone(), table, proposal, albedo_table, report })
     }
 
     /// The options it was built with.
@@ -152,9 +153,9 @@ impl Surface {
         &self.proposal
     }
 
-    /// The energy scaling, `None` where nothing is scaled.
-    pub fn scale(&self) -> Option<&Arc<AlbedoScale>> {
-        self.scale.as_ref()
+    /// What the reflectance is divided by to conserve energy, `None` where nothing is.
+    pub fn albedo_table(&self) -> Option<&Arc<AlbedoTable>> {
+        self.albedo_table.as_ref()
     }
 
     /// `f_r` of [`Surface::eval_pdf`] alone, in a fraction of the time.
@@ -171,7 +172,11 @@ impl Surface {
     /// What a pair of directions needs at every wavelength; `None` unless both lie above the surface.
     pub fn pair(&self, wi: Vec3, wo: Vec3) -> Option<SurfacePair<'_>> {
         let pair = Pair::new(wi, wo)?;
-        let scale = self.scale.as_deref().map(|scale| (scale, scale.cell(wi), scale.cell(wo)));
+        let albedo = self.albedo_table.as_deref().map(|table| {
+            let view = table.view::<f64>();
+            let places = [view.place(wi), view.place(wo)];
+            (view, places)
+        });
         Some(SurfacePair {
             surface: self,
             wi,
@@ -179,7 +184,7 @@ impl Surface {
             pair,
             incidence: CellShares::incidence(wi),
             angular_factor: self.options.angular_factor(&pair),
-            scale,
+            albedo,
         })
     }
 
@@ -228,9 +233,12 @@ impl Surface {
     /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out, every node of the table
     /// integrated over its Gaussian. `None` for a patch.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
-        let bins = PowerBins::new(&self.table, usize::MAX)?;
-        let scale = |w: Vec3| self.scale.as_ref().map_or(1.0, |s| s.factor(w, wavelength_nm));
-        Some(bins.albedo(wi, wavelength_nm, &self.options, scale) * scale(wi))
+        let albedo = self.albedo_table.as_ref().map(|table| (table.view::<f64>(), table.view().place(wi)));
+        let factor = |wo: Vec3| match &albedo {
+            Some((view, place)) => view.factor_at(place, &view.place(wo), wavelength_nm, true),
+            None => 1.0,
+        };
+        Some(Lobes::new(&self.table)?.albedo(wi, wavelength_nm, &self.options, factor))
     }
 }
 
@@ -242,7 +250,7 @@ pub struct SurfacePair<'a> {
     pair: Pair,
     incidence: Incidence,
     angular_factor: f64,
-    scale: Option<(&'a AlbedoScale, Cell, Cell)>,
+    albedo: Option<(AlbedoView<Plain<'a, f64>>, [Place<Plain<'a, f64>>; 2])>,
 }
 
 impl SurfacePair<'_> {
@@ -280,22 +288,22 @@ impl SurfacePair<'_> {
         self.factor(wavelength_nm) * density * per_area
     }
 
-    /// `O·M` and the energy scaling.
+    /// `O·M`, and what conserves energy.
     fn factor(&self, wavelength_nm: f64) -> f64 {
-        let scale = self
-            .scale
-            .as_ref()
-            .map_or(1.0, |(scale, i, o)| scale.at_cell(i, wavelength_nm) * scale.at_cell(o, wavelength_nm));
-        self.angular_factor * scale
+        let conserving = match &self.albedo {
+            Some((view, [i, o])) => view.factor_at(i, o, wavelength_nm, true),
+            None => 1.0,
+        };
+        self.angular_factor * conserving
     }
 }
 
-fn build_table(field: &HeightField, options: &Options) -> Result<(SpectralTable, TableReport), TableError> {
+pub(super) fn build_table(field: &HeightField, options: &Options) -> Result<(SpectralTable, TableReport), TableError> {
     build(&spectrum(field, options), options.tolerance)
 }
 
 /// Size in bytes of the table of `S` that [`Surface::new`] would build first for `field`, which takes no transform to tell;
-/// see [`estimate_bytes`]. The sampler and the energy scaling come on top.
+/// see [`estimate_bytes`]. The sampler and the albedo come on top.
 pub fn estimate_table_bytes(field: &HeightField, options: &Options) -> usize {
     estimate_bytes(&spectrum(field, options), options.tolerance)
 }
