@@ -4,6 +4,8 @@
 //! [`AlbedoTable`] holds where energy is to be conserved, and both take the same [`Pair`] of directions.
 
 mod albedo;
+mod colour_lobe;
+mod colour_sampler;
 mod exact;
 mod fresnel;
 mod geometry;
@@ -16,8 +18,10 @@ mod spectral_lobe;
 mod surface;
 
 pub use albedo::{AlbedoLayout, AlbedoReport, AlbedoTable, AlbedoView, ColourAlbedoTable, ColourAlbedoView};
+pub use colour_lobe::{ColourFactors, ColourLobe, ColourSurface, ColourSurfaceReport, luminance};
+pub use colour_sampler::{ColourSampler, ColourSamplerLayout, ColourSamplerView};
 pub use exact::Exact;
-pub use fresnel::{ComplexIndex, fresnel_unpolarised};
+pub use fresnel::{ComplexIndex, SpectralIndex, SpectralIndexError, fresnel_of_family, fresnel_unpolarised};
 pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};
 pub use integrated::WavelengthWeights;
 pub use spectral_lobe::{SpectralLayout, SpectralLobe};

@@ -243,7 +243,7 @@ fn answers(wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
     Pair::new(wi, wo).is_some() && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
-fn build_table(field: &HeightField, options: &Options) -> Result<Built, TableError> {
+pub(super) fn build_table(field: &HeightField, options: &Options) -> Result<Built, TableError> {
     build(&spectrum(field, options), options.tolerance)
 }
 

@@ -140,12 +140,16 @@ impl SpectralTable {
         }
         let coefficients = (self.kappa_limit(f) / self.kappa_step) as usize + 4;
         sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
+        let mut across = [0.0; TAPS_MAX];
+        for (ex, jx) in across.iter_mut().zip(taps(x, px)) {
+            *ex = gaussian(px - jx as f64, x.sigma);
+        }
+        let first_column = (x.first_tap(px) + x.reach as i64) as usize;
         for jy in taps(y, py) {
             let ey = gaussian(py - jy as f64, y.sigma);
-            for jx in taps(x, px) {
-                let e = (ey * gaussian(px - jx as f64, x.sigma)) as f32;
-                let index = (jy + y.reach as i64) as usize * x.nodes() + (jx + x.reach as i64) as usize;
-                let start = self.offsets[index] as usize;
+            let row = (jy + y.reach as i64) as usize * x.nodes() + first_column;
+            for (ex, offset) in across.iter().zip(&self.offsets[row..row + x.taps]) {
+                let (e, start) = ((ey * ex) as f32, *offset as usize);
                 if start > 0 && e > 0.0 {
                     for (sum, value) in sum.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;

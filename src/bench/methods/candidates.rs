@@ -279,8 +279,10 @@ impl Builder<'_> {
                 tolerance,
                 resolution,
             };
-            let made = ColourTable::build(self.field, &options)
-                .map_err(|source| BenchError::Method { candidate: format!("colour table {options:?}"), source })?;
+            let made = ColourTable::build(self.field, &options).map_err(|source| BenchError::Method {
+                candidate: format!("colour table {options:?}"),
+                source: source.into(),
+            })?;
             let mut parameters =
                 Map::from_iter([("resolution".into(), json!(resolution)), ("tolerance".into(), json!(tolerance))]);
             let shown = made.report().coherence_length_um;
