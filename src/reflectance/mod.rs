@@ -26,4 +26,4 @@ pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit
 pub use integrated::{IntegratedAnswer, WavelengthWeights, sample_wavelength, wavelength_pdf};
 pub use proposal::{ANYWHERE_SHARE, FOLD_COS_MAX, Proposal};
 pub use shade::Shade;
-pub use surface::{Answer, Options, Sample, Surface, SurfacePair, SurfaceReport, UNIFORM_SHARE, estimate_table_bytes};
+pub use surface::{Answer, Options, Sample, Surface, SurfacePair, SurfaceReport, UNIFORM_SHARE};

@@ -4,8 +4,8 @@ use super::power_bins::PowerBins;
 use super::{AlbedoScale, CellShares, Obliquity, Pair, Proposal, Vec3};
 use crate::height_field::HeightField;
 use crate::table::{
-    Model, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
-    estimate_bytes,
+    BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM,
+    WAVELENGTH_MIN_NM, build,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -14,6 +14,9 @@ use std::sync::Arc;
 /// Share of samples drawn uniformly over the hemisphere: it bounds the weight where the orders' own density is far below
 /// what is reflected.
 pub const UNIFORM_SHARE: f64 = 0.02;
+
+/// Share of a build that is taken to be its first table's.
+const TABLE_SHARE: f64 = 0.5;
 
 pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
 
@@ -31,6 +34,13 @@ pub struct Options {
     pub shadowing: bool,
     /// Relative error the tables are built to.
     pub tolerance: f64,
+    /// Factor on what building may take in memory and time, at least 1; no part of what is built.
+    #[serde(skip, default = "one")]
+    pub build_limit: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 impl Default for Options {
@@ -43,11 +53,27 @@ impl Default for Options {
             conserve_energy: true,
             shadowing: false,
             tolerance: 1e-3,
+            build_limit: one(),
         }
     }
 }
 
 impl Options {
+    /// What building a surface of `field` with these options takes, told without doing any of it.
+    pub fn demand(&self, field: &HeightField) -> BuildDemand {
+        let (low, high) = field.range_um();
+        BuildDemand {
+            size: field.size(),
+            pixel_um: (field.dx_um(), field.dy_um()),
+            range_um: high - low,
+            model: self.model,
+            tiling: self.tiling,
+            coherence_length_um: self.coherence_length_um,
+            tolerance: self.tolerance,
+            purpose: Purpose::Surface { energy: self.conserve_energy },
+        }
+    }
+
     /// `O·M` of a pair of directions.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
         pair.obliquity(self.obliquity) * if self.shadowing { pair.shadowing() } else { 1.0 }
@@ -99,12 +125,22 @@ impl Surface {
     /// Builds the tables of `field`.
     ///
     /// # Errors
-    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or tables too large.
+    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than its
+    /// limit allows ([`BuildDemand::check`]), which is told at once.
     pub fn new(field: &HeightField, options: &Options) -> Result<Self, TableError> {
+        Self::watched(field, options, &Progress::none())
+    }
+
+    /// As [`Surface::new`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`Surface::new`].
+    pub fn watched(field: &HeightField, options: &Options, progress: &Progress) -> Result<Self, TableError> {
         let start = std::time::Instant::now();
         in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
         in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
-        let (table, table_report) = build_table(field, options)?;
+        options.demand(field).check(options.build_limit)?;
+        let (table, table_report) = build_table(field, options, &progress.part(0.0, TABLE_SHARE));
         let mut energy = None;
         let mut scale = None;
         if options.conserve_energy {
@@ -113,7 +149,7 @@ impl Surface {
                 Model::Ensemble => AlbedoScale::build(&table, options),
                 Model::Patch => {
                     let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                    AlbedoScale::build(&build_table(field, &ensemble)?.0, options)
+                    AlbedoScale::build(&build_table(field, &ensemble, &Progress::none()).0, options)
                 }
             };
             if let Some((built, report)) = built {
@@ -122,6 +158,7 @@ impl Surface {
             }
         }
         let proposal = Proposal::new(&table, options, scale.as_deref());
+        progress.report(1.0);
         let scale_bytes = scale.as_ref().map_or(0, |s| size_of_val(s.values()));
         let report = SurfaceReport {
             bytes: table.bytes() + proposal.bytes() + scale_bytes,
@@ -290,20 +327,11 @@ impl SurfacePair<'_> {
     }
 }
 
-fn build_table(field: &HeightField, options: &Options) -> Result<(SpectralTable, TableReport), TableError> {
-    build(&spectrum(field, options), options.tolerance)
-}
-
-/// Size in bytes of the table of `S` that [`Surface::new`] would build first for `field`, which takes no transform to tell;
-/// see [`estimate_bytes`]. The sampler and the energy scaling come on top.
-pub fn estimate_table_bytes(field: &HeightField, options: &Options) -> usize {
-    estimate_bytes(&spectrum(field, options), options.tolerance)
-}
-
-fn spectrum(field: &HeightField, options: &Options) -> Spectrum {
+fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> (SpectralTable, TableReport) {
     let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
     let s_um = options.coherence_length_um / 4.0;
-    Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance)
+    let spectrum = Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance);
+    build(&spectrum, options.tolerance, progress)
 }
 
 fn in_range(

@@ -9,7 +9,7 @@ use crate::height_field::HeightField;
 use crate::methods::colours::{self, Colours};
 use crate::methods::options::in_range;
 use crate::methods::{MethodError, RESOLUTION};
-use crate::table::{Model, SpectralTable, Spectrum, Tiling, WAVELENGTH_MIN_NM};
+use crate::table::{BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, Tiling, WAVELENGTH_MIN_NM};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -30,6 +30,8 @@ pub struct ColourTableOptions {
     /// Multiplies the number of samples in each of the three directions, 0.25 to 4; 1 is within a ΔE₂₀₀₀ of 1 for 99 % of
     /// the pixels.
     pub resolution: f64,
+    /// Factor on what building the spectral table may take in memory and time, at least 1.
+    pub build_limit: f64,
 }
 
 impl ColourTable {
@@ -37,13 +39,25 @@ impl ColourTable {
     ///
     /// # Errors
     /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
-    /// spectral table that would be too large.
+    /// spectral table that would take more than its limit allows.
     pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, MethodError> {
         let start = Instant::now();
         in_range("coherence_length", options.coherence_length_um, &COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
         in_range("tolerance", options.tolerance, &TOLERANCE, "1e-6 to 0.1")?;
         in_range("resolution", options.resolution, &RESOLUTION, "0.25 to 4")?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
+        let (low, high) = field.range_um();
+        let demand = BuildDemand {
+            size: field.size(),
+            pixel_um: (field.dx_um(), field.dy_um()),
+            range_um: high - low,
+            model: options.model,
+            tiling: options.tiling,
+            coherence_length_um,
+            tolerance: options.tolerance,
+            purpose: Purpose::Table,
+        };
+        demand.check(options.build_limit)?;
         let spectrum = Spectrum::new(
             field,
             options.model,
@@ -52,7 +66,7 @@ impl ColourTable {
             2e3 / WAVELENGTH_MIN_NM,
             options.tolerance,
         );
-        let (table, _) = crate::table::build(&spectrum, options.tolerance)?;
+        let (table, _) = crate::table::build(&spectrum, options.tolerance, &Progress::none());
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours::density()?);
         Ok(assemble(&plan, rings, coherence_length_um, start))
