@@ -50,8 +50,8 @@ pub enum HeightFieldError {
     /// Points of a file without a height, and none put there; row and column of the first count from 0 in the order of the
     /// file.
     #[error(
-        "{}: {count} of {total} points have no height (NaN, beyond ±1e30, no data, or masked), the first at row {row}, column {column}; \
-         `fill` puts heights there: laplace or mean, from the points that have one",
+        "{}: {count} of {total} points have no height (NaN, a number from ±1e30 on, or masked), the first at row {row}, \
+         column {column}; `fill` puts heights there: laplace or mean, from the points that have one",
         path.display()
     )]
     Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize },

@@ -66,8 +66,11 @@ impl HeightField {
     /// [`HeightFieldError::TooLarge`], which says what is.
     pub fn check_size(&self, limit_um: f64) -> Result<(), HeightFieldError> {
         let (low, high) = self.range_um();
-        let sizes =
-            [("`pixel_size` along x", self.dx_um), ("`pixel_size` along y", self.dy_um), ("the range of heights", high - low)];
+        let sizes = [
+            ("`pixel_size` along x", self.dx_um),
+            ("`pixel_size` along y", self.dy_um),
+            ("the range of heights", high - low),
+        ];
         match sizes.into_iter().find(|(_, value_um)| *value_um > limit_um) {
             Some((what, value_um)) => Err(HeightFieldError::TooLarge { what, value_um, limit_um }),
             None => Ok(()),

@@ -1,9 +1,9 @@
+use super::WAVELENGTH_MIN_NM;
 use super::lattice::Lattice;
 use super::lookup::{BANDS, HEADER, KernelKind, SpectralTable};
 use super::progress::Progress;
 use super::spectrum::Spectrum;
 use super::spline::{cubic, prefilter};
-use super::WAVELENGTH_MIN_NM;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};

@@ -21,13 +21,13 @@ pub const BUILD_LIMIT: RangeInclusive<f64> = 1.0..=1e6;
 
 // Nanoseconds on two cores, measured over skins, gratings and scans from 32² to 2048² pixels; within a factor of two.
 /// For one point of a phase screen: a sine and a cosine.
-const SCREEN_NS: f64 = 15.0;
+const SCREEN_NS: f64 = 9.0;
 /// For one point of a transform and each doubling of its size.
-const TRANSFORM_NS: f64 = 0.9;
+const TRANSFORM_NS: f64 = 0.55;
 /// For one knot of one node: gathered, put through the spline, and written.
-const KNOT_NS: f64 = 8.0;
+const KNOT_NS: f64 = 5.0;
 /// For one place of the spline at which a band mean is read.
-const BAND_PLACE_NS: f64 = 4.0;
+const BAND_PLACE_NS: f64 = 2.5;
 /// Transforms besides those of the knots: two near κ = 0 and three to measure the error.
 const OTHER_TRANSFORMS: f64 = 5.0;
 /// Builds until the tolerance is met: most surfaces need one, some a second.
@@ -37,7 +37,7 @@ const BUILDS: f64 = 1.3;
 const ENERGY_SECONDS: f64 = 2.5;
 /// What it takes for each pair of knots: the fringes of a deep relief are as fine over incidences as over wavelengths, and
 /// the scaling has to follow both. Nanoseconds on two cores.
-const ENERGY_KNOT_PAIR_NS: f64 = 600.0;
+const ENERGY_KNOT_PAIR_NS: f64 = 700.0;
 /// What sampler and energy scaling take, relative to the table that they are made from.
 const SAMPLER_SHARE: f64 = 1.0;
 
@@ -212,13 +212,15 @@ impl BuildDemand {
             (Model::Ensemble, false) => vec![lags, lags, nodes],
             (Model::Patch, false) => vec![nodes],
         };
+        // What a grid is windowed by costs about as much as a screen.
+        let windowed = if is_native { 0.0 } else { nodes };
         let transforms: f64 = grids.iter().map(|points| points * points.max(2.0).log2()).sum();
         let all_knots = knots + EXTRA_KNOTS as f64;
         let components = kernel.components() as f64;
         let band_places = (2.0 * kappa_range() / BANDS as f64 / step).ceil().clamp(4.0, 64.0) * BANDS as f64;
         let seconds = 1e-9
             * BUILDS
-            * ((all_knots + OTHER_TRANSFORMS) * (TRANSFORM_NS * transforms + SCREEN_NS * (screen + lags.min(nodes)))
+            * ((all_knots + OTHER_TRANSFORMS) * (TRANSFORM_NS * transforms + SCREEN_NS * (screen + windowed))
                 + kept.nodes * components * (KNOT_NS * all_knots + BAND_PLACE_NS * band_places));
 
         // Each thread has a knot in work: the grids and as much for their transposes, and the nodes.
@@ -262,13 +264,15 @@ fn floats(kernel: KernelKind, last_knot: f64) -> f64 {
 impl Kept {
     fn of(lattice: &Lattice, frequency_max: f64, floats: impl Fn(f64) -> f64, kappa_step: f64) -> Self {
         let (x, y) = (places(&lattice.x), places(&lattice.y));
-        let mut kept = Self { nodes: 0.0, lattice_nodes: lattice.x.nodes() as f64 * lattice.y.nodes() as f64, floats: 0.0 };
+        let mut kept =
+            Self { nodes: 0.0, lattice_nodes: lattice.x.nodes() as f64 * lattice.y.nodes() as f64, floats: 0.0 };
         for (fy, wy) in &y {
             for (fx, wx) in &x {
                 let rest = frequency_max * frequency_max - fx * fx - fy * fy;
                 if rest >= 0.0 {
                     kept.nodes += wx * wy;
-                    kept.floats += wx * wy * floats(TAU * rest.sqrt() / kappa_step);
+                    // The same hair more as when records are laid out.
+                    kept.floats += wx * wy * floats(TAU * rest.sqrt() * (1.0 + 1e-5) / kappa_step);
                 }
             }
         }
@@ -294,7 +298,7 @@ fn rounded_up(value: f64) -> f64 {
     if unit >= 1.0 { (value / unit).ceil() * unit } else { (value * 10.0).ceil() / 10.0 }
 }
 
-/// A number for a message: up to three digits, whatever its size.
+/// A number for a message: a few digits, whatever its size, and at least 0.1.
 pub(super) struct Rough(pub f64);
 
 impl std::fmt::Display for Rough {
@@ -303,7 +307,7 @@ impl std::fmt::Display for Rough {
             value if value.is_nan() || value > 1e15 => f.write_str("more than 1e15"),
             value if value >= 1e5 => write!(f, "{value:.0e}"),
             value if value >= 10.0 => write!(f, "{value:.0}"),
-            value => write!(f, "{value:.1}"),
+            value => write!(f, "{:.1}", value.max(0.1)),
         }
     }
 }
