@@ -209,8 +209,9 @@ impl SurfaceConfig {
                 Some(found) if found > MAX_LENGTH_UM => {
                     return Err(ConfigError::TooLong { parameter, found, accepted });
                 }
-                // Written so that NaN is refused as well.
-                Some(found) if !(found > 0.0) => return Err(ConfigError::OutOfRange { parameter, found, accepted }),
+                Some(found) if found.is_nan() || found <= 0.0 => {
+                    return Err(ConfigError::OutOfRange { parameter, found, accepted });
+                }
                 _ => {}
             }
         }

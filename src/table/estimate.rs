@@ -176,7 +176,7 @@ impl BuildDemand {
         };
         let in_nm = Self { range_um: self.range_um * 1e-3, ..self.clone() };
         if self.range_um >= DEEP_UM && fits(&in_nm) {
-            let (found, meant) = (self.range_um, in_nm.range_um);
+            let (found, meant) = (four_digits(self.range_um), four_digits(in_nm.range_um));
             advice += &format!(". Is the height in µm? It is {found} µm; {meant} µm would do");
         }
         advice
@@ -296,6 +296,13 @@ fn rounded_up(value: f64) -> f64 {
     let unit = 10f64.powf(value.log10().floor() - 1.0);
     // Whole numbers from ten on, so that no rounding of the quotient shows.
     if unit >= 1.0 { (value / unit).ceil() * unit } else { (value * 10.0).ceil() / 10.0 }
+}
+
+/// A positive number with four digits that count, less the zeros at its end.
+fn four_digits(value: f64) -> String {
+    let decimals = (3.0 - value.log10().floor()).clamp(0.0, 15.0) as usize;
+    let text = format!("{value:.decimals$}");
+    if decimals == 0 { text } else { text.trim_end_matches('0').trim_end_matches('.').to_owned() }
 }
 
 /// A number for a message: a few digits, whatever its size, and at least 0.1.
