@@ -40,10 +40,11 @@ mod mitsuba {
     /// The layout of Mitsuba's classes is no interface and changes between releases, so these are exact.
     const WHEELS: [(&str, &str); 3] = [("mitsuba", "3.9.1"), ("drjit", "1.5.0"), ("nanobind", "2.14.0")];
 
-    const SOURCES: [&str; 6] = [
+    const SOURCES: [&str; 7] = [
         "cpp_shim/checks.cpp",
         "cpp_shim/diffraction.cpp",
         "cpp_shim/parameters.cpp",
+        "cpp_shim/progress.cpp",
         "cpp_shim/variants_cuda.cpp",
         "cpp_shim/variants_llvm.cpp",
         "cpp_shim/variants_scalar.cpp",

@@ -4,6 +4,12 @@
 //! exception and the plugin rethrows as one of Mitsuba's. Only [`init_plugin`] is meant for others to call.
 
 use std::ffi::{c_char, c_void};
+use std::panic::resume_unwind;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
 
 use crate::cache::{Cache, Origin};
 use crate::config::{BuildError, Source, SurfaceConfig};
@@ -12,7 +18,7 @@ use crate::reflectance::{
     self, ANYWHERE_SHARE, CellShares, FOLD_COS_MAX, Obliquity, Proposal, Shade, SurfaceReport, UNIFORM_SHARE,
     WavelengthWeights,
 };
-use crate::table::{KernelKind, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{KernelKind, Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
@@ -123,7 +129,18 @@ mod ffi {
         /// Refuses to run in a Mitsuba (`running`, empty when unknown) that was not compiled against (`compiled`).
         fn check_version(compiled: &str, running: &str) -> Result<()>;
     }
+
+    // SAFETY: the function takes a line by value and keeps nothing of it.
+    unsafe extern "C++" {
+        include!("progress.h");
+
+        /// Writes a line to Mitsuba's log at the level Info.
+        fn log_info(line: &str) -> Result<()>;
+    }
 }
+
+/// Between two lines of Mitsuba's log, and before the first.
+const LOG_INTERVAL: Duration = Duration::from_secs(2);
 
 /// Why a call across the boundary failed.
 #[derive(Debug, thiserror::Error)]
@@ -148,7 +165,8 @@ struct Surface {
 
 impl Surface {
     fn new(config: SurfaceConfig) -> Result<Box<Self>, PluginError> {
-        let (core, origin) = config.build(&Cache::from_env().map_err(BuildError::from)?)?;
+        let cache = Cache::from_env().map_err(BuildError::from)?;
+        let (core, origin) = logged(|progress| config.build_watched(&cache, progress))?;
         Ok(Box::new(Self { config, core, origin }))
     }
 
@@ -317,6 +335,30 @@ impl Surface {
 
 fn new_surface(config_json: &str) -> Result<Box<Surface>, PluginError> {
     guard(|| Surface::new(SurfaceConfig::from_json(config_json).map_err(BuildError::from)?))
+}
+
+/// Runs `build` and tells Mitsuba's log how far it has come, from this thread alone: others must not call Mitsuba.
+fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
+    // Bits of a share. Those of positive floats are in the order of their values.
+    let share = Arc::new(AtomicU64::new(0));
+    let told = share.clone();
+    let progress = Progress::new(move |done| {
+        told.fetch_max(done.max(0.0).to_bits(), Ordering::Relaxed);
+    });
+    thread::scope(|scope| {
+        let (alive, ended) = mpsc::channel::<()>();
+        let builder = scope.spawn(move || {
+            let built = build(&progress);
+            drop(alive);
+            built
+        });
+        while ended.recv_timeout(LOG_INTERVAL) == Err(RecvTimeoutError::Timeout) {
+            let percent = 100.0 * f64::from_bits(share.load(Ordering::Relaxed));
+            // A logger that refuses a line is no reason not to build.
+            let _ = ffi::log_info(&format!("diffraction: building tables, {percent:.0} %"));
+        }
+        builder.join().unwrap_or_else(|panic| resume_unwind(panic))
+    })
 }
 
 fn wavelength_weights() -> Result<Vec<f32>, PluginError> {

@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{
-    ColourSurface, ComplexIndex, Options, SpectralIndex, Surface, Vec3, WavelengthWeights, fresnel_unpolarised,
+    ColourSurface, ComplexIndex, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights, fresnel_unpolarised,
     luminance,
 };
 use sunbeam::table::{Model, WAVELENGTH_MIN_NM};
@@ -223,7 +223,8 @@ fn luminance_is_that_of_the_spectrum() {
     for _ in 0..300 {
         let (wi, wo) = (direction(random.between(0.0, 70.0), 0.0), direction(random.between(0.0, 70.0), 180.0));
         let weights = WavelengthWeights::per_nm().iter().enumerate();
-        let truth: f64 = weights.map(|(i, w)| f64::from(w[3]) * case.truth.surface.f(wi, wo, WAVELENGTH_MIN_NM + i as f64)).sum();
+        let truth: f64 =
+            weights.map(|(i, w)| f64::from(w[3]) * case.truth.surface.f(wi, wo, WAVELENGTH_MIN_NM + i as f64)).sum();
         sum += truth;
         off += (luminance(lobe.eval(wi, wo, true)) - truth).abs();
     }

@@ -10,7 +10,7 @@ mod folder;
 
 use crate::height_field::HeightField;
 use crate::reflectance::{Options, Surface};
-use crate::table::TableError;
+use crate::table::{Progress, TableError};
 use entry::Key;
 use serde::Serialize;
 use std::fmt;
@@ -123,12 +123,26 @@ impl Cache {
     /// # Errors
     /// As [`Surface::new`]; nothing that is wrong with the cache is one.
     pub fn surface(&self, field: &HeightField, options: &Options) -> Result<(Surface, Origin), TableError> {
-        let Some(folder) = &self.folder else { return Ok((Surface::new(field, options)?, Origin::Built)) };
+        self.surface_watched(field, options, &Progress::none())
+    }
+
+    /// As [`Cache::surface`], telling `progress` how far building has come, if anything is built.
+    ///
+    /// # Errors
+    /// As [`Surface::new`].
+    pub fn surface_watched(
+        &self,
+        field: &HeightField,
+        options: &Options,
+        progress: &Progress,
+    ) -> Result<(Surface, Origin), TableError> {
+        let build = || Surface::watched(field, options, progress);
+        let Some(folder) = &self.folder else { return Ok((build()?, Origin::Built)) };
         let key = Key::new(field, options);
         if let Some(surface) = folder::read(folder, &key) {
             return Ok((surface, Origin::Read));
         }
-        let surface = Surface::new(field, options)?;
+        let surface = build()?;
         let origin = match folder::keep(folder, &key, &surface, self.limit_bytes) {
             Ok(()) => Origin::Kept,
             Err(reason) => Origin::NotKept(reason.to_string()),

@@ -76,6 +76,8 @@ fn everything_that_tables_depend_on_makes_another_entry() {
     keys.extend(options.map(|options| Key::new(&base.0, &options)));
     let names: std::collections::HashSet<_> = keys.iter().map(Key::file_name).collect();
     assert_eq!(names.len(), keys.len());
+    // How much building may take is no part of what is built.
+    assert_eq!(Key::new(&base.0, &Options { build_limit: 7.0, ..quick() }), keys[0]);
 }
 
 #[test]

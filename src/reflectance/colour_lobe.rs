@@ -14,7 +14,7 @@ use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, Col
 use crate::height_field::HeightField;
 use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Plain, Real};
-use crate::table::Model;
+use crate::table::{Model, Progress};
 use serde::{Deserialize, Serialize};
 use std::array;
 use std::time::Instant;
@@ -67,6 +67,7 @@ impl ColourSurface {
             tiling: options.tiling,
             tolerance: options.tolerance,
             resolution: 1.0,
+            build_limit: options.build_limit,
         };
         let relative = |nm: f64, cos: f64| match (index, reference) {
             (Some(index @ SpectralIndex::Sampled(_)), Some(reference)) => {
@@ -84,7 +85,7 @@ impl ColourSurface {
             (true, Model::Patch) => {
                 // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                ColourAlbedoTable::build(&build_table(field, &ensemble)?.table, options)
+                ColourAlbedoTable::build(&build_table(field, &ensemble, &Progress::none()).table, options)
             }
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());

@@ -25,4 +25,4 @@ pub use fresnel::{ComplexIndex, SpectralIndex, SpectralIndexError, fresnel_of_fa
 pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};
 pub use integrated::WavelengthWeights;
 pub use spectral_lobe::{SpectralLayout, SpectralLobe};
-pub use surface::{Answer, Options, Sample, Surface, SurfaceReport, UNIFORM_SHARE, estimate_table_bytes};
+pub use surface::{Answer, Options, Sample, Surface, SurfaceReport, UNIFORM_SHARE};

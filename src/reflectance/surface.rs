@@ -6,8 +6,8 @@ use super::{Obliquity, Pair, Vec3};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::table::{
-    Built, Model, PackedTable, SpectralTable, Spectrum, TableError, TableReport, Tiling, WAVELENGTH_MAX_NM,
-    WAVELENGTH_MIN_NM, build, estimate_bytes,
+    BuildDemand, Built, Model, PackedTable, Progress, Purpose, SpectralTable, Spectrum, TableError, TableReport,
+    Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
 };
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
@@ -15,6 +15,9 @@ use std::sync::{Arc, OnceLock};
 /// Share of samples drawn evenly over the hemisphere ([`crate::numeric::math::square_to_hemisphere`]): it bounds the weight
 /// where the sampler's own density is far below what is reflected.
 pub const UNIFORM_SHARE: f64 = 0.02;
+
+/// Share of a build that is taken to be its first table's.
+const TABLE_SHARE: f64 = 0.5;
 
 pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
 
@@ -32,6 +35,13 @@ pub struct Options {
     pub shadowing: bool,
     /// Relative error the tables are built to.
     pub tolerance: f64,
+    /// Factor on what building may take in memory and time, at least 1; no part of what is built.
+    #[serde(skip, default = "one")]
+    pub build_limit: f64,
+}
+
+fn one() -> f64 {
+    1.0
 }
 
 impl Default for Options {
@@ -44,11 +54,27 @@ impl Default for Options {
             conserve_energy: true,
             shadowing: false,
             tolerance: 1e-3,
+            build_limit: one(),
         }
     }
 }
 
 impl Options {
+    /// What building a surface of `field` with these options takes, told without doing any of it.
+    pub fn demand(&self, field: &HeightField) -> BuildDemand {
+        let (low, high) = field.range_um();
+        BuildDemand {
+            size: field.size(),
+            pixel_um: (field.dx_um(), field.dy_um()),
+            range_um: high - low,
+            model: self.model,
+            tiling: self.tiling,
+            coherence_length_um: self.coherence_length_um,
+            tolerance: self.tolerance,
+            purpose: Purpose::Surface { energy: self.conserve_energy },
+        }
+    }
+
     /// `O·M` of a pair of directions.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
         pair.obliquity(self.obliquity) * if self.shadowing { pair.shadowing() } else { 1.0 }
@@ -104,12 +130,23 @@ impl Surface {
     /// Builds the tables of `field`.
     ///
     /// # Errors
-    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or tables too large.
+    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than its
+    /// limit allows ([`BuildDemand::check`]), which is told at once.
     pub fn new(field: &HeightField, options: &Options) -> Result<Self, TableError> {
+        Self::watched(field, options, &Progress::none())
+    }
+
+    /// As [`Surface::new`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`Surface::new`].
+    pub fn watched(field: &HeightField, options: &Options, progress: &Progress) -> Result<Self, TableError> {
         let start = std::time::Instant::now();
         in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
         in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
-        let Built { table, packed, report: table_report } = build_table(field, options)?;
+        options.demand(field).check(options.build_limit)?;
+        let Built { table, packed, report: table_report } =
+            build_table(field, options, &progress.part(0.0, TABLE_SHARE));
         let sampler = Sampler::new(&table, options);
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
@@ -117,11 +154,12 @@ impl Surface {
             // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
             (true, Model::Patch) => {
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                AlbedoTable::build(&build_table(field, &ensemble)?.table, options)
+                AlbedoTable::build(&build_table(field, &ensemble, &Progress::none()).table, options)
             }
         };
         let (albedo_table, energy) = albedo.unzip();
         let albedo_table = albedo_table.filter(|table| !table.is_one()).map(Arc::new);
+        progress.report(1.0);
         let report = SurfaceReport {
             bytes: packed.bytes() + sampler.bytes() + albedo_table.as_ref().map_or(0, |table| table.bytes()),
             table: table_report,
@@ -243,20 +281,11 @@ fn answers(wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
     Pair::new(wi, wo).is_some() && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
-pub(super) fn build_table(field: &HeightField, options: &Options) -> Result<Built, TableError> {
-    build(&spectrum(field, options), options.tolerance)
-}
-
-/// Size in bytes of the table of `S` that [`Surface::new`] would build first for `field`, which takes no transform to tell;
-/// see [`estimate_bytes`]. The sampler and the energy scaling come on top.
-pub fn estimate_table_bytes(field: &HeightField, options: &Options) -> usize {
-    estimate_bytes(&spectrum(field, options), options.tolerance)
-}
-
-fn spectrum(field: &HeightField, options: &Options) -> Spectrum {
+pub(super) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Built {
     let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
     let s_um = options.coherence_length_um / 4.0;
-    Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance)
+    let spectrum = Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance);
+    build(&spectrum, options.tolerance, progress)
 }
 
 fn in_range(

@@ -1,19 +1,19 @@
+use super::WAVELENGTH_MIN_NM;
 use super::lattice::Lattice;
 use super::lookup::{HEADER, KernelKind, SpectralTable};
 use super::packed::PackedTable;
+use super::progress::Progress;
 use super::spectrum::Spectrum;
 use super::spline::prefilter;
-use super::{TableError, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// Largest table that is built.
-const LIMIT_MB: f64 = 2048.0;
 /// Knots beyond either end of the κ range, so that the spline's ends do not matter (0.27⁶ ≈ 4e-4 of their error).
-const EXTRA_KNOTS: i64 = 6;
+pub(super) const EXTRA_KNOTS: i64 = 6;
 /// Spacing of knots tried first, in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline
 /// on a wave of `a` radians a knot is about `(a/2π)⁴`. As wide as any relief has been seen to allow.
 const KNOT_SPACING: f64 = 13.0;
@@ -63,17 +63,21 @@ pub struct Built {
     pub report: TableReport,
 }
 
-/// Builds the table of `spectrum` to a relative error of `tolerance`.
+/// Share of what is left that a build is taken to be, since another with finer knots may follow.
+const BUILD_SHARE: f64 = 0.8;
+
+/// Builds the table of `spectrum` to a relative error of `tolerance`, however large: [`BuildDemand::check`] tells before
+/// the spectrum is made whether that is too much.
 ///
-/// # Errors
-/// [`TableError::TooLarge`] above 2 GB.
-pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<Built, TableError> {
+/// [`BuildDemand::check`]: super::BuildDemand::check
+pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Built {
     let start = Instant::now();
-    let target = error_share(spectrum, tolerance);
-    let first_spacing = KNOT_SPACING * target.powf(0.25);
+    let target = error_share(spectrum.lattice(), tolerance);
+    let first_spacing = first_spacing(spectrum.lattice(), tolerance);
     let mut spacing = first_spacing;
+    let mut progress = progress.clone();
     loop {
-        let build = Build::new(spectrum, spacing)?;
+        let build = Build { progress: progress.part(0.0, BUILD_SHARE), ..Build::planned(spectrum, spacing) };
         let table = build.table();
         let packed = PackedTable::new(&table, tolerance);
         let relative_error = build.error(&table, &packed);
@@ -86,25 +90,42 @@ pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<Built, TableError> {
                 relative_error,
                 build_seconds: start.elapsed().as_secs_f64(),
             };
-            return Ok(Built { table, packed, report });
+            progress.report(1.0);
+            return Built { table, packed, report };
         }
         let closer = (AIM * target / relative_error).powf(0.25).clamp(*REFINEMENT.start(), *REFINEMENT.end());
         spacing = (spacing * closer).max(REFINEMENT_MIN * first_spacing);
+        progress = progress.part(BUILD_SHARE, 1.0);
     }
 }
 
-/// Size in bytes of the table that [`build`] would make of `spectrum` with the spacing of knots it tries first, beyond the
-/// largest that it builds as well. Refinement, where the first spacing misses the tolerance, may add to it.
-pub fn estimate_bytes(spectrum: &Spectrum, tolerance: f64) -> usize {
-    let build = Build::planned(spectrum, KNOT_SPACING * error_share(spectrum, tolerance).powf(0.25));
-    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
-    4 * nodes + 4 * build.kept_floats()
+/// The part of `tolerance` that the splines of a table may take.
+fn error_share(lattice: &Lattice, tolerance: f64) -> f64 {
+    let nodes = lattice.x.nodes().saturating_mul(lattice.y.nodes());
+    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { lattice.spline_share() }
 }
 
-/// The part of `tolerance` that the splines of a table may take.
-fn error_share(spectrum: &Spectrum, tolerance: f64) -> f64 {
-    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
-    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { spectrum.lattice().spline_share() }
+/// The spacing of knots that is tried first, in units of 1/(half bandwidth).
+pub(super) fn first_spacing(lattice: &Lattice, tolerance: f64) -> f64 {
+    KNOT_SPACING * error_share(lattice, tolerance).powf(0.25)
+}
+
+/// Largest κ of a table in rad/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
+pub(super) fn kappa_range() -> f64 {
+    TAU * 2e3 / WAVELENGTH_MIN_NM
+}
+
+/// Distance of knots in rad/µm for a relief of half range `half_range_um`, `spacing` in units of 1/(half bandwidth).
+pub(super) fn knot_step(kernel: KernelKind, half_range_um: f64, spacing: f64) -> f64 {
+    // Powers are correlations of screens: twice the bandwidth of amplitudes.
+    let bandwidth = if kernel == KernelKind::Power { 2.0 * half_range_um } else { half_range_um };
+    if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_range()) } else { kappa_range() }
+}
+
+/// Floats of a record whose last knot in use is `last_knot`: eight coefficients from the multiple of four at or
+/// below it can be read, whole fours.
+pub(super) fn record_floats(kernel: KernelKind, last_knot: usize) -> usize {
+    HEADER + (last_knot / 4 * 4 + 8) * kernel.components()
 }
 
 /// A node that some pair of directions can reach.
@@ -125,42 +146,26 @@ struct Build<'a> {
     knots: usize,
     /// Symmetric about the middle: the mirror of `kept[i]` is `kept[len − 1 − i]`.
     kept: Vec<Kept>,
+    /// Of the knots.
+    progress: Progress,
 }
 
 impl<'a> Build<'a> {
-    fn new(spectrum: &'a Spectrum, spacing: f64) -> Result<Self, TableError> {
-        let build = Self::planned(spectrum, spacing);
-        let needed_mb = (build.kept_floats() * 4) as f64 / 1e6;
-        if needed_mb > LIMIT_MB {
-            return Err(TableError::TooLarge { needed_mb, limit_mb: LIMIT_MB });
-        }
-        Ok(build)
-    }
-
     /// What would be built, however large.
     fn planned(spectrum: &'a Spectrum, spacing: f64) -> Self {
         let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
-        let kappa_max = TAU * frequency_max;
+        let kappa_max = kappa_range();
         let kernel = spectrum.kernel();
         let h = spectrum.half_range_um();
-        // Powers are correlations of screens: twice the bandwidth of amplitudes.
-        let bandwidth = if kernel == KernelKind::Power { 2.0 * h } else { h };
-        let kappa_step = if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_max) } else { kappa_max };
+        let kappa_step = knot_step(kernel, h, spacing);
         let kappa_knee = if h > 0.0 { 1.0 / h } else { kappa_max };
         let knots = (kappa_max / kappa_step).ceil() as usize + 1;
         let kept = reachable(spectrum.lattice(), frequency_max, kappa_step);
-        Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept }
+        Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept, progress: Progress::none() }
     }
 
-    /// Floats of all records of kept nodes.
-    fn kept_floats(&self) -> usize {
-        self.kept.iter().map(|kept| self.record_floats(kept.last_knot)).sum()
-    }
-
-    /// Floats of a record whose last knot in use is `last_knot`: eight coefficients from the multiple of four at or
-    /// below it can be read, whole fours.
     fn record_floats(&self, last_knot: usize) -> usize {
-        HEADER + (last_knot / 4 * 4 + 8) * self.kernel.components()
+        record_floats(self.kernel, last_knot)
     }
 
     fn table(&self) -> SpectralTable {
@@ -223,11 +228,14 @@ impl<'a> Build<'a> {
             }
         }
         // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel.
+        let done = AtomicUsize::new(0);
         let mut knots: Vec<Vec<Complex64>> = (0..=last)
             .into_par_iter()
             .map(|k| {
                 let kappa = if k == 0 { small } else { k as f64 * self.kappa_step };
                 let scaled = self.scaled(kappa, &at_zero);
+                let before = done.fetch_add(1, Ordering::Relaxed);
+                self.progress.report((before + 1) as f64 / (last + 1) as f64);
                 if k > 0 {
                     return scaled;
                 }

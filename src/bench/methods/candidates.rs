@@ -278,6 +278,7 @@ impl Builder<'_> {
                 tiling: self.options.tiling,
                 tolerance,
                 resolution,
+                build_limit: self.options.build_limit,
             };
             let made = ColourTable::build(self.field, &options).map_err(|source| BenchError::Method {
                 candidate: format!("colour table {options:?}"),
