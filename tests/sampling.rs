@@ -22,10 +22,12 @@ const ROUNDING: f64 = 1e-12;
 const STANDARD_ERRORS: f64 = 4.0;
 /// Bins along either direction cosine.
 const BINS: usize = 40;
-/// Places in a bin along either axis where the density is read, at least and at most, and per standard deviation of a
-/// Gaussian: the edges of bins cut them, and the midpoint rule has to follow.
-const PLACES: (usize, usize) = (8, 64);
-const PLACES_PER_SIGMA: f64 = 2.5;
+/// Places in a bin where the density is read, along an axis on which it is a sum of Gaussians: most of them, and how many to
+/// a standard deviation. The edges of bins cut Gaussians, and the midpoint rule has to follow.
+const PLACES_MAX: usize = 80;
+const PLACES_PER_SIGMA: f64 = 4.0;
+/// The least width of a bin in direction cosines.
+const WIDTH: f64 = 2.0 / BINS as f64;
 /// Bins that reach beyond this radius count with the rest: the density over direction cosines has a pole at 1.
 const RADIUS: f64 = 0.99;
 const SAMPLES: usize = 200_000;
@@ -42,28 +44,56 @@ fn chi_square_tail(chi_square: f64, freedom: f64) -> f64 {
     0.5 * libm::erfc(z / 2f64.sqrt())
 }
 
-/// Probability of the histogram of samples for `wavelengths` under the density for `claimed`.
-fn agreement(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64]) -> f64 {
-    agreement_within(surface, wi, wavelengths, claimed, [-1.0, -1.0], 2.0)
+/// Bins along one axis of the plane of direction cosines.
+#[derive(Clone, Copy)]
+struct Bins {
+    low: f64,
+    width: f64,
+    places: usize,
 }
 
-/// The same with bins only in a square of direction cosines, from its lowest corner on; all else is one bin.
-fn agreement_within(
-    surface: &Surface,
-    wi: Vec3,
-    wavelengths: &[f64],
-    claimed: &[f64],
-    corner: [f64; 2],
-    side: f64,
-) -> f64 {
-    let width = side / BINS as f64;
-    let inside = |bin: usize| {
-        let far = |i: usize, low: f64| (width * i as f64 + low).abs().max((width * (i + 1) as f64 + low).abs());
-        far(bin % BINS, corner[0]).hypot(far(bin / BINS, corner[1])) < RADIUS
-    };
-    let (lattice, (sx, sy)) = (surface.table().lattice(), surface.table().proposal_sigma());
-    let sigma = (sx / lattice.x.period_um).min(sy / lattice.y.period_um) * wavelengths[0] * 1e-3;
-    let places = ((PLACES_PER_SIGMA * width / sigma).ceil() as usize).clamp(PLACES.0, PLACES.1);
+impl Bins {
+    /// Bins over the hemisphere. Where the density is bilinear between nodes and wavelengths are one, bins begin and end at
+    /// nodes: one place in each mesh of the lattice is then exact.
+    fn new(surface: &Surface, axis: usize, wi: Vec3, wavelengths: &[f64]) -> Self {
+        let lattice = surface.table().lattice();
+        let period = [lattice.x.period_um, lattice.y.period_um][axis];
+        let sigma: [f64; 2] = surface.table().proposal_sigma().into();
+        let mesh = wavelengths[0] * 1e-3 / period;
+        match surface.sampler().layout() {
+            SamplerLayout::Square(layout) if layout.axes[axis].sigma.is_none() && wavelengths.len() == 1 => {
+                let places = (WIDTH / mesh).ceil();
+                let low = ((wi[axis] - 1.0) / mesh).floor() * mesh - wi[axis];
+                Self { low, width: places * mesh, places: places as usize }
+            }
+            _ => Self::over(-1.0, WIDTH, mesh * sigma[axis]),
+        }
+    }
+
+    /// Bins for Gaussians of that standard deviation.
+    fn over(low: f64, width: f64, sigma: f64) -> Self {
+        let places = ((PLACES_PER_SIGMA * width / sigma).ceil() as usize).clamp(8, PLACES_MAX);
+        Self { low, width, places }
+    }
+
+    fn far(&self, bin: usize) -> f64 {
+        (self.width * bin as f64 + self.low).abs().max((self.width * (bin + 1) as f64 + self.low).abs())
+    }
+
+    fn place(&self, bin: usize, place: usize) -> f64 {
+        (bin as f64 + (place as f64 + 0.5) / self.places as f64) * self.width + self.low
+    }
+}
+
+/// Probability of the histogram of samples for `wavelengths` under the density for `claimed`.
+fn agreement(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64]) -> f64 {
+    let bins = [0, 1].map(|axis| Bins::new(surface, axis, wi, claimed));
+    agreement_within(surface, wi, wavelengths, claimed, bins)
+}
+
+/// The same with bins of one's own along x and y; all else is one bin.
+fn agreement_within(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64], [x, y]: [Bins; 2]) -> f64 {
+    let inside = |bin: usize| x.far(bin % BINS).hypot(y.far(bin / BINS)) < RADIUS;
     let mut expected: Vec<f64> = (0..BINS * BINS)
         .into_par_iter()
         .map(|bin| {
@@ -71,14 +101,12 @@ fn agreement_within(
                 return 0.0;
             }
             let mut sum = 0.0;
-            for place in 0..places * places {
-                let at = |bin: usize, place: usize| (bin as f64 + (place as f64 + 0.5) / places as f64) * width;
-                let x = at(bin % BINS, place % places) + corner[0];
-                let y = at(bin / BINS, place / places) + corner[1];
+            for place in 0..x.places * y.places {
+                let [x, y] = [x.place(bin % BINS, place % x.places), y.place(bin / BINS, place / x.places)];
                 let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
                 sum += surface.pdf(wi, wo, claimed) / wo[2];
             }
-            sum * width * width / (places * places) as f64
+            sum * x.width * y.width / (x.places * y.places) as f64
         })
         .collect();
     // The last bin holds the rest, with the samples that fall below the horizon.
@@ -88,7 +116,7 @@ fn agreement_within(
     let mut random = Random::new(23);
     for _ in 0..SAMPLES {
         let bin = surface.sample_direction(wi, wavelengths, random.three()).map_or(BINS * BINS, |wo| {
-            let [x, y] = [0, 1].map(|i| ((wo[i] - corner[i]) / width).floor());
+            let [x, y] = [(wo[0], x), (wo[1], y)].map(|(c, bins)| ((c - bins.low) / bins.width).floor());
             let there = [x, y].iter().all(|i| (0.0..BINS as f64).contains(i));
             if there { y as usize * BINS + x as usize } else { BINS * BINS }
         });
@@ -242,11 +270,12 @@ fn narrow_orders_are_drawn_as_their_density_says() {
         let (wi, nm) = (direction(40.0, 20.0), 550.0);
         // The order (1, 0), and ten standard deviations in all.
         let sigma = nm * 1e-3 / (TAU * 2f64.sqrt() * coherence / 4.0);
-        let corner = [nm * 1e-3 / period - wi[0], -wi[1]].map(|c| c - 5.0 * sigma);
-        let p = agreement_within(&surface, wi, &[nm], &[nm], corner, 10.0 * sigma);
+        let bins = [nm * 1e-3 / period - wi[0], -wi[1]]
+            .map(|middle| Bins::over(middle - 5.0 * sigma, 10.0 * sigma / BINS as f64, sigma));
+        let p = agreement_within(&surface, wi, &[nm], &[nm], bins);
         println!("{coherence} µm: p = {p:.4}");
         assert!(p > SIGNIFICANCE, "{coherence} µm, {kind}: {p:e}");
-        let wrong = agreement_within(&surface, wi, &[nm], &[nm + 1e3 * sigma * period], corner, 10.0 * sigma);
+        let wrong = agreement_within(&surface, wi, &[nm], &[nm + 1e3 * sigma * period], bins);
         assert!(wrong < 1e-9, "{coherence} µm, {kind}: {wrong}");
     }
 }
