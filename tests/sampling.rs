@@ -58,7 +58,7 @@ impl Bins {
     fn new(surface: &Surface, axis: usize, wi: Vec3, wavelengths: &[f64]) -> Self {
         let lattice = surface.table().lattice();
         let period = [lattice.x.period_um, lattice.y.period_um][axis];
-        let sigma: [f64; 2] = surface.table().proposal_sigma().into();
+        let sigma: [f64; 2] = surface.table().power_sigma();
         let mesh = wavelengths[0] * 1e-3 / period;
         match surface.sampler().layout() {
             SamplerLayout::Square(layout) if layout.axes[axis].sigma.is_none() && wavelengths.len() == 1 => {
