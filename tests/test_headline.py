@@ -52,11 +52,20 @@ def test_a_quarter_of_the_error_takes_sixteen_times_as_long():
 
 
 @pytest.mark.parametrize(
-    ("seconds", "expected"),
-    [(1e-6, (192, 128)), (0.1, (24, 16)), (0.3, (12, 8)), (100.0, (12, 8))],
+    ("fixed_s", "us_per_pixel", "expected"),
+    [(0, 1, (192, 128)), (0, 100, (48, 32)), (0, 1e5, (12, 8)), (0.05, 1, (192, 128)), (0.05, 40, (48, 32))],
 )
-def test_slow_materials_get_small_pictures(seconds, expected):
-    assert time_to_error.fitting_size(seconds, budget_s=4.0) == expected
+def test_slow_materials_get_small_pictures(fixed_s, us_per_pixel, expected):
+    tried = []
+
+    def seconds_of(size):
+        tried.append(size)
+        return fixed_s + 1e-6 * us_per_pixel * size[0] * size[1]
+
+    assert time_to_error.settled(seconds_of, limit_s=0.4) == expected
+    assert tried[-1] == expected
+    # None but the smallest may take longer than the limit.
+    assert all(size == time_to_error.SIZES[0] or seconds_of(size) <= 0.4 for size in tried)
 
 
 def test_the_ratio_is_of_times_of_the_same_round_and_per_pixel():
@@ -64,10 +73,14 @@ def test_the_ratio_is_of_times_of_the_same_round_and_per_pixel():
     slowness = np.array([1, 1.5, 2, 4, 9.0])
     small, large = pictures(5, size=(4, 6)), pictures(5, noise=NOISE / 2, size=(8, 12))
     found = time_to_error.ways(
-        {"x": list(zip(small, 3.0 * slowness)), REFERENCE: list(zip(large, 4.0 * slowness))},
+        {
+            "x": [time_to_error.Render(image, 3 * slow, 6.0) for image, slow in zip(small, slowness)],
+            REFERENCE: [time_to_error.Render(image, 4 * slow, 8.0) for image, slow in zip(large, slowness)],
+        }
     )
     assert [way["name"] for way in found] == ["x", REFERENCE]
     assert [way["time_ratio"]["median"] for way in found] == pytest.approx([3.0, 1.0])
+    assert [way["cpu_ratio"]["median"] for way in found] == pytest.approx([3.0, 1.0])
     assert found[0]["seconds"] == pytest.approx(6.0 * time_to_error.NOMINAL_PIXELS / 24)
     expected = 3 * (found[0]["error"] / found[1]["error"]) ** 2
     assert found[0]["error_time_ratio"] == pytest.approx(expected)
@@ -133,7 +146,7 @@ def test_the_other_scenes_show_something(name):
     use_variant("scalar_spectral")
     scene = next(scene for scene in scenes() if scene.name == name)
     bsdf = bsdf_of(scene)
-    image, _ = time_to_error.render(scene.load(bsdf, (24, 16), spp=4), seed=0)
+    image = time_to_error.render(scene.load(bsdf, (24, 16), spp=4), seed=0).image
     assert np.all(np.isfinite(image))
     assert image.mean() > 1e-3
 
@@ -150,7 +163,7 @@ def test_calls_take_time():
 
 
 def test_the_report_has_a_line_for_each_figure():
-    way = {"name": REFERENCE, "seconds": 1.0, "time_ratio": {"median": 1.0}, "error": 0.1}
+    way = {"name": REFERENCE, "seconds": 1.0, "time_ratio": {"median": 1.0}, "cpu_ratio": {"median": 1.0}, "error": 0.1}
     cell = {"scene": "sphere", "variant": "scalar_rgb", "rounds": 3}
     made = {
         "nominal_pixels": 65_536,

@@ -65,8 +65,8 @@ def main(variant: str, name: str, *words: str) -> None:
     load_s = time.perf_counter() - start
     if ONLY_TABLES in words:
         return
-    _, render_s = render(sphere.load(bsdf, SIZE), seed=0)
-    print(json.dumps({"load_s": load_s, "render_s": render_s}))
+    rendered = render(sphere.load(bsdf, SIZE), seed=0)
+    print(json.dumps({"load_s": load_s, "render_s": rendered.seconds}))
 
 
 if __name__ == "__main__":

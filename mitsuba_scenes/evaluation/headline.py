@@ -59,13 +59,13 @@ def lines(made: dict) -> list[str]:
     """The figures as text."""
     side = round(made["nominal_pixels"] ** 0.5)
     found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]
-    heads = f"{'s':>10}{'/ rough':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"
+    heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"
     found.append(f"{'scene':8}{'variant':18}{'material':16}{heads}")
     for cell in made["cells"]:
         for way in cell["ways"]:
             found.append(
                 f"{cell['scene']:8}{cell['variant']:18}{way['name']:16}{way['seconds']:10.3g}"
-                f"{way['time_ratio']['median']:9.2f}{way['error']:9.1%}{way['seconds_to_error']:11.3g}"
+                f"{way['time_ratio']['median']:9.2f}{way['cpu_ratio']['median']:9.2f}{way['error']:9.1%}{way['seconds_to_error']:11.3g}"
                 f"{way['error_time_ratio']:9.3g}{cell['rounds']:8}"
             )
     found += ["", f"{'ns per call':26}{'material':16}" + "".join(f"{call:>10}" for call in bsdf_calls.CALLS)]

@@ -9,6 +9,8 @@ from __future__ import annotations
 import gc
 import math
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import mitsuba as mi
 import numpy as np
@@ -30,9 +32,9 @@ NOMINAL_PIXELS = 256 * 256
 # Rounds of a cell. The least number has a median and some idea of the noise; a cell that has fewer says so by `rounds`.
 ROUNDS_MIN, ROUNDS_MAX = 3, 25
 # Rounds that the size is chosen for.
-ROUNDS_AIM = 6
+ROUNDS_AIM = 4
 # Seconds a cell may take when nobody says, without making tables and compiling.
-BUDGET_S = 8.0
+BUDGET_S = 6.0
 
 
 def relative_error(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> float:
@@ -63,52 +65,81 @@ def seconds_to_error(seconds: float, error: float, aim: float = ERROR) -> float:
     return seconds * (error / aim) ** 2
 
 
-def fitting_size(seconds_at_smallest: float, budget_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
-    """The largest size of which ROUNDS_AIM rounds fit into the budget; the smallest where none do."""
-    smallest = pixels(sizes[0])
-    fitting = [size for size in sizes if ROUNDS_AIM * seconds_at_smallest * pixels(size) / smallest <= budget_s]
-    return max(fitting, key=pixels, default=sizes[0])
+def settled(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
+    """A size that takes no longer than the limit, climbed to from the smallest in strides of two where it can.
+
+    A step is only taken where it fits even if all of the time were in proportion to pixels, so that a fixed cost makes
+    for more steps, and never for too large a picture.
+    """
+    place = 0
+    while True:
+        seconds = seconds_of(sizes[place])
+        fitting = [
+            further
+            for further in (place + 1, place + 2)
+            if further < len(sizes) and seconds * pixels(sizes[further]) / pixels(sizes[place]) <= limit_s
+        ]
+        if not fitting:
+            return sizes[place]
+        place = max(fitting)
 
 
 def pixels(size: tuple[int, int]) -> int:
     return size[0] * size[1]
 
 
-def render(scene: mi.Scene, seed: int) -> tuple[np.ndarray, float]:
-    """Linear sRGB, and seconds."""
-    start = time.perf_counter()
+@dataclass(frozen=True)
+class Render:
+    """Linear sRGB (rows, columns, 3), and what it took: by the clock, and of all threads' work."""
+
+    image: np.ndarray
+    seconds: float
+    cpu_s: float
+
+
+def render(scene: mi.Scene, seed: int) -> Render:
+    """One picture; the first of a kernel compiles it."""
+    start, cpu = time.perf_counter(), time.process_time()
     image = np.array(mi.render(scene, seed=seed), dtype=np.float64)[:, :, :3]
-    return image, time.perf_counter() - start
+    return Render(image, time.perf_counter() - start, time.process_time() - cpu)
 
 
-def warm_up(scenes: dict[str, mi.Scene], compiled: bool) -> None:
-    """Compiles the kernels, where the variant has any: once, and once more when the seed first changes."""
-    for seed in (0, 1) if compiled else ():
-        for scene in scenes.values():
-            render(scene, seed)
+def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
+    """Another size of the picture. A scene that is loaded anew would have everybody's kernels compiled anew: they list
+    whatever there is."""
+    parameters = mi.traverse(scene)
+    parameters["sensor.film.size"] = list(size)
+    parameters["sensor.film.crop_size"] = list(size)
+    parameters.update()
 
 
 def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> dict:
     """Times, errors and ratios of a cell."""
     use_variant(variant, fall_back=False)
-    compiled = not variant.startswith("scalar")
     bsdfs = {name: mi.load_dict(bsdf) for name, bsdf in scene.bsdfs().items()}
     scenes = {name: scene.load(bsdf, SIZES[0]) for name, bsdf in bsdfs.items()}
-    warm_up(scenes, compiled)
-    pilots = {name: render(each, seed=2)[1] for name, each in scenes.items()}
-    sizes = {name: fitting_size(pilot, budget_s / len(pilots)) for name, pilot in pilots.items()}
-    grown = {name: scene.load(bsdfs[name], size) for name, size in sizes.items() if size != SIZES[0]}
-    warm_up(grown, compiled)
-    scenes |= grown
-    runs: dict[str, list] = {name: [] for name in scenes}
+
+    def seconds(name: str, size: tuple[int, int]) -> float:
+        resize(scenes[name], size)
+        if not variant.startswith("scalar"):
+            # Compiles the kernel, which has the size in it.
+            render(scenes[name], seed=1)
+        rendered = render(scenes[name], seed=2)
+        # On a busy machine a short render is mostly waiting, which says nothing of a longer one.
+        return min(rendered.seconds, rendered.cpu_s)
+
+    for name in scenes:
+        settled(lambda size, name=name: seconds(name, size), budget_s / len(scenes) / ROUNDS_AIM)
+    runs: dict[str, list[Render]] = {name: [] for name in scenes}
     start = time.perf_counter()
     while (rounds := len(runs[REFERENCE])) < ROUNDS_MAX and (
         rounds < ROUNDS_MIN or (time.perf_counter() - start) * (rounds + 1) / rounds < budget_s
     ):
-        for name, each in scenes.items():
-            runs[name].append(render(each, seed=3 + rounds))
+        for name in scenes:
+            runs[name].append(render(scenes[name], seed=3 + rounds))
     # What is not collected is still listed in the kernels of the next cell.
-    del scenes, grown, bsdfs
+    scenes.clear()
+    bsdfs.clear()
     gc.collect()
     return {
         "scene": scene.name,
@@ -120,20 +151,22 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
     }
 
 
-def ways(runs: dict[str, list[tuple[np.ndarray, float]]]) -> list[dict]:
-    """The figures of each material out of its pictures and their seconds, held against REFERENCE.
+def ways(runs: dict[str, list[Render]]) -> list[dict]:
+    """The figures of each material out of its renders, held against REFERENCE.
 
     All times are those of a picture of NOMINAL_PIXELS, in proportion to the pixels. `time_ratio` is at equal samples a
-    pixel, and of the same round. `error_time_ratio` is of the times to equal relative error, each against its own
-    converged picture.
+    pixel, and of the same round; `cpu_ratio` is the same of the work of all threads, which other programs on the
+    machine hardly change. `error_time_ratio` is of the times to equal relative error, each against its own converged
+    picture.
     """
-    times, found = {}, []
+    times, cpu, found = {}, {}, []
     for name, made in runs.items():
-        height, width = made[0][0].shape[:2]
+        height, width = made[0].image.shape[:2]
         scale = NOMINAL_PIXELS / (width * height)
-        times[name] = {"renders_s": [seconds * scale for _, seconds in made]}
+        times[name] = {"renders_s": [each.seconds * scale for each in made]}
+        cpu[name] = {"renders_s": [each.cpu_s * scale for each in made]}
         seconds = float(np.median(times[name]["renders_s"]))
-        judged = noise(np.array([image for image, _ in made]))
+        judged = noise(np.array([each.image for each in made]))
         found.append(
             {
                 "name": name,
@@ -141,13 +174,13 @@ def ways(runs: dict[str, list[tuple[np.ndarray, float]]]) -> list[dict]:
                 "rendered_s": seconds / scale,
                 "seconds": seconds,
                 **judged,
-                "mean": float(np.mean([image.mean() for image, _ in made])),
+                "mean": float(np.mean([each.image.mean() for each in made])),
                 "seconds_to_error": seconds_to_error(seconds, judged["error"]),
             }
         )
-    against = ratios(times, REFERENCE)
+    of_times, of_cpu = ratios(times, REFERENCE), ratios(cpu, REFERENCE)
     base = next(way for way in found if way["name"] == REFERENCE)
     for way in found:
-        way["time_ratio"] = against[way["name"]]
+        way["time_ratio"], way["cpu_ratio"] = of_times[way["name"]], of_cpu[way["name"]]
         way["error_time_ratio"] = way["seconds_to_error"] / base["seconds_to_error"]
     return found
