@@ -88,13 +88,13 @@ demo: plugin
 	$(CARGO) build --release --bin sunbeam --features gpu
 	$(PY) -m mitsuba_scenes.demo
 
-# What the methods cost and how far off they are, what the sampler and the BSDF cost in Mitsuba, and the C ABI's
-# throughput; about ten minutes. `make figures` writes the same into pages.
+# What the plugin costs in Mitsuba beside roughconductor, what the methods cost and how far off they are, how evenly the
+# sampler weighs, and the C ABI's throughput; about ten minutes. `make figures` writes the same into pages.
 bench: plugin library tool
 	@mkdir -p out/bench
+	$(PY) benches/mitsuba_cost.py --json out/bench/mitsuba.json
 	target/release/sunbeam bench --what methods --json out/bench/methods.json --plot out/bench/methods.svg
 	target/release/sunbeam bench --what sampler --json out/bench/sampler.json
-	$(PY) benches/mitsuba_cost.py
 	$(CC) -std=c11 -O2 -I $(LIBRARY)/include benches/batch.c -o $(LIBRARY)/batch -L $(LIBRARY)/lib -lsunbeam \
 		-Wl,-rpath,$(CURDIR)/$(LIBRARY)/lib -lpthread -lm
 	$(LIBRARY)/batch | tee out/bench/batch.json
