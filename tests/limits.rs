@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use sunbeam::cache::Cache;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
-use sunbeam::methods::{ColourTable, ColourTableOptions, MethodError};
+use sunbeam::methods::{ColourTable, ColourTableOptions, ColourTableError};
 use sunbeam::reflectance::{Options, Surface};
 use sunbeam::table::{BuildDemand, Model, Progress, Purpose, TableError, Tiling};
 
@@ -211,7 +211,7 @@ fn the_limit_is_raised_by_one_number() {
         build_limit: 1.0,
     };
     let error = ColourTable::build(&HeightField::new(heights, 0.1, 0.1).unwrap(), &options).err();
-    assert!(matches!(error, Some(MethodError::Table(TableError::TooMuch { .. }))), "{error:?}");
+    assert!(matches!(error, Some(ColourTableError::Table(TableError::TooMuch { .. }))), "{error:?}");
     // From the configuration to the check.
     let config = SurfaceConfig::from_json(r#"{"preset": "sinusoidal", "height": 250, "build_limit": 50}"#).unwrap();
     let demand = config.options().demand(&config.height_field().unwrap());
