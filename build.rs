@@ -40,14 +40,19 @@ mod mitsuba {
     /// The layout of Mitsuba's classes is no interface and changes between releases, so these are exact.
     const WHEELS: [(&str, &str); 3] = [("mitsuba", "3.9.1"), ("drjit", "1.5.0"), ("nanobind", "2.14.0")];
 
-    const SOURCES: [&str; 6] = [
+    const SOURCES: [&str; 8] = [
         "cpp_shim/checks.cpp",
         "cpp_shim/diffraction.cpp",
+        "cpp_shim/jit.cpp",
+        "cpp_shim/jit_tests.cpp",
         "cpp_shim/parameters.cpp",
         "cpp_shim/variants_cuda.cpp",
         "cpp_shim/variants_llvm.cpp",
         "cpp_shim/variants_scalar.cpp",
     ];
+
+    /// The Rust files that declare what crosses the boundary.
+    const BRIDGES: [&str; 3] = ["src/mitsuba/bridge.rs", "src/mitsuba/jit.rs", "src/mitsuba/jit_tests.rs"];
 
     /// Dr.Jit turns small arrays into SIMD registers where the instruction set allows it, which changes layouts and
     /// the calling convention: without the wheel's `-march` the plugin loads and renders garbage.
@@ -64,7 +69,9 @@ mod mitsuba {
 
     pub fn build() -> Result<(), String> {
         println!("cargo:rerun-if-changed=cpp_shim");
-        println!("cargo:rerun-if-changed=src/mitsuba_plugin.rs");
+        for bridge in BRIDGES {
+            println!("cargo:rerun-if-changed={bridge}");
+        }
         println!("cargo:rerun-if-env-changed=SUNBEAM_PYTHON");
         let (os, arch) = (env::var("CARGO_CFG_TARGET_OS"), env::var("CARGO_CFG_TARGET_ARCH"));
         if os.as_deref() != Ok("linux") || arch.as_deref() != Ok("x86_64") {
@@ -72,7 +79,7 @@ mod mitsuba {
         }
         let [mitsuba, drjit, nanobind] = find_wheels()?;
 
-        let mut shim = cxx_build::bridge("src/mitsuba_plugin.rs");
+        let mut shim = cxx_build::bridges(BRIDGES);
         shim.std("c++17").opt_level(2).debug(false).warnings(true).define("NDEBUG", None);
         shim.includes(["cpp_shim"]);
         // As system headers: their warnings are not ours to mend.

@@ -10,7 +10,7 @@
 #include <drjit/while_loop.h>
 #include <mitsuba/render/bsdf.h>
 
-#include "sunbeam/src/mitsuba_plugin.rs.h"
+#include "sunbeam/src/mitsuba/bridge.rs.h"
 
 namespace sunbeam {
 

@@ -31,4 +31,4 @@ pub mod table;
 pub mod transform;
 
 #[cfg(feature = "mitsuba")]
-mod mitsuba_plugin;
+mod mitsuba;

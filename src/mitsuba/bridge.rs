@@ -1,15 +1,12 @@
-//! The boundary between the Rust core and the Mitsuba plugin in `cpp_shim/`: all of it is in this file.
-//!
-//! Every function that C++ calls runs inside [`guard()`]: an error or a panic becomes an `Err`, which cxx throws as a C++
-//! exception and the plugin rethrows as one of Mitsuba's. Only [`init_plugin`] is meant for others to call.
+//! What C++ asks of a surface. Every function that C++ calls runs inside [`guard()`]: an error or a panic becomes an
+//! `Err`, which cxx throws as a C++ exception and the plugin rethrows as one of Mitsuba's.
 
-use std::ffi::{c_char, c_void};
-
+use super::describe::describe;
 use crate::cache::{Cache, Origin};
-use crate::config::{BuildError, Source, SurfaceConfig};
+use crate::config::{BuildError, SurfaceConfig};
 use crate::guard::{Panic, guard};
 use crate::reflectance::{
-    self, ANYWHERE_SHARE, CellShares, FOLD_COS_MAX, Obliquity, Proposal, Shade, SurfaceReport, UNIFORM_SHARE,
+    self, ANYWHERE_SHARE, CellShares, FOLD_COS_MAX, Obliquity, Proposal, Shade, UNIFORM_SHARE,
     WavelengthWeights,
 };
 use crate::table::{KernelKind, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -166,7 +163,7 @@ impl Surface {
 
     fn describe(&self) -> Result<String, PluginError> {
         guard(|| {
-            Ok(format!("{}; {}", describe_config(&self.config), describe_tables(self.core.report(), &self.origin)))
+            Ok(describe(&self.config, self.core.report(), &self.origin))
         })
     }
 
@@ -337,65 +334,4 @@ fn check_version(compiled: &str, running: &str) -> Result<(), PluginError> {
             if running.is_empty() { "a Mitsuba of unknown version".into() } else { format!("Mitsuba {running}") };
         Err(PluginError::Version { compiled: compiled.into(), running })
     })
-}
-
-fn describe_config(config: &SurfaceConfig) -> String {
-    let source = match config.source() {
-        Source::Preset(preset) => {
-            let size = |name, given: Option<f64>| given.map(|v| format!(", {name} {v} µm")).unwrap_or_default();
-            format!("{}{}{}", preset.name(), size("period", config.period), size("height", config.height))
-        }
-        Source::File(path) => path.display().to_string(),
-    };
-    // The parameters' own spelling.
-    let name = |choice: &dyn std::fmt::Debug| format!("{choice:?}").to_lowercase();
-    format!(
-        "{source}; {} over {} µm, {} tiling, {} obliquity, level {}, conserve_energy {}, shadowing {}, tolerance {:e}",
-        name(&config.model),
-        config.coherence_length,
-        name(&config.tiling()),
-        name(&config.obliquity),
-        config.level(),
-        config.conserve_energy(),
-        config.shadowing,
-        config.tolerance
-    )
-}
-
-fn describe_tables(report: &SurfaceReport, origin: &Origin) -> String {
-    let table = &report.table;
-    let scaled = report.energy.map_or(String::new(), |energy| {
-        format!(
-            ", mean albedo {:.4} scaled from {:.4} to conserve energy",
-            energy.albedo_mean_scaled, energy.albedo_mean_unscaled
-        )
-    });
-    format!(
-        "tables of {:.2} MB, {origin} ({:.2} s to build), {} x {} look-ups of {} nodes with {} knots, relative error {:.1e}{scaled}",
-        report.bytes as f64 / 1e6,
-        report.build_seconds,
-        table.taps.0,
-        table.taps.1,
-        table.nodes,
-        table.kappa_knots,
-        table.relative_error
-    )
-}
-
-// SAFETY: `cpp_shim/diffraction.cpp` defines this function with exactly this signature on the x86-64 System V ABI,
-// where a `std::string_view` by value is `{length, pointer}` in two integer registers.
-unsafe extern "C-unwind" {
-    fn sunbeam_register_variants(name_len: usize, name: *const c_char, register: *const c_void);
-}
-
-/// The symbol that Mitsuba looks up in a plugin: `void init_plugin(std::string_view, PluginRegisterFn)`.
-///
-/// It is here and not in C++ because Cargo exports only Rust symbols from a `cdylib`. C++ exceptions pass through.
-///
-/// # Safety
-/// Only for Mitsuba's plugin manager, with arguments as in `mitsuba/core/object.h`.
-#[unsafe(no_mangle)] // SAFETY: no other symbol of this name exists in a plugin; Mitsuba prescribes it.
-pub unsafe extern "C-unwind" fn init_plugin(name_len: usize, name: *const c_char, register: *const c_void) {
-    // SAFETY: the arguments are handed on as they came; the callee has the signature that Mitsuba calls.
-    unsafe { sunbeam_register_variants(name_len, name, register) }
 }
