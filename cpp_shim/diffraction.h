@@ -89,7 +89,7 @@ public:
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
         active &= Frame3f::cos_theta(bs.wo) > 0.f;
 
-        const auto [value, pdf] = evaluate(local, lobes, si, bs.wo, active);
+        const auto [value, pdf] = evaluate<true, true>(local, lobes, si, bs.wo, active);
         active &= pdf > 0.f;
         bs.pdf                           = dr::select(active, pdf, 0.f);
         const UnpolarizedSpectrum weight = dr::select(active, value / pdf, 0.f);
@@ -98,22 +98,17 @@ public:
 
     Spectrum eval(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                   Mask active) const override {
-        return eval_pdf(ctx, si, wo, active).first;
+        return depolarizer<Spectrum>(answer<true, false>(ctx, si, wo, active).first);
     }
 
     Float pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const override {
-        return eval_pdf(ctx, si, wo, active).second;
+        return answer<false, true>(ctx, si, wo, active).second;
     }
 
     std::pair<Spectrum, Float> eval_pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                                         Mask active) const override {
-        MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
-        active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
-        const Lobes lobes(*this, ctx);
-        if (unlikely(lobes.none() || dr::none_or<false>(active)))
-            return { 0.f, 0.f };
-        const auto [value, pdf] = evaluate(localise(si, lobes, active), lobes, si, wo, active);
-        return { depolarizer<Spectrum>(value) & active, dr::select(active, pdf, 0.f) };
+        const auto [value, pdf] = answer<true, true>(ctx, si, wo, active);
+        return { depolarizer<Spectrum>(value), pdf };
     }
 
     std::tuple<Spectrum, Float, BSDFSample3f, Spectrum>
@@ -204,24 +199,45 @@ private:
         return local;
     }
 
-    /// Value times cosine and density of all wanted lobes: the one routine behind eval, pdf, and sample.
+    /// `evaluate` where both directions lie above the surface, zero elsewhere.
+    template <bool Value, bool Density>
+    std::pair<UnpolarizedSpectrum, Float> answer(const BSDFContext &ctx, const SurfaceInteraction3f &si,
+                                                 const Vector3f &wo, Mask active) const {
+        MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
+        active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
+        const Lobes lobes(*this, ctx);
+        if (unlikely(lobes.none() || dr::none_or<false>(active)))
+            return { 0.f, 0.f };
+        const auto [value, pdf] = evaluate<Value, Density>(localise(si, lobes, active), lobes, si, wo, active);
+        return { value & active, dr::select(active, pdf, 0.f) };
+    }
+
+    /// Value times cosine, density, or both, of all wanted lobes: the one routine behind eval, pdf, and sample.
+    template <bool Value, bool Density>
     std::pair<UnpolarizedSpectrum, Float> evaluate(const Local &local, const Lobes &lobes,
                                                    const SurfaceInteraction3f &si, const Vector3f &wo,
                                                    Mask active) const {
         UnpolarizedSpectrum value(0.f);
         Float pdf(0.f);
         if (lobes.diffraction) {
-            const auto lobe = m_lobe.eval_pdf(local.to_grating(si.wi), local.to_grating(wo), si.wavelengths, active);
+            const Vector3f wi_grating = local.to_grating(si.wi), wo_grating = local.to_grating(wo);
+            if constexpr (Value && Density)
+                std::tie(value, pdf) = m_lobe.eval_pdf(wi_grating, wo_grating, si.wavelengths, active);
+            else if constexpr (Value)
+                value = m_lobe.eval(wi_grating, wo_grating, si.wavelengths, active);
+            else
+                pdf = m_lobe.pdf(wi_grating, wo_grating, si.wavelengths, active);
             // Of the angle of either direction with the half vector. The dot product with one of them would tell them
             // apart by their rounding, which near the horizon is as large as this cosine.
-            const Float cos_half = dr::minimum(.5f * dr::norm(si.wi + wo), 1.f);
-            value                = local.reflectance(cos_half) * lobe.value;
-            pdf                  = local.prob_diffraction * lobe.pdf;
+            if constexpr (Value)
+                value *= local.reflectance(dr::minimum(.5f * dr::norm(si.wi + wo), 1.f));
+            pdf *= local.prob_diffraction;
         }
         if (lobes.diffuse) {
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
-            value += local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
-                     local.remainder(Frame3f::cos_theta(wo)) * lambertian;
+            if constexpr (Value)
+                value += local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
+                         local.remainder(Frame3f::cos_theta(wo)) * lambertian;
             pdf += (1.f - local.prob_diffraction) * lambertian;
         }
         return { value, pdf };

@@ -9,30 +9,24 @@
 #include <mitsuba/core/warp.h>
 #include <mitsuba/render/bsdf.h>
 
+#include "lobe.h"
 #include "proposal.h"
 
 namespace sunbeam {
 
-/// Value and density of the lobe for a pair of directions; the value contains cosθo and no Fresnel reflectance.
-template <typename Float, typename UnpolarizedSpectrum> struct LobeValue {
-    UnpolarizedSpectrum value;
-    Float pdf;
-};
-
-/// Diffraction by one surface. Directions are in the grating's frame and point away from the surface; both cosines
+/// Diffraction by one surface, integrated over wavelength. Directions are in the grating's frame and point away from the surface; both cosines
 /// are positive where `active` holds. Wavelengths are in nm in spectral variants and empty in the others, which
 /// integrate over wavelength.
-template <typename Float, typename Spectrum> class DiffractionLobe {
+template <typename Float, typename Spectrum> class IntegratedLobe {
 public:
     using UnpolarizedSpectrum        = mitsuba::unpolarized_spectrum_t<Spectrum>;
     using Wavelength                 = mitsuba::wavelength_t<Spectrum>;
     using Vector3f                   = mitsuba::Vector<Float, 3>;
     using Point2f                    = mitsuba::Point<Float, 2>;
     using Mask                       = drjit::mask_t<Float>;
-    using Value                      = LobeValue<Float, UnpolarizedSpectrum>;
-    static constexpr bool IsSpectral = mitsuba::is_spectral_v<Spectrum>;
+    using Value                      = std::pair<UnpolarizedSpectrum, Float>;
 
-    explicit DiffractionLobe(rust::Box<Surface> surface)
+    explicit IntegratedLobe(rust::Box<Surface> surface)
         : m_surface(std::move(surface)), m_tables(*m_surface), m_proposal(*m_surface) {}
 
     /// The value is differentiable by both directions. The density is not: it belongs to the sampler, not to the
@@ -41,24 +35,25 @@ public:
         Value answer = detached(dr::detach(wi), dr::detach(wo), wavelengths, active);
         if constexpr (dr::is_diff_v<Float>)
             if (dr::grad_enabled(wi) || dr::grad_enabled(wo))
-                answer.value += first_order(wi, wo, wavelengths, active);
+                answer.first += first_order(wi, wo, wavelengths, active);
         return answer;
     }
 
+    UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &w, const Mask &active) const {
+        return eval_pdf(wi, wo, w, active).first;
+    }
+
+    Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &w, const Mask &active) const {
+        return eval_pdf(wi, wo, w, active).second;
+    }
+
     /// A direction from three uniform variates; its density is that of `eval_pdf`. Zero where there is none.
-    Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
+    Vector3f sample(const Vector3f &wi, const Wavelength &, const Float &sample1, const Point2f &sample2,
                     const Mask &active) const {
         const float share  = float(m_tables.layout().uniform_share);
         const Mask uniform = sample1 < share;
         Float rest         = dr::maximum((sample1 - share) / (1.f - share), 0.f), wavelength_nm;
-        if constexpr (IsSpectral) {
-            constexpr size_t N = UnpolarizedSpectrum::Size;
-            wavelength_nm      = wavelengths[0];
-            for (size_t k = 1; k < N; ++k)
-                wavelength_nm = dr::select(rest * float(N) >= float(k), wavelengths[k], wavelength_nm);
-        } else {
-            wavelength_nm = mitsuba::sample_rgb_spectrum(rest).first;
-        }
+        wavelength_nm = mitsuba::sample_rgb_spectrum(rest).first;
         const Vector3f order = m_proposal.sample(m_tables, wi, in_range(wavelength_nm), sample2, active && !uniform);
         const Float z = 1.f - sample2.x(), r = dr::safe_sqrt(1.f - z * z);
         const auto [sin, cos] = dr::sincos(dr::TwoPi<Float> * sample2.y());
@@ -70,15 +65,8 @@ public:
 private:
     template <size_t N> using Wide = dr::Array<Float, N>;
 
-    Value detached(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
-        if constexpr (IsSpectral) {
-            constexpr size_t N = UnpolarizedSpectrum::Size;
-            Wide<N> value;
-            const Float pdf = carried<N>(wi, wo, carried_nm(wavelengths), active, value);
-            return { UnpolarizedSpectrum(value), pdf };
-        } else {
-            return integrated(wi, wo, active);
-        }
+    Value detached(const Vector3f &wi, const Vector3f &wo, const Wavelength &, const Mask &active) const {
+        return integrated(wi, wo, active);
     }
 
     /// Zero, with the derivatives of the value by the components of both directions, from central differences.
@@ -114,7 +102,7 @@ private:
                     // What is left of the steps in single precision.
                     distance = dr::select(moves, (here + step) - (here - step), distance);
                 }
-                const UnpolarizedSpectrum value = detached(to[0], to[1], wavelengths, active).value;
+                const UnpolarizedSpectrum value = detached(to[0], to[1], wavelengths, active).first;
                 for (uint32_t c = 0; c < 6; ++c)
                     slopes[c] += dr::select((i >> 1) == c, value * (sign / distance), 0.f);
                 i += 1;
@@ -129,38 +117,6 @@ private:
     Float in_range(const Float &wavelength_nm) const {
         return dr::clip(wavelength_nm, float(m_tables.layout().wavelength_min_nm),
                         float(m_tables.layout().wavelength_max_nm));
-    }
-
-    Wide<4> carried_nm(const Wavelength &wavelengths) const {
-        Wide<4> result;
-        for (size_t k = 0; k < 4; ++k)
-            result[k] = in_range(wavelengths[k]);
-        return result;
-    }
-
-    /// `f_r cosθo` at each wavelength into `value`; returns the density, the mean of each one's. One wavelength after
-    /// the other: side by side they would make a kernel four times as long, which takes as much longer to compile.
-    template <size_t N> Float carried(const Vector3f &wi, const Vector3f &wo, const Wide<N> &wavelength_nm,
-                                      const Mask &active, Wide<N> &value) const {
-        using UInt32 = typename Tables<Float>::UInt32;
-        UInt32 k(0);
-        Float density(0.f);
-        value                      = 0.f;
-        dr::tie(k, value, density) = dr::while_loop(
-            dr::make_tuple(k, value, density),
-            [&](const UInt32 &k, const Wide<N> &, const Float &) { return active && k < uint32_t(N); },
-            [&](UInt32 &k, Wide<N> &value, Float &density) {
-                Float nm = wavelength_nm[0];
-                for (uint32_t i = 1; i < N; ++i)
-                    nm = dr::select(k == i, wavelength_nm[i], nm);
-                Float here;
-                density += at_wavelength(wi, wo, nm, active, here);
-                for (uint32_t i = 0; i < N; ++i)
-                    value[i] = dr::select(k == i, here, value[i]);
-                k += 1;
-            },
-            "carried wavelengths");
-        return density / float(N);
     }
 
     /// `f_r cosθo` at one wavelength into `value`; returns its density.
@@ -243,43 +199,37 @@ private:
     Proposal<Float> m_proposal;
 
 public:
-    DRJIT_TRAVERSE(DiffractionLobe, m_tables, m_proposal)
+    DRJIT_TRAVERSE(IntegratedLobe, m_tables, m_proposal)
 };
 
 /// Scalar variants ask the Rust core, ray by ray.
-template <typename Spectrum> class DiffractionLobe<float, Spectrum> {
+template <typename Spectrum> class IntegratedLobe<float, Spectrum> {
 public:
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
     using Wavelength          = mitsuba::wavelength_t<Spectrum>;
     using Vector3f            = mitsuba::Vector<float, 3>;
     using Point2f             = mitsuba::Point<float, 2>;
-    using Value               = LobeValue<float, UnpolarizedSpectrum>;
+    using Value               = std::pair<UnpolarizedSpectrum, float>;
 
-    explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)) {}
+    explicit IntegratedLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)) {}
 
-    Value eval_pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, bool /*active*/) const {
-        if constexpr (mitsuba::is_spectral_v<Spectrum>) {
-            std::array<float, UnpolarizedSpectrum::Size> nm, values{};
-            std::copy_n(wavelengths.data(), nm.size(), nm.begin());
-            const float pdf = m_surface->eval_pdf(array(wi), array(wo), rust::Slice<const float>(nm.data(), nm.size()),
-                                                  rust::Slice<float>(values.data(), values.size()));
-            UnpolarizedSpectrum value;
-            std::copy_n(values.begin(), values.size(), value.data());
-            return { value * wo.z(), pdf };
-        } else {
-            std::array<float, 4> rgb_y;
-            const float pdf = m_surface->eval_pdf_integrated(array(wi), array(wo), rgb_y);
-            return { UnpolarizedSpectrum(rgb_y[0], rgb_y[1], rgb_y[2]) * wo.z(), pdf };
-        }
+    Value eval_pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &, bool /*active*/) const {
+        std::array<float, 4> rgb_y;
+        const float pdf = m_surface->eval_pdf_integrated(array(wi), array(wo), rgb_y);
+        return { UnpolarizedSpectrum(rgb_y[0], rgb_y[1], rgb_y[2]) * wo.z(), pdf };
     }
 
-    Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, float sample1, const Point2f &sample2,
+    UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &w, bool active) const {
+        return eval_pdf(wi, wo, w, active).first;
+    }
+
+    float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &w, bool active) const {
+        return eval_pdf(wi, wo, w, active).second;
+    }
+
+    Vector3f sample(const Vector3f &wi, const Wavelength &, float sample1, const Point2f &sample2,
                     bool /*active*/) const {
-        std::array<float, mitsuba::is_spectral_v<Spectrum> ? UnpolarizedSpectrum::Size : 0> nm;
-        if constexpr (mitsuba::is_spectral_v<Spectrum>)
-            std::copy_n(wavelengths.data(), nm.size(), nm.begin());
-        const auto wo = m_surface->sample(array(wi), rust::Slice<const float>(nm.data(), nm.size()),
-                                          { sample1, sample2.x(), sample2.y() });
+        const auto wo = m_surface->sample_integrated(array(wi), { sample1, sample2.x(), sample2.y() });
         return { wo[0], wo[1], wo[2] };
     }
 
@@ -290,5 +240,10 @@ private:
 
     rust::Box<Surface> m_surface;
 };
+
+/// The lobe of a variant.
+template <typename Float, typename Spectrum>
+using DiffractionLobe = std::conditional_t<mitsuba::is_spectral_v<Spectrum>, SpectralLobe<Float, Spectrum>,
+                                           IntegratedLobe<Float, Spectrum>>;
 
 } // namespace sunbeam

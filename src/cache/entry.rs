@@ -11,7 +11,7 @@ const HEADER: usize = MAGIC.len() + 2 * HASH;
 const CODE: &str = env!("SUNBEAM_TABLES_CODE");
 
 /// What a surface's tables depend on, hashed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Key(blake3::Hash);
 
 impl Key {

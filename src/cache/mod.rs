@@ -7,14 +7,17 @@
 
 mod entry;
 mod folder;
+mod shared;
 
 use crate::height_field::HeightField;
 use crate::reflectance::{Options, Surface};
 use crate::table::TableError;
 use entry::Key;
 use serde::Serialize;
+pub use shared::Shared;
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Set to `off`, nothing is read or written; `on` is the default.
 pub const SWITCH: &str = "SUNBEAM_CACHE";
@@ -116,6 +119,15 @@ impl Cache {
     /// The folder, `None` where nothing is kept.
     pub fn folder(&self) -> Option<&PathBuf> {
         self.folder.as_ref()
+    }
+
+    /// As [`Cache::surface`], but one that this process has in use is not read or built again.
+    ///
+    /// # Errors
+    /// As [`Cache::surface`].
+    pub fn shared_surface(&self, field: &HeightField, options: &Options) -> Result<Arc<(Surface, Origin)>, TableError> {
+        static SURFACES: Shared<Key, (Surface, Origin)> = Shared::new();
+        SURFACES.get(Key::new(field, options), || self.surface(field, options))
     }
 
     /// The surface of `field`: its tables read if they are kept, else built, and kept.

@@ -3,6 +3,7 @@ use crate::cache::{Cache, CacheError, Origin};
 use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions};
 use crate::reflectance::{Options, Surface};
 use crate::table::{TableError, Tiling};
+use std::sync::Arc;
 
 /// Why a configuration did not become a surface.
 #[derive(Debug, thiserror::Error)]
@@ -63,6 +64,14 @@ impl SurfaceConfig {
     /// As [`SurfaceConfig::height_field`], or tables that would be too large.
     pub fn build(&self, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
         Ok(cache.surface(&self.height_field()?, &self.options())?)
+    }
+
+    /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build`].
+    pub fn build_shared(&self, cache: &Cache) -> Result<Arc<(Surface, Origin)>, BuildError> {
+        Ok(cache.shared_surface(&self.height_field()?, &self.options())?)
     }
 
     /// The same for heights that come from elsewhere than a preset or a file: levels them and builds the tables. `level` and

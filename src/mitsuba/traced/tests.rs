@@ -70,7 +70,8 @@ impl<N: Numbers> Lookup<N> {
     fn at(&self, place: N::Real, knot: N::Real, active: N::Mask) -> [N::Real; 2] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
         let place = N::widen(place) * N::Double::lit(1.0 + 1e-9);
-        let first = (place - N::Double::lit(2.0)).ceil().clip(N::Double::lit(0.0), N::Double::lit(f64::from(NODES - 4)));
+        let first =
+            (place - N::Double::lit(2.0)).ceil().clip(N::Double::lit(0.0), N::Double::lit(f64::from(NODES - 4)));
         let from = N::narrow(place - first);
         let node = N::index_of_double(first);
         let knot = knot.clip(lit(0.0), lit(f64::from(WORDS - 5)));
@@ -198,7 +199,12 @@ fn every_operation_agrees_with_its_value() {
         let wanted = all::<Plain<f32>>(a[k], b[k]);
         for (c, column) in results.iter().enumerate() {
             let (got, wanted) = (column[k], wanted[c]);
-            assert!((got - wanted).abs() <= SINGLE * (1.0 + wanted.abs()), "operation {c} of {} {}: {got} {wanted}", a[k], b[k]);
+            assert!(
+                (got - wanted).abs() <= SINGLE * (1.0 + wanted.abs()),
+                "operation {c} of {} {}: {got} {wanted}",
+                a[k],
+                b[k]
+            );
         }
     }
 }
