@@ -52,7 +52,7 @@ impl ColourTable {
             2e3 / WAVELENGTH_MIN_NM,
             options.tolerance,
         );
-        let (table, _) = crate::table::build(&spectrum, options.tolerance)?;
+        let table = crate::table::build(&spectrum, options.tolerance)?.table;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours::density()?);
         Ok(assemble(&plan, rings, coherence_length_um, start))

@@ -7,7 +7,7 @@
 use super::rings::RingPlan;
 use crate::methods::colours::{Colours, colour_density};
 use crate::methods::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
-use crate::table::{BANDS, KernelKind, NodeCurve, SpectralTable};
+use crate::table::{KernelKind, NodeCurve, SpectralTable};
 use std::f64::consts::TAU;
 
 /// Rays that are integrated together, lane by lane.
@@ -119,12 +119,11 @@ impl Path {
                 let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
                 let frequency = self.frequency(place);
                 table.joined_record([frequency * cos, frequency * sin], &mut record);
-                let used = record.get(BANDS..).unwrap_or_default();
-                let needed = start + used.len() * LANES;
+                let needed = start + record.len() * LANES;
                 if joined.values.len() < needed {
                     joined.values.resize(needed, 0.0);
                 }
-                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(used) {
+                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(&record) {
                     to[lane] = *from;
                 }
             }
