@@ -18,18 +18,18 @@ namespace dr = drjit;
 /// Variables that kernels gather from. Surfaces that share their tables share the memory, in all variants of a backend.
 template <typename Float> class Buffers {
 public:
-    using UInt32X = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
-    using Words   = std::array<UInt32X, 3>;
+    static constexpr size_t COUNT = 4;
+    using UInt32X                 = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
+    using Words                   = dr::Array<UInt32X, COUNT>;
 
-    explicit Buffers(const Surface &surface) : m_shared(shared(surface)) {
-        m_table   = (*m_shared)[0];
-        m_sampler = (*m_shared)[1];
-        m_albedo  = (*m_shared)[2];
-    }
+    explicit Buffers(const Surface &surface) : m_shared(shared(surface)), m_words(*m_shared) {}
 
-    /// The indices of the variables.
-    std::array<uint32_t, 3> indices() const {
-        return { dr::detach(m_table).index(), dr::detach(m_sampler).index(), dr::detach(m_albedo).index() };
+    /// The indices of the variables, 0 where there are no words.
+    std::array<uint32_t, COUNT> indices() const {
+        std::array<uint32_t, COUNT> indices;
+        for (size_t i = 0; i < COUNT; ++i)
+            indices[i] = m_words[i].index();
+        return indices;
     }
 
 private:
@@ -44,19 +44,19 @@ private:
         if (auto words = entry.lock())
             return words;
         auto words = std::make_shared<Words>();
-        for (size_t i = 0; i < words->size(); ++i)
+        for (size_t i = 0; i < COUNT; ++i)
             if (const auto from = surface.words(i); !from.empty())
                 (*words)[i] = dr::load<UInt32X>(from.data(), from.size());
         entry = words;
         return words;
     }
 
-    /// Keeps the memory shared while the members below are this object's own handles, as `DRJIT_TRAVERSE` needs them.
+    /// Keeps the memory shared while this object has handles of its own, as `DRJIT_TRAVERSE` needs them.
     std::shared_ptr<const Words> m_shared;
-    UInt32X m_table, m_sampler, m_albedo;
+    Words m_words;
 
 public:
-    DRJIT_TRAVERSE(Buffers, m_table, m_sampler, m_albedo)
+    DRJIT_TRAVERSE(Buffers, m_words)
 };
 
 } // namespace sunbeam

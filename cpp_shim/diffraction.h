@@ -12,7 +12,7 @@
 #include <mitsuba/render/texture.h>
 
 #include "checks.h"
-#include "lookup.h"
+#include "lobe.h"
 #include "parameters.h"
 #include "variants.h"
 
@@ -200,9 +200,8 @@ private:
     }
 
     /// `evaluate` where both directions lie above the surface, zero elsewhere.
-    template <bool Value, bool Density>
-    std::pair<UnpolarizedSpectrum, Float> answer(const BSDFContext &ctx, const SurfaceInteraction3f &si,
-                                                 const Vector3f &wo, Mask active) const {
+    template <bool Value, bool Density> std::pair<UnpolarizedSpectrum, Float>
+    answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
         active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
         const Lobes lobes(*this, ctx);

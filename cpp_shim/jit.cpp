@@ -59,8 +59,12 @@ void proceed(bool done) {
 
 } // namespace
 
-uint32_t retain(uint32_t index) noexcept { return jit_var_inc_ref(index); }
-void release(uint32_t index) noexcept { jit_var_dec_ref(index); }
+uint32_t retain(uint32_t index) noexcept {
+    return jit_var_inc_ref(index);
+}
+void release(uint32_t index) noexcept {
+    jit_var_dec_ref(index);
+}
 
 uint32_t constant_f32(uint32_t backend, float value) noexcept {
     return guarded(0u, [&] { return jit_var_f32(JitBackend(backend), value); });
@@ -75,34 +79,86 @@ uint32_t constant_bool(uint32_t backend, bool value) noexcept {
     return guarded(0u, [&] { return jit_var_bool(JitBackend(backend), value); });
 }
 
-uint32_t add(uint32_t a, uint32_t b) noexcept { return traced(jit_var_add, a, b); }
-uint32_t sub(uint32_t a, uint32_t b) noexcept { return traced(jit_var_sub, a, b); }
-uint32_t mul(uint32_t a, uint32_t b) noexcept { return traced(jit_var_mul, a, b); }
-uint32_t div(uint32_t a, uint32_t b) noexcept { return traced(jit_var_div, a, b); }
-uint32_t min(uint32_t a, uint32_t b) noexcept { return traced(jit_var_min, a, b); }
-uint32_t max(uint32_t a, uint32_t b) noexcept { return traced(jit_var_max, a, b); }
-uint32_t fma(uint32_t a, uint32_t b, uint32_t c) noexcept { return traced(jit_var_fma, a, b, c); }
-uint32_t neg(uint32_t a) noexcept { return traced(jit_var_neg, a); }
-uint32_t abs(uint32_t a) noexcept { return traced(jit_var_abs, a); }
-uint32_t sqrt(uint32_t a) noexcept { return traced(jit_var_sqrt, a); }
-uint32_t floor(uint32_t a) noexcept { return traced(jit_var_floor, a); }
-uint32_t ceil(uint32_t a) noexcept { return traced(jit_var_ceil, a); }
-uint32_t exp2(uint32_t a) noexcept { return traced(jit_var_exp2, a); }
-uint32_t log2(uint32_t a) noexcept { return traced(jit_var_log2, a); }
+uint32_t add(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_add, a, b);
+}
+uint32_t sub(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_sub, a, b);
+}
+uint32_t mul(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_mul, a, b);
+}
+uint32_t div(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_div, a, b);
+}
+uint32_t min(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_min, a, b);
+}
+uint32_t max(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_max, a, b);
+}
+uint32_t fma(uint32_t a, uint32_t b, uint32_t c) noexcept {
+    return traced(jit_var_fma, a, b, c);
+}
+uint32_t neg(uint32_t a) noexcept {
+    return traced(jit_var_neg, a);
+}
+uint32_t abs(uint32_t a) noexcept {
+    return traced(jit_var_abs, a);
+}
+uint32_t sqrt(uint32_t a) noexcept {
+    return traced(jit_var_sqrt, a);
+}
+uint32_t floor(uint32_t a) noexcept {
+    return traced(jit_var_floor, a);
+}
+uint32_t ceil(uint32_t a) noexcept {
+    return traced(jit_var_ceil, a);
+}
+uint32_t exp2(uint32_t a) noexcept {
+    return traced(jit_var_exp2, a);
+}
+uint32_t log2(uint32_t a) noexcept {
+    return traced(jit_var_log2, a);
+}
 
-uint32_t lt(uint32_t a, uint32_t b) noexcept { return traced(jit_var_lt, a, b); }
-uint32_t le(uint32_t a, uint32_t b) noexcept { return traced(jit_var_le, a, b); }
-uint32_t bit_and(uint32_t a, uint32_t b) noexcept { return traced(jit_var_and, a, b); }
-uint32_t bit_or(uint32_t a, uint32_t b) noexcept { return traced(jit_var_or, a, b); }
-uint32_t bit_not(uint32_t a) noexcept { return traced(jit_var_not, a); }
-uint32_t shl(uint32_t a, uint32_t by) noexcept { return traced(jit_var_shl, a, by); }
-uint32_t shr(uint32_t a, uint32_t by) noexcept { return traced(jit_var_shr, a, by); }
-uint32_t select(uint32_t mask, uint32_t yes, uint32_t no) noexcept { return traced(jit_var_select, mask, yes, no); }
+uint32_t lt(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_lt, a, b);
+}
+uint32_t le(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_le, a, b);
+}
+uint32_t bit_and(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_and, a, b);
+}
+uint32_t bit_or(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_or, a, b);
+}
+uint32_t bit_not(uint32_t a) noexcept {
+    return traced(jit_var_not, a);
+}
+uint32_t shl(uint32_t a, uint32_t by) noexcept {
+    return traced(jit_var_shl, a, by);
+}
+uint32_t shr(uint32_t a, uint32_t by) noexcept {
+    return traced(jit_var_shr, a, by);
+}
+uint32_t select(uint32_t mask, uint32_t yes, uint32_t no) noexcept {
+    return traced(jit_var_select, mask, yes, no);
+}
 
-uint32_t to_f32(uint32_t a) noexcept { return cast(a, VarType::Float32, false); }
-uint32_t to_f64(uint32_t a) noexcept { return cast(a, VarType::Float64, false); }
-uint32_t to_u32(uint32_t a) noexcept { return cast(a, VarType::UInt32, false); }
-uint32_t f32_from_bits(uint32_t a) noexcept { return cast(a, VarType::Float32, true); }
+uint32_t to_f32(uint32_t a) noexcept {
+    return cast(a, VarType::Float32, false);
+}
+uint32_t to_f64(uint32_t a) noexcept {
+    return cast(a, VarType::Float64, false);
+}
+uint32_t to_u32(uint32_t a) noexcept {
+    return cast(a, VarType::UInt32, false);
+}
+uint32_t f32_from_bits(uint32_t a) noexcept {
+    return cast(a, VarType::Float32, true);
+}
 
 void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept {
     for (uint32_t &index : indices)
@@ -142,8 +198,8 @@ bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
     const auto body = [](void *payload) { proceed(static_cast<Loop *>(payload)->body()); };
     return guarded(false, [&] {
         proceed(true);
-        ad_loop(JitBackend(backend), -1, -1, 0, name, &loop, read, write, condition, body, [](void *) {},
-                DIFFERENTIABLE);
+        ad_loop(
+            JitBackend(backend), -1, -1, 0, name, &loop, read, write, condition, body, [](void *) {}, DIFFERENTIABLE);
         return true;
     });
 }

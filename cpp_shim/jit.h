@@ -1,11 +1,11 @@
 // The functions of Dr.Jit that Rust traces with (src/mitsuba/jit.rs), in a form that can cross the boundary.
 //
-// A variable is an index. Arguments are borrowed, results belong to the caller. Index 0 is no variable: any function that
-// is given one gives 0, and so does one that fails, so that a failure runs through what is computed from it. The first
-// failure's message is kept for `take_error`. Nothing here throws.
+// A variable is an index. Arguments are borrowed, results belong to the caller. Index 0 is no variable: any function
+// that is given one gives 0, and so does one that fails, so that a failure runs through what is computed from it. The
+// first failure's message is kept for `take_error`. Nothing here throws.
 //
-// What types are called and how functions are declared, the headers of the wheel say: Rust knows neither names nor numbers
-// of Dr.Jit. Only functions that releases 1.2 to 1.5 have in common are used.
+// What types are called and how functions are declared, the headers of the wheel say: Rust knows neither names nor
+// numbers of Dr.Jit. Only functions that releases 1.2 to 1.5 have in common are used.
 #pragma once
 
 #include <cstdint>

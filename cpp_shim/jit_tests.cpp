@@ -42,7 +42,9 @@ bool download(uint32_t index, rust::Slice<uint32_t> words) noexcept {
     });
 }
 
-void set_symbolic_loops(bool on) noexcept { jit_set_flag(JitFlag::SymbolicLoops, on); }
+void set_symbolic_loops(bool on) noexcept {
+    jit_set_flag(JitFlag::SymbolicLoops, on);
+}
 
 uint32_t references(uint32_t index) noexcept {
     return attempt(0u, [&] { return jit_var_ref(index); });

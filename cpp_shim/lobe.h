@@ -1,5 +1,5 @@
-// The diffracted lobe at the wavelengths carried: what the evaluator in Rust (src/reflectance/spectral_lobe.rs) answers,
-// by value in scalar variants and traced into the kernel in the others.
+// The diffracted lobe: what the evaluators in Rust (src/reflectance/spectral_lobe.rs, src/mitsuba/integrated.rs)
+// answer, by value in scalar variants and traced into the kernel in the others.
 #pragma once
 
 #include <algorithm>
@@ -13,24 +13,24 @@
 
 namespace sunbeam {
 
-/// Directions are in the grating's frame and point away from the surface; wavelengths are in nm. Values contain cosθo and
-/// no Fresnel reflectance. All of it is zero where `active` is false or a direction lies below the surface.
-template <typename Float, typename Spectrum> class SpectralLobe {
+/// Directions are in the grating's frame and point away from the surface. Wavelengths are in nm in spectral variants
+/// and empty in the others, which integrate over wavelength. Values contain cosθo and no Fresnel reflectance. All of it
+/// is zero where `active` is false or a direction lies below the surface.
+template <typename Float, typename Spectrum> class DiffractionLobe {
 public:
     using UnpolarizedSpectrum    = mitsuba::unpolarized_spectrum_t<Spectrum>;
     using Wavelength             = mitsuba::wavelength_t<Spectrum>;
     using Vector3f               = mitsuba::Vector<Float, 3>;
     using Point2f                = mitsuba::Point<Float, 2>;
     using Mask                   = dr::mask_t<Float>;
-    static constexpr bool Traces = dr::is_jit_v<Float>;
+    static constexpr bool Traces = dr::is_jit_v<Float>, IsSpectral = mitsuba::is_spectral_v<Spectrum>;
 
-    explicit SpectralLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_buffers(*m_surface) {}
+    explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_buffers(*m_surface) {}
 
     /// Differentiable by both directions.
     UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                              const Mask &active) const {
-        return value(ask(Question::Value, wi, wo, wavelengths, active), wo) +
-               first_order(wi, wo, wavelengths, active);
+        return value(ask(Question::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
     }
 
     /// Density of `sample`. It belongs to the sampler and not to the integrand, so it is not differentiable.
@@ -55,15 +55,21 @@ public:
     const Surface &surface() const { return *m_surface; }
 
 private:
-    /// Values at four wavelengths, and a density.
+    /// Values at four wavelengths, or red, green, blue and luminance; and a density.
     using Answer = std::array<Float, 5>;
 
     static UnpolarizedSpectrum value(const Answer &answer, const Vector3f &wo) {
-        return UnpolarizedSpectrum(answer[0], answer[1], answer[2], answer[3]) * dr::detach(wo.z());
+        const Float cos_theta_o = dr::detach(wo.z());
+        if constexpr (IsSpectral)
+            return UnpolarizedSpectrum(answer[0], answer[1], answer[2], answer[3]) * cos_theta_o;
+        else if constexpr (UnpolarizedSpectrum::Size == 1)
+            return UnpolarizedSpectrum(answer[3]) * cos_theta_o;
+        else
+            return UnpolarizedSpectrum(answer[0], answer[1], answer[2]) * cos_theta_o;
     }
 
-    Answer ask(Question question, const Vector3f &wi, const Vector3f &other, const Wavelength &wavelengths,
-               [[maybe_unused]] const Mask &active) const {
+    Answer ask(Question question, const Vector3f &wi, const Vector3f &other,
+               [[maybe_unused]] const Wavelength &wavelengths, [[maybe_unused]] const Mask &active) const {
         Answer answer;
         if constexpr (Traces) {
             Traced arguments{};
@@ -72,15 +78,24 @@ private:
                 arguments.wi[i]    = wi[i].index();
                 arguments.other[i] = other[i].index();
             }
-            for (size_t i = 0; i < 4; ++i)
-                arguments.wavelengths_nm[i] = wavelengths[i].index();
-            arguments.active   = active.index();
-            arguments.words    = m_buffers.indices();
-            const auto indices = m_surface->trace_spectral(question, arguments);
+            arguments.active = active.index();
+            arguments.words  = m_buffers.indices();
+            std::array<uint32_t, 5> indices;
+            if constexpr (IsSpectral) {
+                for (size_t i = 0; i < 4; ++i)
+                    arguments.wavelengths_nm[i] = wavelengths[i].index();
+                indices = m_surface->trace_spectral(question, arguments);
+            } else {
+                indices = m_surface->trace_colour(question, arguments);
+            }
             std::transform(indices.begin(), indices.end(), answer.begin(), [](uint32_t i) { return Float::steal(i); });
         } else {
-            answer = m_surface->ask_spectral(question, { wi.x(), wi.y(), wi.z() }, { other.x(), other.y(), other.z() },
-                                             { wavelengths[0], wavelengths[1], wavelengths[2], wavelengths[3] });
+            const std::array<float, 3> from = { wi.x(), wi.y(), wi.z() }, to = { other.x(), other.y(), other.z() };
+            if constexpr (IsSpectral)
+                answer = m_surface->ask_spectral(question, from, to,
+                                                 { wavelengths[0], wavelengths[1], wavelengths[2], wavelengths[3] });
+            else
+                answer = m_surface->ask_colour(question, from, to);
         }
         return answer;
     }
@@ -137,7 +152,7 @@ private:
     std::conditional_t<Traces, Buffers<Float>, NoBuffers> m_buffers;
 
 public:
-    DRJIT_TRAVERSE(SpectralLobe, m_buffers)
+    DRJIT_TRAVERSE(DiffractionLobe, m_buffers)
 };
 
 } // namespace sunbeam

@@ -7,6 +7,7 @@
 
 mod bridge;
 mod describe;
+mod integrated;
 mod jit;
 #[cfg(test)]
 mod jit_tests;
