@@ -11,7 +11,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds of one package at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python lint format demo crosscheck bench figures docs api-docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-traced test-python lint format demo crosscheck bench figures docs api-docs clean help
 
 all: plugin
 
@@ -56,11 +56,16 @@ library:
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release --test header
 
-test: test-rust test-python
+test: test-rust test-traced test-python
 
 # In the release profile, which the plugin is built in too: one set of dependencies serves both.
 test-rust: $(READY)
 	$(CARGO) test --release --features viewer
+
+# What Dr.Jit records, without a renderer. The libraries are those of the wheels.
+test-traced: $(READY)
+	LD_LIBRARY_PATH=$$($(PY) -c "import importlib.util as u; print(':'.join(u.find_spec(n).submodule_search_locations[0] for n in ('drjit', 'mitsuba')))") \
+		$(CARGO) test --release --lib --features mitsuba mitsuba::
 
 test-python: plugin library tool
 	$(PY) -m pytest

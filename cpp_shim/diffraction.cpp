@@ -77,7 +77,7 @@
  *     mi.file_resolver().append("<repository>/target/mitsuba")
  *     skin = mi.load_dict({"type": "diffraction", "preset": "xenopeltis", "eta": 1.56, "diffuse_reflectance": 0.05})
  *
- * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lookup.h the diffracted lobe, variants_*
+ * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lobe.h the diffracted lobe, variants_*
  * the instantiations, checks.cpp what must hold before any of it runs, progress.cpp what the log is told while tables
  * are built. This file is the entry point.
  */

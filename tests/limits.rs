@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use sunbeam::cache::Cache;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
-use sunbeam::methods::{ColourTable, ColourTableOptions, ColourTableError};
+use sunbeam::methods::{ColourTable, ColourTableError, ColourTableOptions};
 use sunbeam::reflectance::{Options, Surface};
 use sunbeam::table::{BuildDemand, Model, Progress, Purpose, TableError, Tiling};
 

@@ -18,6 +18,9 @@ use std::time::Instant;
 /// Most readings of joined records that filling may take: some seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
 
+/// Share of a build that is taken to be the spectral table's.
+const SPECTRAL_SHARE: f64 = 0.5;
+
 /// What a table is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTableOptions {
@@ -41,7 +44,7 @@ impl ColourTable {
     /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
     /// spectral table that would take more than its limit allows.
     pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, ColourTableError> {
-        Self::build_reflecting(field, options, &|_, _| 1.0).map(|(table, _)| table)
+        Self::build_reflecting(field, options, &|_, _| 1.0, &Progress::none()).map(|(table, _)| table)
     }
 
     /// As [`ColourTable::build`], with what the interface reflects at a wavelength in nm (380 to 780) and a cosine at the
@@ -55,6 +58,7 @@ impl ColourTable {
         field: &HeightField,
         options: &ColourTableOptions,
         reflectance: Reflectance,
+        progress: &Progress,
     ) -> Result<(Self, SpectralTable), ColourTableError> {
         let start = Instant::now();
         in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
@@ -82,9 +86,10 @@ impl ColourTable {
             2e3 / WAVELENGTH_MIN_NM,
             options.tolerance,
         );
-        let table = crate::table::build(&spectrum, options.tolerance, &Progress::none()).table;
+        let table = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE)).table;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
+        progress.report(1.0);
         Ok((assemble(&plan, rings, coherence_length_um, sigma, start), table))
     }
 }

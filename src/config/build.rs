@@ -1,8 +1,10 @@
 use super::{ConfigError, MAX_LENGTH_UM, Source, SurfaceConfig};
 use crate::cache::{Cache, CacheError, Origin};
+use crate::colour_table::ColourTableError;
 use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions};
-use crate::reflectance::{Options, Surface};
+use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
 use crate::table::{Progress, TableError, Tiling};
+use std::sync::Arc;
 
 /// Why a configuration did not become a surface.
 #[derive(Debug, thiserror::Error)]
@@ -13,6 +15,8 @@ pub enum BuildError {
     HeightField(#[from] HeightFieldError),
     #[error(transparent)]
     Table(#[from] TableError),
+    #[error(transparent)]
+    Colours(#[from] ColourTableError),
     #[error(transparent)]
     Cache(#[from] CacheError),
 }
@@ -74,6 +78,28 @@ impl SurfaceConfig {
     /// As [`SurfaceConfig::build`].
     pub fn build_watched(&self, cache: &Cache, progress: &Progress) -> Result<(Surface, Origin), BuildError> {
         Ok(cache.surface_watched(&self.height_field()?, &self.options(), progress)?)
+    }
+
+    /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build`].
+    pub fn build_shared(&self, cache: &Cache, progress: &Progress) -> Result<Arc<(Surface, Origin)>, BuildError> {
+        Ok(cache.shared_surface(&self.height_field()?, &self.options(), progress)?)
+    }
+
+    /// As [`SurfaceConfig::build_shared`], for renderers that carry colours: with the reflectance for `index` inside if there
+    /// is one.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build`].
+    pub fn build_shared_colours(
+        &self,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
+        Ok(cache.shared_colours(&self.height_field()?, &self.options(), index, progress)?)
     }
 
     /// The same for heights that come from elsewhere than a preset or a file: levels them and builds the tables. `level` and

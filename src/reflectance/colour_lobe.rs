@@ -19,6 +19,9 @@ use serde::{Deserialize, Serialize};
 use std::array;
 use std::time::Instant;
 
+/// Share of a build that is taken to be the table's, and what is done before the sampler.
+const TABLE_SHARE: f64 = 0.8;
+const ALBEDO_DONE: f64 = 0.95;
 /// Wavelengths in nm between which the reference is looked for, and the step.
 const VISIBLE_NM: (u32, u32) = (400, 700);
 const STEP_NM: usize = 10;
@@ -59,6 +62,19 @@ impl ColourSurface {
         options: &Options,
         index: Option<&SpectralIndex>,
     ) -> Result<Self, ColourTableError> {
+        Self::watched(field, options, index, &Progress::none())
+    }
+
+    /// As [`ColourSurface::new`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`ColourTable::build`].
+    pub fn watched(
+        field: &HeightField,
+        options: &Options,
+        index: Option<&SpectralIndex>,
+        progress: &Progress,
+    ) -> Result<Self, ColourTableError> {
         let start = Instant::now();
         let reference = index.map(reference);
         let table_options = ColourTableOptions {
@@ -77,7 +93,8 @@ impl ColourSurface {
             }
             _ => 1.0,
         };
-        let (table, spectral) = ColourTable::build_reflecting(field, &table_options, &relative)?;
+        let (table, spectral) =
+            ColourTable::build_reflecting(field, &table_options, &relative, &progress.part(0.0, TABLE_SHARE))?;
         let table_seconds = start.elapsed().as_secs_f64();
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
@@ -90,6 +107,7 @@ impl ColourSurface {
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());
         drop(spectral);
+        progress.report(ALBEDO_DONE);
         let view = table.view::<f32>();
         let stam = options.obliquity == Obliquity::Stam;
         let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
@@ -106,6 +124,7 @@ impl ColourSurface {
             table_seconds,
             build_seconds: start.elapsed().as_secs_f64(),
         };
+        progress.report(1.0);
         Ok(Self { options: options.clone(), reference, table, sampler, albedo, report })
     }
 
@@ -139,16 +158,27 @@ impl ColourSurface {
         &self.report
     }
 
+    /// The words of the tables: colours, sampler and albedo.
+    pub fn words(&self) -> [&[u32]; 3] {
+        let albedo = self.albedo.as_ref().map_or(&[] as &[u32], ColourAlbedoTable::words);
+        [self.table.words(), self.sampler.words(), albedo]
+    }
+
     /// The evaluator as numbers by value have it.
     pub fn lobe<F>(&self) -> ColourLobe<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
     {
+        self.lobe_over(self.words())
+    }
+
+    /// The evaluator over a family of numbers, whose words are those of [`ColourSurface::words`].
+    pub fn lobe_over<N: Numbers>(&self, [table, sampler, albedo]: [N::Words; 3]) -> ColourLobe<N> {
         ColourLobe {
             factors: self.factors(),
-            table: ColourView { layout: *self.table.layout(), words: self.table.words() },
-            sampler: self.sampler.view(),
-            albedo: self.albedo.as_ref().map(ColourAlbedoTable::view),
+            table: ColourView { layout: *self.table.layout(), words: table },
+            sampler: ColourSamplerView { layout: self.sampler.layout(), words: sampler },
+            albedo: self.albedo.as_ref().map(|table| ColourAlbedoView { layout: *table.layout(), words: albedo }),
         }
     }
 
