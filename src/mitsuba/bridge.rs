@@ -42,8 +42,8 @@ mod ffi {
         words: [u32; 4],
     }
 
-    /// Steps of a difference quotient over which the value changes by little: tangential components of either direction,
-    /// along x and y, and their cosines.
+    /// Steps of a difference quotient over which the value changes by little: tangential components of either
+    /// direction, along x and y, and their cosines.
     struct Steps {
         across: [f32; 2],
         along: f32,
@@ -55,7 +55,8 @@ mod ffi {
 
         /// The same number for surfaces that share their tables, and no other in this process.
         fn identity(self: &Surface) -> u64;
-        /// The array of words of that number, below four: table, sampler, albedo, and weights of wavelengths. It may be empty.
+        /// The array of words of that number, below four: table, sampler, albedo, and weights of wavelengths. It may
+        /// be empty.
         fn words(self: &Surface, which: usize) -> &[u32];
         /// See [`Steps`].
         fn steps(self: &Surface) -> Steps;
@@ -114,8 +115,8 @@ struct Surface {
     identity: u64,
 }
 
-/// Part of the width of an order and of a knot in κ that derivatives are differences over. The tables are smooth on that scale:
-/// this is off by 4e-4 of the slope.
+/// Part of the width of an order and of a knot in κ that derivatives are differences over. The tables are smooth on
+/// that scale: this is off by 4e-4 of the slope.
 const STEP: f64 = 0.05;
 
 impl Surface {
@@ -149,7 +150,7 @@ impl Surface {
     }
 
     fn words(&self, which: usize) -> &[u32] {
-        self.all_words()[which]
+        self.all_words().get(which).copied().unwrap_or_default()
     }
 
     fn all_words(&self) -> [&[u32]; 4] {
@@ -211,8 +212,8 @@ impl Surface {
     }
 }
 
-/// Asks the lobe, by value or traced, at the wavelengths (nm) or integrated over them. Renderers may round a wavelength to just
-/// outside the range.
+/// Asks the lobe, by value or traced, at the wavelengths (nm) or integrated over them. Renderers may round a
+/// wavelength to just outside the range.
 fn answer<N: Numbers>(
     layout: &SpectralLayout,
     [table, sampler, albedo, weights]: [N::Words; 4],

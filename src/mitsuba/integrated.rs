@@ -10,8 +10,8 @@ use std::f64::consts::{LN_2, LOG2_E, TAU};
 const STEPS: (f64, f64) = (64.0, 1024.0);
 /// Step in standard deviations of an order's Gaussian.
 const STEP_SIGMAS: f64 = 1.5;
-/// Centre in nm and rate per nm of the density `∝ sech²(rate·(λ − centre))` that wavelengths are sampled with, which follows
-/// what the eye sees (Radziszewski et al., *An improved technique for full spectral rendering*, WSCG 2009).
+/// Centre in nm and rate per nm of the density `∝ sech²(rate·(λ − centre))` that wavelengths are sampled with, which
+/// follows what the eye sees (Radziszewski et al., *An improved technique for full spectral rendering*, WSCG 2009).
 const CENTRE_NM: f64 = 538.0;
 const RATE: f64 = 0.0072;
 
@@ -23,8 +23,8 @@ pub struct IntegratedLobe<'a, N: Numbers> {
 }
 
 impl<N: Numbers> IntegratedLobe<'_, N> {
-    /// `f_r` in 1/sr as linear sRGB and luminance, and the density of [`IntegratedLobe::sample`]; either stays zero unless it is
-    /// wanted. By the midpoint rule in the wavenumber.
+    /// `f_r` in 1/sr as linear sRGB and luminance, and the density of [`IntegratedLobe::sample`]; either stays zero
+    /// unless it is wanted. By the midpoint rule in the wavenumber.
     pub fn eval_pdf(
         &self,
         (value_wanted, density_wanted): (bool, bool),
@@ -71,8 +71,8 @@ impl<N: Numbers> IntegratedLobe<'_, N> {
         (values.map(|value| value.max(lit(0.0))), density)
     }
 
-    /// A direction from three numbers in [0, 1), of which the first picks the even share or a wavelength. The zero vector where
-    /// there is none.
+    /// A direction from three numbers in [0, 1), of which the first picks the even share or a wavelength. The zero
+    /// vector where there is none.
     pub fn sample(&self, wi: [N::Real; 3], u: [N::Real; 3], even_share: f64, active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let rest = (u[0] - lit(even_share)) * lit(1.0 / (1.0 - even_share));

@@ -4,8 +4,8 @@ use crate::mitsuba::scope::{TraceError, trace};
 use crate::numeric::{Plain, math};
 use std::sync::{Mutex, MutexGuard};
 
-/// The backend without a GPU; the tests change Dr.Jit's flags and count its variables, so one at a time. `None` where there is
-/// no libLLVM, which is said.
+/// The backend without a GPU; the tests change Dr.Jit's flags and count its variables, so one at a time. `None` where
+/// there is no libLLVM, which is said.
 fn llvm() -> Option<(u32, MutexGuard<'static, ()>)> {
     static ONE: Mutex<()> = Mutex::new(());
     let one = ONE.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -62,8 +62,8 @@ const NODES: u32 = 64;
 const WORDS: u32 = 16;
 const SIGMA: f64 = 0.6;
 
-/// Like the look-ups of a table: Gaussian taps about a place, each times a spline through its record, which is read in packets.
-/// The place is in double precision.
+/// Like the look-ups of a table: Gaussian taps about a place, each times a spline through its record, which is read in
+/// packets. The place is in double precision.
 struct Lookup<N: Numbers>(N::Words);
 
 impl<N: Numbers> Lookup<N> {
