@@ -122,11 +122,16 @@ mod tests {
     use crate::numeric::Plain;
     use crate::reflectance::{Surface, UNIFORM_SHARE, WavelengthWeights};
 
+    /// Midpoints of the tenths of a nm of the tables' range.
+    fn tenths() -> impl Iterator<Item = f64> {
+        let count = ((WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) * 10.0).round() as u32;
+        (0..count).map(|k| WAVELENGTH_MIN_NM + (f64::from(k) + 0.5) * 0.1)
+    }
+
     #[test]
     fn wavelengths_have_their_density() {
         let mut sum = 0.0;
-        for k in 0..4000 {
-            let nm = WAVELENGTH_MIN_NM + (f64::from(k) + 0.5) * 0.1;
+        for nm in tenths() {
             sum += 0.1 * wavelength_pdf(nm);
             // The inverse of the distribution function, to the midpoint rule's second order.
             assert!((wavelength(sum - 0.05 * wavelength_pdf(nm)) - nm).abs() < 1e-3, "{nm}");
@@ -157,10 +162,8 @@ mod tests {
         assert_eq!(lobe.eval_pdf((true, false), wi, wo, true), (values, 0.0));
         assert_eq!(lobe.eval_pdf((false, true), wi, wo, true), ([0.0; 4], pdf));
         // By a rule of its own: even steps in the wavelength.
-        let mean: f64 = (0..4000)
-            .map(|k| WAVELENGTH_MIN_NM + (f64::from(k) + 0.5) * 0.1)
-            .map(|nm| 0.1 * wavelength_pdf(nm) * surface.lobe::<f64>().pdf(wi, wo, [nm], true))
-            .sum();
+        let mean: f64 =
+            tenths().map(|nm| 0.1 * wavelength_pdf(nm) * surface.lobe::<f64>().pdf(wi, wo, [nm], true)).sum();
         assert!((pdf - mean).abs() < 2e-3 * mean, "{pdf} {mean}");
         let drawn = lobe.sample(wi, [0.5, 0.3, 0.7], UNIFORM_SHARE, true);
         assert!(drawn[2] >= 0.0 && drawn.iter().map(|c| c * c).sum::<f64>() < 1.0 + 1e-6);
