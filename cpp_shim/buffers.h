@@ -1,10 +1,12 @@
 // The words of a surface's tables in a backend's memory.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <vector>
 
 #include <drjit/traversable_base.h>
 #include <mitsuba/render/bsdf.h>
@@ -45,8 +47,12 @@ private:
             return words;
         auto words = std::make_shared<Words>();
         for (size_t i = 0; i < COUNT; ++i)
-            if (const auto from = surface.words(i); !from.empty())
-                (*words)[i] = dr::load<UInt32X>(from.data(), from.size());
+            if (const auto from = surface.words(i); !from.empty()) {
+                // Packets are read only from arrays whose length is a multiple of theirs.
+                std::vector<uint32_t> whole_packets((from.size() + 3) / 4 * 4);
+                std::copy(from.begin(), from.end(), whole_packets.begin());
+                (*words)[i] = dr::load<UInt32X>(whole_packets.data(), whole_packets.size());
+            }
         entry = words;
         return words;
     }

@@ -47,8 +47,8 @@ mod ffi {
         words: [u32; 3],
     }
 
-    /// Steps of a difference quotient over which the value changes by little: tangential components of either direction,
-    /// along x and y, and their cosines.
+    /// Steps of a difference quotient over which the value changes by little: tangential components of either
+    /// direction, along x and y, and their cosines.
     struct Steps {
         across: [f32; 2],
         along: f32,
@@ -197,7 +197,7 @@ impl Surface {
     }
 
     fn words(&self, which: usize) -> &[u32] {
-        self.all_words()[which]
+        self.all_words().get(which).copied().unwrap_or_default()
     }
 
     fn all_words(&self) -> [&[u32]; 3] {

@@ -1,9 +1,9 @@
 //! The Mitsuba plugin's Rust side; `cpp_shim/` is the other.
 //!
-//! [`bridge`] is what C++ asks of a surface. Scalar variants ask by value, ray by ray; in `llvm_*` and `cuda_*` variants the
-//! same evaluators are [`traced`] into Dr.Jit's kernels, through the functions of [`jit`] and within a [`scope`].
-//! Neither exceptions nor panics cross the boundary: cxx turns an `Err` into an exception, and what Dr.Jit throws is caught
-//! in `cpp_shim/jit.cpp`. Only [`init_plugin`] is meant for others to call.
+//! [`bridge`] is what C++ asks of a surface. Scalar variants ask by value, ray by ray; in `llvm_*` and `cuda_*`
+//! variants the same evaluators are [`traced`] into Dr.Jit's kernels, through the functions of [`jit`] and within a
+//! [`scope`]. Neither exceptions nor panics cross the boundary: cxx turns an `Err` into an exception, and what Dr.Jit
+//! throws is caught in `cpp_shim/jit.cpp`. Only [`init_plugin`] is meant for others to call.
 
 mod bridge;
 mod describe;

@@ -54,8 +54,8 @@ thread_local! {
     static OPEN: RefCell<Option<Open>> = const { RefCell::new(None) };
 }
 
-/// Runs `body`, which may trace for a backend (a `JitBackend`). Handles cannot leave it: their type has the scope's lifetime, which
-/// `R` cannot name. A panic in `body` goes on when its variables are released.
+/// Runs `body`, which may trace for a backend (a `JitBackend`). Handles cannot leave it: their type has the scope's
+/// lifetime, which `R` cannot name. A panic in `body` goes on when its variables are released.
 ///
 /// # Errors
 /// The first message of Dr.Jit, or a call within another.

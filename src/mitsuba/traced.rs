@@ -1,6 +1,7 @@
 //! Numbers that Dr.Jit records: what an evaluator computes from them becomes part of a kernel.
 //!
-//! A handle is an index and can be copied; the [`Scope`] that it was made in owns the variable. Nothing is differentiable.
+//! A handle is an index and can be copied; the [`Scope`] that it was made in owns the variable. Nothing is
+//! differentiable.
 
 use super::jit;
 use super::scope::{self, Brand, Owned, Scope};
@@ -50,8 +51,8 @@ impl<T> Clone for Var<'_, T> {
 impl<T> Copy for Var<'_, T> {}
 
 impl<'s, T: Element> Var<'s, T> {
-    /// A variable that the caller keeps until the scope has ended, and whose elements are `T`. Index 0 is an error of the
-    /// scope's.
+    /// A variable that the caller keeps until the scope has ended, and whose elements are `T`. Index 0 is an error of
+    /// the scope's.
     pub fn borrowed(_: Scope<'s>, index: u32) -> Self {
         if index == 0 {
             jit::keep_error("an argument is an empty array");
