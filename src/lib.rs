@@ -1,6 +1,6 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
-//! Data flows one way: [`height_field`] → [`transform`] → [`table`] → [`reflectance`], [`methods`] → consumers
+//! Data flows one way: [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → consumers
 //! (the command line, the Mitsuba plugin, the C ABI in [`capi`]). Nothing upstream knows a consumer. [`compare`] judges their pictures, [`bench`]
 //! what the methods cost and how far off they are; [`cache`] keeps tables on disk.
 //!
@@ -17,6 +17,7 @@ pub mod bench;
 pub mod cache;
 pub mod capi;
 pub mod colour;
+pub mod colour_table;
 pub mod compare;
 pub mod config;
 #[cfg(feature = "gpu")]

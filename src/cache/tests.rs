@@ -109,7 +109,7 @@ fn a_corrupt_foreign_or_misnamed_entry_is_built_anew() {
         fs::write(&path, bytes).unwrap();
         let (surface, origin) = cache.surface(&field, &options).unwrap();
         assert_eq!(origin, Origin::Kept, "{what}");
-        assert_eq!(surface.table().records().len(), Surface::new(&field, &options).unwrap().table().records().len());
+        assert_eq!(surface.table().words().len(), Surface::new(&field, &options).unwrap().table().words().len());
         assert_eq!(cache.surface(&field, &options).unwrap().1, Origin::Read, "{what} was not replaced");
     }
     // Contents that agree with their hash but are of another make.
@@ -176,7 +176,7 @@ fn many_may_write_the_same_at_once() {
             scope.spawn(|| {
                 for _ in 0..5 {
                     let (surface, origin) = cache.surface(&field, &options).unwrap();
-                    assert_eq!(surface.table().records(), expected.table().records());
+                    assert_eq!(surface.table().words(), expected.table().words());
                     assert!(matches!(origin, Origin::Read | Origin::Kept), "{origin:?}");
                 }
             });

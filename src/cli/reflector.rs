@@ -57,7 +57,10 @@ impl Reflector {
         let (evaluator, surface) = match method {
             Method::Exact => {
                 let surface = surface()?;
-                (Evaluator::Exact(Box::new(Exact::new(&field, &options, surface.scale().cloned()))), Some(surface))
+                (
+                    Evaluator::Exact(Box::new(Exact::new(&field, &options, surface.albedo_table().cloned()))),
+                    Some(surface),
+                )
             }
             Method::Table => {
                 let surface = surface()?;

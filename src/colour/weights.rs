@@ -106,6 +106,16 @@ impl SpectralToRgb {
         &self.weights
     }
 
+    /// The weights as a density per nm at a wavelength in nm, linear between the samples and zero beyond them; its integral is
+    /// (1, 1, 1) as far as the outermost weights count for nothing.
+    pub fn density(&self, wavelength_nm: f64) -> [f64; 3] {
+        let place = (wavelength_nm - self.first_nm) / self.step_nm;
+        let below = place.floor();
+        let at = |i: f64| if i >= 0.0 { self.weights.get(i as usize).copied() } else { None }.unwrap_or_default();
+        let (a, b) = (at(below), at(below + 1.0));
+        std::array::from_fn(|c| (a[c] + (place - below) * (b[c] - a[c])) / self.step_nm)
+    }
+
     /// Linear sRGB of samples at [`SpectralToRgb::wavelengths_nm`]. Missing samples count as 0, surplus
     /// ones are ignored.
     pub fn rgb(&self, samples: &[f64]) -> [f64; 3] {

@@ -21,15 +21,16 @@ mod term_weights;
 #[cfg(test)]
 mod twins;
 
+pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 pub use bessel::TERMS_MAX;
 pub use flss::Flss;
 pub use nmm::Nmm;
-pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEATS_MAX, RESOLUTION, Repeats, build};
+pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEATS_MAX, Repeats, build};
 pub use orders::{NEIGHBOURHOOD_MAX, ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
-pub use table::{ColourTable, ColourTableOptions, ColourTableReport};
 
+use crate::colour_table::SUM_SQUARED_MAX;
 use std::borrow::Cow;
 
 /// One way to evaluate a surface in colour.
@@ -67,9 +68,6 @@ pub const COMMON_WGSL: &str = include_str!("common.wgsl");
 
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-
-/// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
-const SUM_SQUARED_MAX: f32 = 4.001;
 
 /// Whether `q` can be a sum of two directions above the surface. Nothing that is not finite can.
 fn is_query(q: [f32; 3]) -> bool {

@@ -7,8 +7,8 @@ use super::nmm::Nmm;
 use super::orders::NEIGHBOURHOOD_MAX;
 use super::pq::Pq;
 use super::stam::Stam;
-use super::{ColourTable, ColourTableOptions};
 use crate::colour::ColourError;
+use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, RESOLUTION};
 use crate::config::{COHERENCE_LENGTH_UM, MAX_LENGTH_UM, TOLERANCE};
 use crate::height_field::HeightField;
 use crate::reflectance::Options;
@@ -21,9 +21,6 @@ use std::fmt;
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
 pub const REPEATS_MAX: u32 = 10_000;
-
-/// Accepted multiples of the colour table's samples along each of its axes.
-pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
 /// The methods of the sources (model.md §4), and ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -175,6 +172,15 @@ pub enum MethodError {
     Table(#[from] TableError),
     #[error(transparent)]
     Colour(#[from] ColourError),
+}
+
+impl From<ColourTableError> for MethodError {
+    fn from(error: ColourTableError) -> Self {
+        match error {
+            ColourTableError::Table(error) => Self::Table(error),
+            ColourTableError::Colour(error) => Self::Colour(error),
+        }
+    }
 }
 
 impl MethodOptions {

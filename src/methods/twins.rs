@@ -5,7 +5,7 @@ use super::nmm::NmmUniform;
 use super::orders::OrderGrid;
 use super::pq::PqUniform;
 use super::stam::StamUniform;
-use super::table::{Ring, TableUniform};
+use super::table::{TableRing, TableUniform};
 use super::{COMMON_WGSL, Method, MethodKind, MethodOptions, build};
 use crate::height_field::Preset;
 use crate::reflectance::Options;
@@ -102,7 +102,7 @@ fn uniforms_lie_as_the_shaders_read_them() {
         assert_eq!(method.shader().uniform.len(), expected.0, "{kind}");
         if kind == MethodKind::Table {
             let expected: Layout = layout!(
-                Ring,
+                TableRing,
                 offset,
                 directions,
                 heights,

@@ -1,5 +1,5 @@
 use super::surface::Options;
-use super::{AlbedoScale, Pair, Vec3};
+use super::{AlbedoTable, Pair, Vec3};
 use crate::height_field::HeightField;
 use crate::table::{Model, Tiling, lag_grid, taper};
 use crate::transform::{Direction, Fft2, OrderTransform};
@@ -19,14 +19,14 @@ pub struct Exact {
     extent_um: (f64, f64),
     pixel_um: (f64, f64),
     tapers: Option<(Vec<f64>, Vec<f64>)>,
-    scale: Option<Arc<AlbedoScale>>,
+    albedo: Option<Arc<AlbedoTable>>,
     /// κ and data of the last query, which neighbouring queries often share.
     last: Mutex<Option<(f64, Arc<Vec<Complex64>>)>>,
 }
 
 impl Exact {
-    /// The oracle of `field`. `scale` is the surface's energy scaling, `None` for none.
-    pub fn new(field: &HeightField, options: &Options, scale: Option<Arc<AlbedoScale>>) -> Self {
+    /// The oracle of `field`. `albedo` is what the surface divides by to conserve energy, `None` for nothing.
+    pub fn new(field: &HeightField, options: &Options, albedo: Option<Arc<AlbedoTable>>) -> Self {
         let (nx, ny) = field.size();
         Self {
             transform: OrderTransform::new(field),
@@ -34,7 +34,7 @@ impl Exact {
             extent_um: field.extent_um(),
             pixel_um: (field.dx_um(), field.dy_um()),
             tapers: (options.tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny))),
-            scale,
+            albedo,
             last: Mutex::new(None),
         }
     }
@@ -46,8 +46,8 @@ impl Exact {
         let wavelength_um = wavelength_nm * 1e-3;
         let f = [pair.u / wavelength_um, pair.v / wavelength_um];
         let s = self.power_density(f, pair.kappa(wavelength_um));
-        let scale = self.scale.as_ref().map_or(1.0, |s| s.factor(wi, wavelength_nm) * s.factor(wo, wavelength_nm));
-        self.options.angular_factor(&pair) * scale * s / (wavelength_um * wavelength_um)
+        let factor = self.albedo.as_ref().map_or(1.0, |albedo| albedo.factor(wi, wo, wavelength_nm));
+        self.options.angular_factor(&pair) * factor * s / (wavelength_um * wavelength_um)
     }
 
     /// `S(f; κ)` in µm², `f` in cycles/µm, `kappa` in rad/µm.

@@ -96,5 +96,5 @@ pub fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelen
 
 /// The oracle of a surface's field, with the surface's own options.
 pub fn oracle(field: &HeightField, surface: &Surface) -> Exact {
-    Exact::new(field, surface.options(), surface.scale().cloned())
+    Exact::new(field, surface.options(), surface.albedo_table().cloned())
 }

@@ -63,7 +63,7 @@ fn sweep(name: &'static str, field: &HeightField, directions: usize) -> Result<G
     let options = Options::default();
     let surface = Surface::new(field, &options)?;
     let unscaled = Surface::new(field, &Options { conserve_energy: false, ..options.clone() })?;
-    let exact = Exact::new(field, &options, surface.scale().cloned());
+    let exact = Exact::new(field, &options, surface.albedo_table().cloned());
     let mut random = Random::new(10);
     let points = GRAZING_DEG.iter().map(|theta| at(*theta, [&surface, &unscaled], &exact, directions, &mut random));
     Ok(GrazingSurface { name, tolerance: options.tolerance, points: points.collect() })

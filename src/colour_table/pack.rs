@@ -1,5 +1,7 @@
-//! Three signed numbers in 32 bits: mantissas of 9 bits and a shared exponent of 5.
+//! Three signed numbers in 32 bits: mantissas of 9 bits, each with 256 added, and a shared exponent of 5.
 
+/// What words have added to mantissas, so that none is negative.
+pub(super) const EXCESS: u32 = 256;
 /// Largest mantissa; the sign takes the ninth bit.
 const MANTISSA_MAX: f32 = 255.0;
 /// Largest stored exponent.
@@ -11,24 +13,22 @@ pub(super) fn exponent_offset(largest: f32) -> u32 {
     (exponent(largest.max(f32::MIN_POSITIVE)) + 127 - EXPONENT_MAX).clamp(1, 200) as u32
 }
 
-/// Packs a colour: red in the lowest 9 bits, then green and blue in two's complement, then the exponent. Off by at
-/// most 0.4 % of the largest channel; values below 2⁻³¹ of the largest in the table are lost.
+/// Packs a colour: red in the lowest 9 bits, then green and blue, then the exponent. Off by at most
+/// 0.4 % of the largest channel; values below 2⁻³¹ of the largest in the table are lost.
 pub(super) fn pack(colour: [f32; 3], offset: u32) -> u32 {
     let largest = colour.iter().fold(0f32, |a, b| a.max(b.abs()));
-    if largest == 0.0 {
-        return 0;
-    }
-    let stored = (exponent(largest) + 127 - offset as i32).clamp(0, EXPONENT_MAX) as u32;
+    let stored = (exponent(largest.max(f32::MIN_POSITIVE)) + 127 - offset as i32).clamp(0, EXPONENT_MAX) as u32;
     let scale = power_of_two(stored, offset);
-    let word = |value: f32| (value / scale).round().clamp(-MANTISSA_MAX, MANTISSA_MAX) as i32 as u32 & 0x1ff;
-    word(colour[0]) | word(colour[1]) << 9 | word(colour[2]) << 18 | stored << 27
+    let word = |value: f32| (value / scale).round().clamp(-MANTISSA_MAX, MANTISSA_MAX) as i32 + EXCESS as i32;
+    let [r, g, b] = colour.map(|value| word(value) as u32);
+    r | g << 9 | b << 18 | stored << 27
 }
 
 /// The colour of a word.
-pub(super) fn unpack(word: u32, offset: u32) -> [f32; 3] {
+#[cfg(test)]
+fn unpack(word: u32, offset: u32) -> [f32; 3] {
     let scale = power_of_two(word >> 27, offset);
-    let mantissa = |shift: u32| ((word << shift) as i32 >> 23) as f32;
-    [mantissa(23) * scale, mantissa(14) * scale, mantissa(5) * scale]
+    [0, 9, 18].map(|shift| ((word >> shift & 0x1ff) as i32 - EXCESS as i32) as f32 * scale)
 }
 
 /// The exponent that gives `value` a mantissa of at most [`MANTISSA_MAX`] and more than half of it.

@@ -5,9 +5,8 @@
 //! over orders finely enough, and then read by every ring and at every w.
 
 use super::rings::RingPlan;
-use crate::methods::colours::{Colours, colour_density};
-use crate::methods::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
-use crate::table::{BANDS, KernelKind, NodeCurve, SpectralTable};
+use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
+use crate::table::{KernelKind, NodeCurve, SpectralTable};
 use std::f64::consts::TAU;
 
 /// Rays that are integrated together, lane by lane.
@@ -17,7 +16,10 @@ pub(super) const STEP_SIGMAS: f64 = 1.3;
 /// Fewest steps over the visible wavelengths: the colour matching functions are smooth over 6 nm.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// The visible wavelengths in µm.
-pub(super) const VISIBLE_UM: (f64, f64) = (WAVELENGTH_MIN_UM as f64, WAVELENGTH_MAX_UM as f64);
+pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
+
+/// What the interface reflects at a wavelength in nm and a cosine at the half vector.
+pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// The grid of ρ in cycles/µm along the rays of one group of rings.
 pub(super) struct Path {
@@ -51,10 +53,16 @@ impl Path {
         self.first + place as f64 * self.step
     }
 
-    /// Everything that does not depend on the ray. `colours` is a density per µm.
-    pub fn readings(&self, table: &SpectralTable, ring: &RingPlan, colours: &Colours) -> Vec<Reading> {
-        // dλ/λ² in 1/µm, times the normalisation of S.
-        let scale = (self.step / ring.radius * table.norm()) as f32;
+    /// Everything that does not depend on the ray.
+    pub fn readings(
+        &self,
+        table: &SpectralTable,
+        ring: &RingPlan,
+        colours: &SpectralToRgb,
+        reflectance: Reflectance,
+    ) -> Vec<Reading> {
+        // dλ/λ² in 1/µm, times the normalisation of S; colours are per nm.
+        let scale = 1e3 * self.step / ring.radius * table.norm();
         let mut readings = Vec::new();
         for place in 0..self.count {
             let frequency = self.frequency(place);
@@ -62,12 +70,14 @@ impl Path {
             if !(VISIBLE_UM.0..=VISIBLE_UM.1).contains(&wavelength_um) {
                 continue;
             }
-            let colour = colour_density(colours, wavelength_um as f32).map(|density| density * scale);
+            let wavelength_nm = 1e3 * wavelength_um;
+            let colour = colours.density(wavelength_nm);
             for (height, w) in ring.samples().into_iter().enumerate() {
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
                 let (linear, factor) = curve.factors();
+                let reflected = scale * reflectance(wavelength_nm, (0.5 * ring.radius.hypot(w)).min(1.0));
                 readings.push(Reading {
                     place,
                     height,
@@ -75,7 +85,7 @@ impl Path {
                     weights: weights.map(|weight| weight as f32),
                     linear: linear as f32,
                     factor: [factor.re as f32, factor.im as f32],
-                    colour,
+                    colour: colour.map(|channel| (channel * reflected) as f32),
                 });
             }
         }
@@ -110,21 +120,23 @@ impl Path {
 
     /// The joined records along the rays, lane by lane.
     fn joined(&self, table: &SpectralTable, directions: usize, first_ray: usize) -> Joined {
+        let rays: [[f64; 2]; LANES] = std::array::from_fn(|lane| {
+            let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
+            [cos, sin]
+        });
         let mut record = Vec::new();
         let mut joined = Joined { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
         for place in 0..self.count {
             let start = joined.values.len();
             joined.starts.push(start);
-            for lane in 0..LANES {
-                let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
-                let frequency = self.frequency(place);
-                table.joined_record([frequency * cos, frequency * sin], &mut record);
-                let used = record.get(BANDS..).unwrap_or_default();
-                let needed = start + used.len() * LANES;
+            let frequency = self.frequency(place);
+            for (lane, ray) in rays.iter().enumerate() {
+                table.joined_record(ray.map(|component| frequency * component), &mut record);
+                let needed = start + record.len() * LANES;
                 if joined.values.len() < needed {
                     joined.values.resize(needed, 0.0);
                 }
-                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(used) {
+                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(&record) {
                     to[lane] = *from;
                 }
             }

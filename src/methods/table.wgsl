@@ -1,4 +1,4 @@
-// Twin of mod.rs.
+// Twin of colour_table/lookup.rs.
 
 struct Ring {
     offset: u32,
@@ -29,8 +29,8 @@ struct Table {
 
 fn unpack(word: u32) -> vec3<f32> {
     let scale = bitcast<f32>(((word >> 27u) + table.exponent_offset) << 23u);
-    let shifted = bitcast<vec3<i32>>(vec3<u32>(word << 23u, word << 14u, word << 5u));
-    return vec3<f32>(shifted >> vec3<u32>(23u)) * scale;
+    let mantissas = vec3<u32>(word, word >> 9u, word >> 18u) & vec3<u32>(0x1ffu);
+    return (vec3<f32>(mantissas) - 256.0) * scale;
 }
 
 // Twin of turns; not atan2, whose precision is up to the driver.

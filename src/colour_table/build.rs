@@ -1,17 +1,17 @@
 //! Fills the rings and turns their samples into packed spline coefficients.
 
 use super::pack::{exponent_offset, pack};
-use super::path::{LANES, Path, Reading, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
+use super::path::{LANES, Path, Reading, Reflectance, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
 use super::rings::{RingPlan, Rings, W_LOG};
-use super::{ColourTable, ColourTableReport, Ring, TableUniform};
-use crate::config::{COHERENCE_LENGTH_UM, TOLERANCE};
+use super::{ColourLayout, ColourTable, ColourTableError, ColourTableReport, RESOLUTION, Ring};
+use crate::colour::SpectralToRgb;
 use crate::height_field::HeightField;
-use crate::methods::colours::{self, Colours};
-use crate::methods::options::in_range;
-use crate::methods::{MethodError, RESOLUTION};
-use crate::table::{BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, Tiling, WAVELENGTH_MIN_NM};
+use crate::table::{
+    BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM,
+};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use std::time::Instant;
 
@@ -19,7 +19,7 @@ use std::time::Instant;
 const COST_MAX: f64 = 1.5e9;
 
 /// What a table is made for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTableOptions {
     /// Four standard deviations of the coherence window, in µm.
     pub coherence_length_um: f64,
@@ -40,11 +40,27 @@ impl ColourTable {
     /// # Errors
     /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
     /// spectral table that would take more than its limit allows.
-    pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, MethodError> {
+    pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, ColourTableError> {
+        Self::build_reflecting(field, options, &|_, _| 1.0).map(|(table, _)| table)
+    }
+
+    /// As [`ColourTable::build`], with what the interface reflects at a wavelength in nm (380 to 780) and a cosine at the
+    /// half vector (0 to 1) inside the integral over wavelength. It should be smooth in the cosine, of which the table takes
+    /// as many samples as the relief asks for: six on a flat one. Answers the spectral table as well, for the
+    /// coherence length that is shown.
+    ///
+    /// # Errors
+    /// As [`ColourTable::build`].
+    pub fn build_reflecting(
+        field: &HeightField,
+        options: &ColourTableOptions,
+        reflectance: Reflectance,
+    ) -> Result<(Self, SpectralTable), ColourTableError> {
         let start = Instant::now();
-        in_range("coherence_length", options.coherence_length_um, &COHERENCE_LENGTH_UM, "0.001 to 100000 µm")?;
-        in_range("tolerance", options.tolerance, &TOLERANCE, "1e-6 to 0.1")?;
-        in_range("resolution", options.resolution, &RESOLUTION, "0.25 to 4")?;
+        in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
+        in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
+        in_range("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
+        let colours = SpectralToRgb::visible(1.0)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
         let (low, high) = field.range_um();
         let demand = BuildDemand {
@@ -66,11 +82,20 @@ impl ColourTable {
             2e3 / WAVELENGTH_MIN_NM,
             options.tolerance,
         );
-        let (table, _) = crate::table::build(&spectrum, options.tolerance, &Progress::none());
+        let table = crate::table::build(&spectrum, options.tolerance, &Progress::none())?.table;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
-        let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours::density()?);
-        Ok(assemble(&plan, rings, coherence_length_um, start))
+        let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
+        Ok((assemble(&plan, rings, coherence_length_um, sigma, start), table))
     }
+}
+
+fn in_range(
+    name: &'static str,
+    value: f64,
+    range: std::ops::RangeInclusive<f64>,
+    accepted: &'static str,
+) -> Result<(), TableError> {
+    if range.contains(&value) { Ok(()) } else { Err(TableError::OutOfRange { name, value, accepted }) }
 }
 
 /// Standard deviation in cycles/µm of the narrowest feature of S, that of an order's Gaussian.
@@ -95,7 +120,7 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
     loop {
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let plan = Rings::plan(sigma, high - low, options.tiling == Tiling::Aperiodic, options.resolution);
-        let small = 4 * plan.words() + size_of::<Ring>() * plan.rings.len() <= ColourTable::LIMIT_BYTES
+        let small = 4 * (plan.words() + Ring::WORDS * plan.rings.len()) <= ColourTable::LIMIT_BYTES
             && plan.rings.len() <= ColourTable::RINGS_MAX;
         if small && cost(&plan, sigma) <= COST_MAX {
             return (plan, coherence_length_um);
@@ -127,12 +152,20 @@ struct FilledRing {
     coefficients: Vec<f32>,
 }
 
-fn fill(table: &SpectralTable, plan: &Rings, sigma: f64, knee: f64, colours: &Colours) -> Vec<FilledRing> {
+fn fill(
+    table: &SpectralTable,
+    plan: &Rings,
+    sigma: f64,
+    knee: f64,
+    colours: &SpectralToRgb,
+    reflectance: Reflectance,
+) -> Vec<FilledRing> {
     plan.rings
         .chunk_by(|a, b| a.directions == b.directions)
         .flat_map(|group| {
             let path = Path::new(group, sigma);
-            let readings: Vec<Vec<Reading>> = group.iter().map(|ring| path.readings(table, ring, colours)).collect();
+            let readings: Vec<Vec<Reading>> =
+                group.iter().map(|ring| path.readings(table, ring, colours, reflectance)).collect();
             let directions = group[0].directions;
             let batches: Vec<Vec<f32>> = (0..directions.div_ceil(LANES))
                 .into_par_iter()
@@ -187,12 +220,16 @@ fn filled(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FilledRing {
         }
     }
     let inverse = interpolation_inverse(ring);
-    let mut column = vec![[0f32; 3]; heights];
+    let mut columns = vec![0f32; numbers];
     for value in values.chunks_exact_mut(numbers) {
-        for (i, column) in column.iter_mut().enumerate() {
-            *column = std::array::from_fn(|c| (0..heights).map(|j| inverse[i * heights + j] * value[3 * j + c]).sum());
+        for (weights, column) in inverse.chunks_exact(heights).zip(columns.chunks_exact_mut(3)) {
+            let mut sums = [0f32; 3];
+            for (weight, sample) in weights.iter().zip(value.chunks_exact(3)) {
+                sums.iter_mut().zip(sample).for_each(|(sum, sample)| *sum += weight * sample);
+            }
+            column.copy_from_slice(&sums);
         }
-        value.copy_from_slice(column.as_flattened());
+        value.copy_from_slice(&columns);
     }
     prefilter_around(&mut values, numbers);
     FilledRing { knee_squared, zero_squared, coefficients: values }
@@ -215,47 +252,48 @@ fn interpolation_inverse(ring: &RingPlan) -> Vec<f32> {
 fn prefilter_around(values: &mut [f32], numbers: usize) {
     const POLE: f32 = -0.267_949_2;
     let n = values.len() / numbers;
-    for number in 0..numbers {
-        // 0.27²⁴ is below the rounding of single precision; a ring has at least 16 directions.
-        let warm_up = 24.min(n);
-        let mut state = 0f32;
-        for i in n - warm_up..n {
-            state = values[i * numbers + number] + POLE * state;
+    // 0.27²⁴ is below the rounding of single precision; a ring has at least 16 directions.
+    let warm_up = 24.min(n);
+    let mut state = vec![0f32; numbers];
+    for row in values.chunks_exact(numbers).skip(n - warm_up) {
+        state.iter_mut().zip(row).for_each(|(state, value)| *state = value + POLE * *state);
+    }
+    for row in values.chunks_exact_mut(numbers) {
+        for (state, value) in state.iter_mut().zip(row) {
+            *state = *value + POLE * *state;
+            *value = *state;
         }
-        for i in 0..n {
-            state = values[i * numbers + number] + POLE * state;
-            values[i * numbers + number] = state;
-        }
-        // The way back starts from what it would have come to after one turn.
-        let mut state = 0f32;
-        for i in (0..warm_up).rev() {
-            state = POLE * (state - values[i * numbers + number]);
-        }
-        for i in (0..n).rev() {
-            state = POLE * (state - values[i * numbers + number]);
-            values[i * numbers + number] = 6.0 * state;
+    }
+    // The way back starts from what it would have come to after one turn.
+    state.fill(0.0);
+    for row in values.chunks_exact(numbers).take(warm_up).rev() {
+        state.iter_mut().zip(row).for_each(|(state, value)| *state = POLE * (*state - value));
+    }
+    for row in values.chunks_exact_mut(numbers).rev() {
+        for (state, value) in state.iter_mut().zip(row) {
+            *state = POLE * (*state - *value);
+            *value = 6.0 * *state;
         }
     }
 }
 
-fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, start: Instant) -> ColourTable {
+fn assemble(
+    plan: &Rings,
+    filled: Vec<FilledRing>,
+    coherence_length_um: f64,
+    sigma: f64,
+    start: Instant,
+) -> ColourTable {
     let largest = filled
         .par_iter()
         .map(|ring| ring.coefficients.iter().fold(0f32, |a, b| a.max(b.abs())))
         .reduce(|| 0.0, f32::max);
     let exponent_offset = exponent_offset(largest);
-    let mut words = Vec::with_capacity(plan.words());
-    let rings = plan.rings.len();
-    let mut layout = Box::new(TableUniform {
-        knee_radius: plan.knee_radius as f32,
-        growth: plan.growth as f32,
-        w_log: W_LOG as f32,
-        exponent_offset,
-        last_ring: rings as u32 - 1,
-        ..bytemuck::Zeroable::zeroed()
-    });
-    for (place, (ring, filled)) in layout.rings.iter_mut().zip(plan.rings.iter().zip(filled)) {
-        *place = Ring {
+    let count = plan.rings.len();
+    let mut words = Vec::with_capacity(plan.words() + Ring::WORDS * count + 4);
+    let mut rings = Vec::with_capacity(count);
+    for (ring, filled) in plan.rings.iter().zip(filled) {
+        rings.push(Ring {
             offset: words.len() as u32,
             directions: ring.directions as u32,
             heights: ring.heights() as u32,
@@ -263,17 +301,26 @@ fn assemble(plan: &Rings, filled: Vec<FilledRing>, coherence_length_um: f64, sta
             knots_per_efold: ring.knots.1 as f32,
             knee_squared: filled.knee_squared as f32,
             zero_squared: filled.zero_squared as f32,
-            _pad: 0,
-        };
+        });
         words.extend(filled.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
     }
-    // Whole fours, as buffers are bound.
+    // Whole fours, as buffers are bound and packets are read.
     words.resize(words.len().next_multiple_of(4), 0);
+    let layout = ColourLayout {
+        knee_radius: plan.knee_radius as f32,
+        growth: plan.growth as f32,
+        w_log: W_LOG as f32,
+        exponent_offset,
+        last_ring: count as u32 - 1,
+        rings_at: words.len() as u32 / 4,
+    };
+    words.extend(rings.iter().flat_map(Ring::words));
     let report = ColourTableReport {
-        bytes: 4 * words.len() + size_of::<Ring>() * rings,
-        rings,
+        bytes: 4 * words.len(),
+        rings: count,
         directions: plan.rings.iter().map(|ring| ring.directions).max().unwrap_or(0),
         coherence_length_um,
+        order_sigma_per_um: sigma,
         build_seconds: start.elapsed().as_secs_f64(),
     };
     ColourTable { layout, words, report }

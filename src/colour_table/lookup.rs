@@ -1,0 +1,195 @@
+//! How a table is read, by value or by a recorded kernel.
+
+use super::{ColourLayout, Ring};
+use crate::numeric::math::polynomial;
+use crate::numeric::{Index, Number, Numbers, Real};
+use std::array;
+use std::f64::consts::LN_2;
+
+/// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
+pub const SUM_SQUARED_MAX: f32 = 4.001;
+
+/// What the words have added to each mantissa; see [`super::pack`].
+const EXCESS: f64 = super::pack::EXCESS as f64;
+
+/// A colour table as an evaluator reads it.
+#[derive(Clone, Copy, Debug)]
+pub struct ColourView<N: Numbers> {
+    pub layout: ColourLayout,
+    /// [`super::ColourTable::words`].
+    pub words: N::Words,
+}
+
+impl<N: Numbers> ColourView<N> {
+    /// The colour `F` of `q = (u, v, w)` (see the [module](super)), linear sRGB in 1/sr; colours outside sRGB have negative
+    /// channels. Zero unless `active`, `w > 0`, and `q` the sum of two unit vectors.
+    #[inline(always)]
+    pub fn response(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
+        let lit = N::Real::lit;
+        let squared = u.fma(u, v * v);
+        // Nothing that is not finite is the sum of two unit vectors.
+        let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
+        let turn = turns(u, v);
+        let growth = f64::from(self.layout.growth);
+        let stretched = squared.sqrt() * lit(growth / f64::from(self.layout.knee_radius));
+        let arsinh = (stretched + stretched.fma(stretched, lit(1.0)).sqrt()).log2() * lit(LN_2);
+        let position = arsinh * lit(1.0 / growth) - lit(0.5);
+        let first = position.floor();
+        let weights = lagrange_weights(position - first);
+        let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
+        let numbers = [-1.0, 0.0, 1.0, 2.0].map(|i| first + lit(i));
+        let rings =
+            N::each_lane(c"rings of colours", numbers, valid, |number| self.on_ring(number, turn, w, efolds, valid));
+        array::from_fn(|c| {
+            let sum = (0..4).fold(lit(0.0), |sum, i| weights[i].fma(rings[c][i], sum));
+            N::Real::select(valid, sum, lit(0.0))
+        })
+    }
+
+    /// The value on the ring of this number at `turn` (a direction in turns) and `w`; numbers below 0 are beyond the centre,
+    /// on the other side. `efolds` is `ln(1 + w/w_log)`.
+    #[inline(always)]
+    fn on_ring(&self, number: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
+        let (lit, index) = (N::Real::lit, N::Index::lit);
+        let mirrored = number.lt(lit(0.0));
+        let number = N::Real::select(mirrored, lit(-1.0) - number, number).min(lit(self.layout.last_ring.into()));
+        let turn = N::Real::select(mirrored, turn + lit(0.5), turn);
+        const PACKETS: u32 = Ring::WORDS as u32 / 4;
+        let record = N::index(number) * index(PACKETS) + index(self.layout.rings_at);
+        let [offset, directions, heights, knots_per_w] = N::gather::<4>(self.words, record, active);
+        let rest = N::gather::<4>(self.words, record + index(1), active);
+        let [knots_per_efold, knee_squared, zero_squared, _] = rest.map(N::from_bits);
+        let around = N::real(directions);
+        let x = turn * around;
+        let y = w.fma(N::from_bits(knots_per_w), knots_per_efold * efolds);
+        let column = x.floor();
+        let row = y.floor().min(N::real(heights) - lit(4.0));
+        let across = cubic_weights(x - column);
+        let along = cubic_weights(y - row);
+        // A turn lies in [−½, 1], so one addition makes the number of the direction positive, and one subtraction small
+        // enough.
+        let beyond = N::index(column + around - lit(1.0));
+        let mut direction = N::Index::select(directions.le(beyond), beyond - directions, beyond);
+        let start = offset + N::index(row);
+        // The four heights side by side, which vectors of four serve; [channel][height].
+        let (mut sums, mut scales) = ([[lit(0.0); 4]; 3], [lit(0.0); 4]);
+        for across in across {
+            let words = four_words::<N>(self.words, direction * heights + start, active);
+            let scale =
+                words.map(|word| N::from_bits(((word >> 27) + index(self.layout.exponent_offset)) << 23) * across);
+            for (c, sum) in sums.iter_mut().enumerate() {
+                let mantissa = words.map(|word| N::real((word >> (9 * c as u32)) & index(0x1ff)));
+                *sum = array::from_fn(|j| mantissa[j].fma(scale[j], sum[j]));
+            }
+            scales = array::from_fn(|j| scales[j] + scale[j]);
+            let next = direction + index(1);
+            direction = N::Index::select(next.lt(directions), next, index(0));
+        }
+        let squared = w * w;
+        let shape = (squared + zero_squared) / (squared + knee_squared);
+        let along = along.map(|weight| weight * shape);
+        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| scales[j].fma(lit(-EXCESS), sum[j]).fma(along[j], total)))
+    }
+}
+
+/// The four words from `first` on.
+#[inline(always)]
+fn four_words<N: Numbers>(words: N::Words, first: N::Index, active: N::Mask) -> [N::Index; 4] {
+    let index = N::Index::lit;
+    if N::UNALIGNED {
+        return array::from_fn(|i| {
+            let [word] = N::gather::<1>(words, first + index(i as u32), active);
+            word
+        });
+    }
+    // Two packets hold them, of which the first lie in the first: moved by two, then by one.
+    let packet = first >> 2;
+    let [a, b, c, d] = N::gather::<4>(words, packet, active);
+    let [e, f, g, _] = N::gather::<4>(words, packet + index(1), active);
+    let select = N::Index::select;
+    let by_two = index(1).lt(first & index(3));
+    let halfway: [N::Index; 5] = array::from_fn(|i| select(by_two, [c, d, e, f, g][i], [a, b, c, d, e][i]));
+    let by_one = index(0).lt(first & index(1));
+    array::from_fn(|i| select(by_one, halfway[i + 1], halfway[i]))
+}
+
+/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1], off by at most 6e-9 of a turn.
+const TURNS: [f64; 8] = [
+    1.591_548_4e-1,
+    -5.304_612e-2,
+    3.174_594_5e-2,
+    -2.213_627e-2,
+    1.534_603e-2,
+    -8.898_719e-3,
+    3.479_595e-3,
+    -6.453_036_6e-4,
+];
+
+/// The direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 for no direction. WGSL leaves `atan2` 4096 units in
+/// the last place, which is a quarter of the distance between directions, so both twins have this.
+#[inline(always)]
+fn turns<R: Real>(u: R, v: R) -> R {
+    let (across, along) = (v.abs(), u.abs());
+    let largest = across.max(along).max(R::lit(1e-37));
+    let ratio = across.min(along) / largest;
+    let octant = ratio * polynomial(ratio * ratio, &TURNS);
+    let quadrant = R::select(along.lt(across), R::lit(0.25) - octant, octant);
+    let half = R::select(u.lt(R::lit(0.0)), R::lit(0.5) - quadrant, quadrant);
+    R::select(v.lt(R::lit(0.0)), -half, half)
+}
+
+/// Weights of the coefficients −1, 0, 1, 2 of a uniform cubic B-spline at `t` in [0, 1].
+#[inline(always)]
+fn cubic_weights<R: Real>(t: R) -> [R; 4] {
+    let s = R::lit(1.0) - t;
+    let outer = |t: R| t * t * t * R::lit(1.0 / 6.0);
+    let inner = |t: R| (t * t).fma(t.fma(R::lit(0.5), R::lit(-1.0)), R::lit(2.0 / 3.0));
+    [outer(s), inner(t), inner(s), outer(t)]
+}
+
+/// Weights of the values at −1, 0, 1, 2 of the cubic through them, at `t` in [0, 1].
+#[inline(always)]
+fn lagrange_weights<R: Real>(t: R) -> [R; 4] {
+    let (a, b, c) = (t + R::lit(1.0), t - R::lit(1.0), t - R::lit(2.0));
+    let (sixth, half) = (R::lit(1.0 / 6.0), R::lit(0.5));
+    [-t * b * c * sixth, a * b * c * half, -a * t * c * half, a * t * b * sixth]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Plain;
+
+    #[test]
+    fn turns_are_those_of_the_arc_tangent() {
+        for i in 0..2000 {
+            let angle = (f64::from(i) - 1000.0) * 1e-3 * std::f64::consts::PI;
+            let (sin, cos) = angle.sin_cos();
+            let found = f64::from(turns(0.3 * cos as f32, 0.3 * sin as f32));
+            let expected = angle / std::f64::consts::TAU;
+            // The coefficients' error and a few roundings; at the ends ±½ are the same direction.
+            let off = (found - expected).abs();
+            assert!(off.min((off - 1.0).abs()) < 1e-7, "{found} {expected}");
+        }
+        assert_eq!(turns(0.0f32, 0.0), 0.0);
+    }
+
+    #[test]
+    fn weights_of_splines_and_of_cubics_sum_to_one() {
+        for i in 0..=10 {
+            let t = f64::from(i) / 10.0;
+            assert!((cubic_weights(t).iter().sum::<f64>() - 1.0).abs() < 1e-15);
+            let moment: f64 = lagrange_weights(t).iter().zip([-1.0, 0.0, 1.0, 2.0]).map(|(w, x)| w * x * x * x).sum();
+            assert!((moment - t * t * t).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn words_are_found_wherever_they_begin() {
+        let words: Vec<u32> = (100..120).collect();
+        for first in 0..16 {
+            let found = four_words::<Plain<f32>>(&words, first, true);
+            assert_eq!(found, [0, 1, 2, 3].map(|i| 100 + first + i));
+        }
+    }
+}

@@ -1,0 +1,75 @@
+//! `table`, our own method: the [colour table](crate::colour_table), read with a few fetches.
+
+use super::{Method, MethodShader};
+use crate::colour_table::{ColourTable, Ring};
+use bytemuck::{Pod, Zeroable};
+use std::borrow::Cow;
+
+/// The uniform struct of `table.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct TableUniform {
+    /// As of [`crate::colour_table::ColourLayout`].
+    pub knee_radius: f32,
+    pub growth: f32,
+    pub w_log: f32,
+    pub exponent_offset: u32,
+    pub last_ring: u32,
+    pub _pad0: u32,
+    pub _pad1: u32,
+    pub _pad2: u32,
+    /// From the centre outwards; those after the last are empty.
+    pub rings: [TableRing; ColourTable::RINGS_MAX],
+}
+
+/// One ring, as [`Ring`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub(super) struct TableRing {
+    pub offset: u32,
+    pub directions: u32,
+    pub heights: u32,
+    pub knots_per_w: f32,
+    pub knots_per_efold: f32,
+    pub knee_squared: f32,
+    pub zero_squared: f32,
+    pub _pad: u32,
+}
+
+impl From<Ring> for TableRing {
+    fn from(ring: Ring) -> Self {
+        let Ring { offset, directions, heights, knots_per_w, knots_per_efold, knee_squared, zero_squared } = ring;
+        Self { offset, directions, heights, knots_per_w, knots_per_efold, knee_squared, zero_squared, _pad: 0 }
+    }
+}
+
+impl Method for ColourTable {
+    fn response(&self, [u, v, w]: [f32; 3]) -> [f32; 3] {
+        self.view::<f32>().response(u, v, w, true)
+    }
+
+    fn spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+        None
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        let layout = self.layout();
+        let mut uniform = Box::new(TableUniform {
+            knee_radius: layout.knee_radius,
+            growth: layout.growth,
+            w_log: layout.w_log,
+            exponent_offset: layout.exponent_offset,
+            last_ring: layout.last_ring,
+            ..Zeroable::zeroed()
+        });
+        for (place, ring) in uniform.rings.iter_mut().zip(self.rings()) {
+            *place = ring.into();
+        }
+        MethodShader {
+            name: "table",
+            wgsl: include_str!("table.wgsl"),
+            uniform: bytemuck::bytes_of(&*uniform).to_vec(),
+            storage: vec![Cow::Borrowed(bytemuck::cast_slice(self.samples()))],
+        }
+    }
+}

@@ -1,0 +1,225 @@
+//! Fills an [`AlbedoTable`].
+
+use super::gathered::Gathered;
+use super::{AlbedoLayout, AlbedoTable, bf16_above};
+use crate::reflectance::Vec3;
+use crate::reflectance::surface::{COS_85_DEGREES, Options};
+use crate::table::{KernelKind, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+/// Cells along a side and planes of wavelength, and places in a sum up to which each grid is used.
+const GRIDS: [(u32, u32, usize); 4] = [(48, 16, 400), (32, 12, 1500), (24, 10, 12_000), (16, 6, usize::MAX)];
+/// Places between the nodes of every cell that are looked at.
+const SAMPLES: usize = 3;
+/// Albedo up to which nothing is divided: quadrature is good to about this.
+pub(super) const ALBEDO_MAX: f64 = 1.0003;
+/// Steps towards the least divisor, each of which is one.
+const STEPS: usize = 6;
+/// Widest node, as a standard deviation in direction cosines at the longest wavelength, of which no part is reflected from
+/// beside the mirror direction at grazing, where the excess would grow as 1/cos²θ.
+const GRAZING_SIGMA: f64 = 0.02;
+
+/// How much the division changes.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct AlbedoReport {
+    /// Largest albedo before, over the nodes below 85°.
+    pub albedo_max_unscaled: f64,
+    /// Mean of the albedo over incident directions weighted by cosθ and over wavelengths, before and after.
+    pub albedo_mean_unscaled: f64,
+    pub albedo_mean_scaled: f64,
+}
+
+impl AlbedoTable {
+    /// The table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
+    pub fn build(table: &SpectralTable, options: &Options) -> Option<(Self, AlbedoReport)> {
+        if table.kernel() != KernelKind::Power {
+            return None;
+        }
+        let gathered = Gathered::new(table, options);
+        let layout = layout(&gathered);
+        let guess = Nodes::new(layout, &gathered, None);
+        if guess.values.iter().all(|&value| value == 0.0) {
+            let mean = mean(&gathered, &layout, None);
+            return Some((guess.packed(), report(&guess, mean)));
+        }
+        let lower = Nodes::new(layout, &gathered, Some(&guess.packed()));
+        let known = lower.packed();
+        let mut nodes = Nodes::new(layout, &gathered, Some(&known));
+        nodes.values.iter_mut().zip(&lower.values).for_each(|(value, &lower)| *value = value.max(lower));
+        nodes.raise(&gathered, &known);
+        let built = nodes.packed();
+        let mean = mean(&gathered, &layout, Some(&built));
+        Some((built, report(&guess, mean)))
+    }
+}
+
+/// The grid for a table.
+pub(super) fn layout(gathered: &Gathered) -> AlbedoLayout {
+    let places = gathered.places();
+    let (cells, planes, _) = GRIDS.into_iter().find(|grid| places <= grid.2).unwrap_or(GRIDS[GRIDS.len() - 1]);
+    let wide = 1e-3 * WAVELENGTH_MAX_NM * gathered.sigma_f() > GRAZING_SIGMA;
+    AlbedoLayout {
+        cells,
+        planes,
+        wavelength_min_nm: WAVELENGTH_MIN_NM as f32,
+        planes_per_nm: ((f64::from(planes) - 1.0) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM)) as f32,
+        horizon: if wide { 0.0 } else { 1.0 },
+    }
+}
+
+/// The least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t`, from above; the albedo itself, if above one, without `b`.
+fn least(gathered: &Gathered, known: Option<&AlbedoTable>, wi: Vec3, wavelength_nm: f64) -> f64 {
+    let mut parts = Vec::new();
+    let mut albedo = 0.0;
+    gathered.visit(wi, wavelength_nm, |wo, part| {
+        albedo += part;
+        parts.push((wo, part));
+    });
+    if albedo <= ALBEDO_MAX {
+        return 1.0;
+    }
+    let Some(known) = known else { return albedo };
+    let view = known.view::<f64>();
+    let parts: Vec<(f64, f64)> =
+        parts.into_iter().map(|(wo, part)| (part, part / view.albedo(wo, wavelength_nm, true))).collect();
+    let mut t = albedo;
+    for _ in 0..STEPS {
+        // Concave in t, and no more than t where t does, so that every step does if the first does.
+        t = parts.iter().map(|(part, divided)| part.min(t * divided)).sum::<f64>().max(1.0);
+    }
+    t
+}
+
+/// Excesses at the nodes, `[wavelength][y][x]`.
+struct Nodes {
+    layout: AlbedoLayout,
+    values: Vec<f32>,
+}
+
+impl Nodes {
+    /// What [`least`] gives at every node; nodes that no cell of the disc has are zero.
+    fn new(layout: AlbedoLayout, gathered: &Gathered, known: Option<&AlbedoTable>) -> Self {
+        let (side, in_plane) = (layout.side(), layout.in_plane());
+        let value = |i: usize| {
+            let (wi, radius) = layout.direction([(i % side) as f64, (i % in_plane / side) as f64]);
+            if layout.is_beyond(radius) {
+                return 0.0;
+            }
+            let nm = layout.wavelength_nm((i / in_plane) as f64);
+            ((least(gathered, known, wi, nm) - 1.0) * layout.cosines(wi[2])) as f32
+        };
+        let count = in_plane * layout.planes as usize;
+        Self { layout, values: (0..count).into_par_iter().map(value).collect() }
+    }
+
+    /// Numbers of the eight nodes of a cell, with their weights at a place in it.
+    fn corners(&self, [x, y, l]: [usize; 3], [tx, ty, tl]: [f64; 3]) -> [(usize, f64); 8] {
+        let weight = |upper: usize, t: f64| if upper == 1 { t } else { 1.0 - t };
+        std::array::from_fn(|k| {
+            let (dx, dy, dl) = (k & 1, k >> 1 & 1, k >> 2);
+            let node = ((l + dl) * self.layout.side() + y + dy) * self.layout.side() + x + dx;
+            (node, weight(dx, tx) * weight(dy, ty) * weight(dl, tl))
+        })
+    }
+
+    /// Raises nodes until nothing at the places looked at between them lies below what [`least`] asks for.
+    fn raise(&mut self, gathered: &Gathered, known: &AlbedoTable) {
+        let (cells, planes) = (self.layout.cells as usize, self.layout.planes as usize);
+        let count = cells * cells * (planes - 1) * SAMPLES;
+        let nodes = &*self;
+        let asked: Vec<_> = (0..count)
+            .into_par_iter()
+            .filter_map(|i| {
+                let cell = [i / SAMPLES % cells, i / SAMPLES / cells % cells, i / SAMPLES / cells / cells];
+                let inside = scattered(i);
+                let (wi, radius) = nodes.layout.direction([0, 1].map(|c| cell[c] as f64 + inside[c]));
+                if radius >= 1.0 {
+                    return None;
+                }
+                let nm = nodes.layout.wavelength_nm(cell[2] as f64 + inside[2]);
+                let asked = (least(gathered, Some(known), wi, nm) - 1.0) * nodes.layout.cosines(wi[2]);
+                (asked > 0.0).then(|| (nodes.corners(cell, inside), asked))
+            })
+            .collect();
+        raise(&mut self.values, asked);
+    }
+
+    fn packed(&self) -> AlbedoTable {
+        let (cells, planes) = (self.layout.cells as usize, self.layout.planes as usize);
+        let half = |node: usize| bf16_above(self.values[node]);
+        let words = (0..cells * cells * (planes - 1)).flat_map(|i| {
+            let corners = self.corners([i % cells, i / cells % cells, i / cells / cells], [0.0; 3]);
+            [0, 2, 4, 6].map(|k| half(corners[k].0) | half(corners[k + 1].0) << 16)
+        });
+        AlbedoTable { layout: self.layout, words: words.collect() }
+    }
+}
+
+/// Raises nodes by the least that brings every place up to what is asked there: places as nodes with their weights.
+pub(super) fn raise<const K: usize>(values: &mut [f32], asked: impl IntoIterator<Item = ([(usize, f64); K], f64)>) {
+    let mut most = vec![0f32; values.len()];
+    for (corners, asked) in asked {
+        let have: f64 = corners.iter().map(|&(node, weight)| weight * f64::from(values[node])).sum();
+        let squares: f64 = corners.iter().map(|corner| corner.1 * corner.1).sum();
+        for (node, weight) in corners {
+            // Times their weights these sum to what is lacking.
+            most[node] = most[node].max(((asked - have) * weight / squares) as f32);
+        }
+    }
+    values.iter_mut().zip(most).for_each(|(value, by)| *value += by);
+}
+
+/// Means before and after.
+fn mean(gathered: &Gathered, layout: &AlbedoLayout, built: Option<&AlbedoTable>) -> [f64; 2] {
+    let (side, in_plane) = (layout.side(), layout.in_plane());
+    let at = |i: usize| {
+        // Every other node of every other plane.
+        let (wi, radius) = layout.direction([(i % side) as f64, (i % in_plane / side) as f64]);
+        if radius >= 1.0 || i % 2 == 1 || i / in_plane % 2 == 1 {
+            return [0.0; 3];
+        }
+        // Solid angle of a node, up to a constant, times cosθ.
+        let weight = wi[2].powf(1.5);
+        let (mut before, mut after) = (0.0, 0.0);
+        let nm = layout.wavelength_nm((i / in_plane) as f64);
+        let view = built.map(|built| built.view::<f64>());
+        let place = view.as_ref().map(|view| view.place(wi));
+        gathered.visit(wi, nm, |wo, part| {
+            before += part;
+            let factor = match (&view, &place) {
+                (Some(view), Some(place)) => view.factor_at(place, &view.place(wo), nm, true),
+                _ => 1.0,
+            };
+            after += part * factor;
+        });
+        [weight, weight * before, weight * after]
+    };
+    let sums = (0..in_plane * layout.planes as usize)
+        .into_par_iter()
+        .map(at)
+        .reduce(|| [0.0; 3], |a, b| std::array::from_fn(|k| a[k] + b[k]));
+    [sums[1] / sums[0], sums[2] / sums[0]]
+}
+
+/// `unscaled` holds the albedos above one, as excesses.
+fn report(unscaled: &Nodes, mean: [f64; 2]) -> AlbedoReport {
+    let layout = &unscaled.layout;
+    let side = layout.side();
+    let steep = unscaled.values.iter().enumerate().filter_map(|(i, &value)| {
+        let (wi, _) = layout.direction([(i % side) as f64, (i % layout.in_plane() / side) as f64]);
+        (wi[2] > COS_85_DEGREES).then(|| 1.0 + f64::from(value) / layout.cosines(wi[2]))
+    });
+    AlbedoReport {
+        albedo_max_unscaled: steep.fold(1.0, f64::max),
+        albedo_mean_unscaled: mean[0],
+        albedo_mean_scaled: mean[1],
+    }
+}
+
+/// A point of an additive sequence, any few neighbours of which lie evenly in the unit cube (reciprocal powers of the root of
+/// x⁴ = x + 1).
+pub(super) fn scattered(i: usize) -> [f64; 3] {
+    [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
+        .map(|step| (0.5 + step * i as f64).fract())
+}

@@ -1,0 +1,154 @@
+//! No energy is created: the reflectance is divided by what the albedo would exceed one by (model.md, "The reflectance").
+//!
+//! `f'(wi, wo) = f(wi, wo) / max(1, A(wi), A(wo))` reflects at most `A(wi)/max(1, A(wi)) ≤ 1` of what falls on it, at every
+//! direction and whatever `f` is, if `A(wi)` is at least `∫ f cosθo dωo`, the albedo of the model as it is. It is reciprocal
+//! because `f` is.
+//!
+//! The bound holds for less. Light that leaves in a direction is divided by that direction's `A` as well, so that it is enough if,
+//! for any function `b` and `A ≥ b`,
+//!
+//! ```text
+//! A(wi) ≥ t,  the least t ≥ 1 with  ∫ f(wi, wo) min(1, t/b(wo)) cosθo dωo ≤ t
+//! ```
+//!
+//! because then `∫ f/max(1, A(wi), A(wo)) ≤ 1/A(wi) · ∫ f·min(1, A(wi)/b(wo)) ≤ 1`. [`build`] takes for `b` what the same equation
+//! gives for a first guess. That spares directions from which a narrow order leaves along the surface: the albedo has a pole there,
+//! of light that its own direction takes away anyway, and a table would spread it over whole cells.
+//!
+//! [`AlbedoTable`] holds `A` on a grid of direction and wavelength, never below what is asked for at thousands of places
+//! between its nodes.
+
+mod build;
+mod colour;
+mod gathered;
+mod grid;
+
+pub use build::AlbedoReport;
+pub use colour::{ColourAlbedoTable, ColourAlbedoView};
+pub(crate) use grid::Place;
+use grid::place;
+
+use crate::numeric::math::{bf16_pair, lerp};
+use crate::numeric::{Index, Number, Numbers, Plain, Real};
+use serde::{Deserialize, Serialize};
+
+/// How the words of a table are arranged: `[wavelength][y][x]`, cell by cell.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct AlbedoLayout {
+    /// Cells along either side of the square about the disc of directions.
+    pub cells: u32,
+    /// Nodes in wavelength, at least two; one where the table holds colours.
+    pub planes: u32,
+    /// Wavelength of the first plane in nm, and planes per nm.
+    pub wavelength_min_nm: f32,
+    pub planes_per_nm: f32,
+    /// 1 where the excess of the albedo grows as 1/cosθ towards the horizon, 0 where as 1/cos²θ (see [`AlbedoTable`]).
+    pub horizon: f32,
+}
+
+/// The divisor of the reflectance as a table.
+///
+/// A node holds `E = (A − 1)·cosθ·(h + (1 − h)·cosθ)`, with `h` the layout's `horizon`: zero where nothing is to be divided, and finite at
+/// the horizon, where `A` has a pole. A cell is a packet of four words, so that one read serves a look-up: the corners
+/// (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of its lower plane of wavelength and then of its upper, each the upper half of a number of
+/// single precision, rounded up.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct AlbedoTable {
+    layout: AlbedoLayout,
+    words: Vec<u32>,
+}
+
+impl AlbedoTable {
+    /// Arrangement of [`AlbedoTable::words`].
+    pub fn layout(&self) -> &AlbedoLayout {
+        &self.layout
+    }
+
+    /// The packets of all cells.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.words.as_slice())
+    }
+
+    /// Whether no albedo exceeds one, so that nothing is divided.
+    pub fn is_one(&self) -> bool {
+        self.words.iter().all(|&word| word == 0)
+    }
+
+    /// What evaluates, by value.
+    pub fn view<F>(&self) -> AlbedoView<Plain<'_, F>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
+    {
+        AlbedoView { layout: self.layout, words: &self.words }
+    }
+
+    /// `1/max(1, A(wi), A(wo))` in double precision; 1 for directions at the normal if nothing is divided there. The wavelength is in nm.
+    pub fn factor(&self, wi: super::Vec3, wo: super::Vec3, wavelength_nm: f64) -> f64 {
+        self.view::<f64>().factor(wi, wo, wavelength_nm, true)
+    }
+}
+
+/// Reads an [`AlbedoTable`], over any [`Numbers`].
+pub struct AlbedoView<N: Numbers> {
+    /// As of the table.
+    pub layout: AlbedoLayout,
+    /// [`AlbedoTable::words`].
+    pub words: N::Words,
+}
+
+impl<N: Numbers> AlbedoView<N> {
+    /// `A` of a direction of unit length above the surface at a wavelength in nm, both brought into the table's range; at least one.
+    #[inline(always)]
+    pub fn albedo(&self, w: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+        N::Real::lit(1.0) + self.excess(&self.place(w), wavelength_nm, active)
+    }
+
+    /// `1/max(1, A(wi), A(wo))`.
+    #[inline(always)]
+    pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+        self.factor_at(&self.place(wi), &self.place(wo), wavelength_nm, active)
+    }
+
+    /// The same for places of directions, which serve every wavelength.
+    #[inline(always)]
+    pub(crate) fn factor_at(&self, i: &Place<N>, o: &Place<N>, wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+        let excess = self.excess(i, wavelength_nm, active).max(self.excess(o, wavelength_nm, active));
+        N::Real::lit(1.0) / (N::Real::lit(1.0) + excess)
+    }
+
+    /// Where in the grid a direction lies.
+    #[inline(always)]
+    pub(crate) fn place(&self, w: [N::Real; 3]) -> Place<N> {
+        place(self.layout.cells, self.layout.horizon, w)
+    }
+
+    /// `A − 1`.
+    #[inline(always)]
+    pub(crate) fn excess(&self, place: &Place<N>, wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+        let lit = |value: f64| N::Real::lit(value);
+        let last = f64::from(self.layout.planes - 1);
+        let l = (wavelength_nm - lit(self.layout.wavelength_min_nm.into())) * lit(self.layout.planes_per_nm.into());
+        let l = l.clip(lit(0.0), lit(last));
+        let plane = l.floor().min(lit(last - 1.0));
+        let in_plane = self.layout.cells * self.layout.cells;
+        let packet = N::index(plane) * N::Index::lit(in_plane) + place.cell;
+        let corners = N::gather::<4>(self.words, packet, active).map(bf16_pair::<N>);
+        let [low, high] = [0, 2].map(|first| {
+            let [near, far] = [0, 1].map(|row| lerp(corners[first + row][0], corners[first + row][1], place.x));
+            lerp(near, far, place.y)
+        });
+        lerp(low, high, l - plane) * place.per_cosine
+    }
+}
+
+/// The upper half of a number of single precision that is not below `value`, for values of zero and more.
+fn bf16_above(value: f32) -> u32 {
+    let bits = value.to_bits();
+    (bits >> 16) + u32::from(bits & 0xffff != 0)
+}

@@ -1,0 +1,262 @@
+//! The reflectance in linear sRGB, for renderers that carry colours instead of wavelengths.
+//!
+//! `f_r = ∫ R·O·M·S/λ² · weight(λ) dλ = O·M·F`, with `F` out of a [`ColourTable`]. What the interface reflects depends on the
+//! wavelength, so it belongs inside the integral: gold times a rainbow is not the product of two colours. The table holds it
+//! relative to the reflectance for one index, [`ColourSurface::reference`], which is multiplied in exactly: a constant index then
+//! costs no accuracy, and what is left of another is smooth up to grazing incidence.
+
+use super::colour_sampler::{ColourSampler, ColourSamplerView};
+use super::fresnel::{SpectralIndex, fresnel_of_family, fresnel_unpolarised};
+use super::geometry::{COSINE_MIN, obliquity, shadowing};
+use super::surface::build_table;
+use super::{ColourAlbedoTable, ColourAlbedoView, ComplexIndex, Obliquity, Options, UNIFORM_SHARE, Vec3};
+use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView, SUM_SQUARED_MAX};
+use crate::height_field::HeightField;
+use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
+use crate::numeric::{Number, Numbers, Plain, Real};
+use crate::table::{Model, Progress};
+use serde::{Deserialize, Serialize};
+use std::array;
+use std::time::Instant;
+
+/// Wavelengths in nm between which the reference is looked for, and the step.
+const VISIBLE_NM: (u32, u32) = (400, 700);
+const STEP_NM: usize = 10;
+
+/// A diffracting surface that answers in colours from tables.
+#[derive(Serialize, Deserialize)]
+pub struct ColourSurface {
+    options: Options,
+    reference: Option<ComplexIndex>,
+    table: ColourTable,
+    sampler: ColourSampler,
+    /// What the reflectance is divided by to conserve energy, `None` where nothing is.
+    albedo: Option<ColourAlbedoTable>,
+    report: ColourSurfaceReport,
+}
+
+/// What building took and gave.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ColourSurfaceReport {
+    /// Bytes of the colour table, of the sampler, and of the albedo.
+    pub table_bytes: usize,
+    pub sampler_bytes: usize,
+    pub albedo_bytes: usize,
+    /// The coherence length shown in µm; see [`crate::colour_table::ColourTableReport`].
+    pub coherence_length_um: f64,
+    /// Seconds for the colour table, with the spectral table it is made of, and for everything.
+    pub table_seconds: f64,
+    pub build_seconds: f64,
+}
+
+impl ColourSurface {
+    /// Builds the tables of `field`, with the Fresnel reflectance for `index` inside if there is one.
+    ///
+    /// # Errors
+    /// As [`ColourTable::build`].
+    pub fn new(
+        field: &HeightField,
+        options: &Options,
+        index: Option<&SpectralIndex>,
+    ) -> Result<Self, ColourTableError> {
+        let start = Instant::now();
+        let reference = index.map(reference);
+        let table_options = ColourTableOptions {
+            coherence_length_um: options.coherence_length_um,
+            model: options.model,
+            tiling: options.tiling,
+            tolerance: options.tolerance,
+            resolution: 1.0,
+            build_limit: options.build_limit,
+        };
+        let relative = |nm: f64, cos: f64| match (index, reference) {
+            (Some(index @ SpectralIndex::Sampled(_)), Some(reference)) => {
+                let reflected = fresnel_unpolarised(cos, reference);
+                // Nothing is reflected at any wavelength where the best of them reflects nothing.
+                if reflected > 0.0 { fresnel_unpolarised(cos, index.at(nm)) / reflected } else { 1.0 }
+            }
+            _ => 1.0,
+        };
+        let (table, spectral) = ColourTable::build_reflecting(field, &table_options, &relative)?;
+        let table_seconds = start.elapsed().as_secs_f64();
+        let albedo = match (options.conserve_energy, options.model) {
+            (false, _) => None,
+            (true, Model::Ensemble) => ColourAlbedoTable::build(&spectral, options),
+            (true, Model::Patch) => {
+                // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
+                let ensemble = Options { model: Model::Ensemble, ..options.clone() };
+                ColourAlbedoTable::build(&build_table(field, &ensemble, &Progress::none())?.table, options)
+            }
+        };
+        let albedo = albedo.filter(|albedo| !albedo.is_one());
+        drop(spectral);
+        let view = table.view::<f32>();
+        let stam = options.obliquity == Obliquity::Stam;
+        let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
+            let length_squared = u * u + v * v + w * w;
+            let reflected = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
+            let factor = if stam { reflected * (length_squared / w).powi(2) } else { reflected };
+            view.response(u, v, w, true).map(|channel| channel * factor)
+        });
+        let report = ColourSurfaceReport {
+            table_bytes: table.report().bytes,
+            sampler_bytes: sampler.bytes(),
+            albedo_bytes: albedo.as_ref().map_or(0, ColourAlbedoTable::bytes),
+            coherence_length_um: table.report().coherence_length_um,
+            table_seconds,
+            build_seconds: start.elapsed().as_secs_f64(),
+        };
+        Ok(Self { options: options.clone(), reference, table, sampler, albedo, report })
+    }
+
+    /// The options it was built with.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// The index whose reflectance is multiplied in by the evaluator; `None` where everything is reflected.
+    pub fn reference(&self) -> Option<ComplexIndex> {
+        self.reference
+    }
+
+    /// The table of colours, relative to the reference.
+    pub fn table(&self) -> &ColourTable {
+        &self.table
+    }
+
+    /// What directions are drawn from.
+    pub fn sampler(&self) -> &ColourSampler {
+        &self.sampler
+    }
+
+    /// What the reflectance is divided by to conserve energy, `None` where nothing is.
+    pub fn albedo(&self) -> Option<&ColourAlbedoTable> {
+        self.albedo.as_ref()
+    }
+
+    /// What building took and gave.
+    pub fn report(&self) -> &ColourSurfaceReport {
+        &self.report
+    }
+
+    /// The evaluator as numbers by value have it.
+    pub fn lobe<F>(&self) -> ColourLobe<Plain<'_, F>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
+    {
+        ColourLobe {
+            factors: self.factors(),
+            table: ColourView { layout: *self.table.layout(), words: self.table.words() },
+            sampler: self.sampler.view(),
+            albedo: self.albedo.as_ref().map(ColourAlbedoTable::view),
+        }
+    }
+
+    /// What an evaluator multiplies the table's colours by.
+    pub fn factors(&self) -> ColourFactors {
+        let Options { obliquity, shadowing, .. } = self.options;
+        ColourFactors { reference: self.reference, obliquity, shadowing, clip_negative: true }
+    }
+
+    /// `f_r` in 1/sr as linear sRGB, without the cosine; see [`ColourLobe::eval`].
+    pub fn f(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
+        self.lobe::<f64>().eval(wi, wo, true)
+    }
+}
+
+/// The index with the largest reflectance at normal incidence.
+fn reference(index: &SpectralIndex) -> ComplexIndex {
+    let normal = |index: &ComplexIndex| fresnel_unpolarised(1.0, *index);
+    let first = index.at(f64::from(VISIBLE_NM.0));
+    (VISIBLE_NM.0..=VISIBLE_NM.1)
+        .step_by(STEP_NM)
+        .map(|nm| index.at(f64::from(nm)))
+        .fold(first, |best, index| if normal(&index) > normal(&best) { index } else { best })
+}
+
+/// What an evaluator multiplies the table's colours by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColourFactors {
+    /// See [`ColourSurface::reference`].
+    pub reference: Option<ComplexIndex>,
+    pub obliquity: Obliquity,
+    /// V-cavity shadowing and masking.
+    pub shadowing: bool,
+    /// Whether negative channels, of colours outside sRGB, are answered as zero.
+    pub clip_negative: bool,
+}
+
+/// The evaluator of a [`ColourSurface`] over one family of numbers.
+pub struct ColourLobe<N: Numbers> {
+    pub factors: ColourFactors,
+    pub table: ColourView<N>,
+    pub sampler: ColourSamplerView<N>,
+    /// What conserves energy.
+    pub albedo: Option<ColourAlbedoView<N>>,
+}
+
+impl<N: Numbers> ColourLobe<N> {
+    /// `f_r` in 1/sr as linear sRGB, without the cosine, the Fresnel reflectance inside if the surface was built with an index.
+    /// Zero unless both directions lie above the surface.
+    #[inline(always)]
+    pub fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        let lit = N::Real::lit;
+        let active = active & lit(0.0).lt(wi[2]) & lit(0.0).lt(wo[2]);
+        let (cos_i, cos_o) = (wi[2].max(lit(COSINE_MIN)), wo[2].max(lit(COSINE_MIN)));
+        let (u, v, w) = (wi[0] + wo[0], wi[1] + wo[1], cos_i + cos_o);
+        let length_squared = w.fma(w, u.fma(u, v * v));
+        // Nothing that is not finite passes.
+        let active = active & length_squared.le(lit(SUM_SQUARED_MAX.into()));
+        let colour = self.table.response(u, v, w, active);
+        let mut factor = obliquity(self.factors.obliquity, [u, v, w], [cos_i, cos_o]);
+        if self.factors.shadowing {
+            factor = factor * shadowing([u, v, w], [cos_i, cos_o]);
+        }
+        if let Some(index) = self.factors.reference {
+            factor = factor * fresnel_of_family(length_squared.sqrt() * lit(0.5), index);
+        }
+        let conserving = match &self.albedo {
+            Some(albedo) => albedo.factor(wi, wo, active),
+            None => [lit(1.0); 3],
+        };
+        array::from_fn(|c| {
+            let channel = if self.factors.clip_negative { colour[c].max(lit(0.0)) } else { colour[c] };
+            N::Real::select(active, channel * factor * conserving[c], lit(0.0))
+        })
+    }
+
+    /// Density of [`ColourLobe::sample`] in 1/sr.
+    #[inline(always)]
+    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
+        let lit = N::Real::lit;
+        let active = active & lit(0.0).lt(wi[2]) & lit(0.0).lt(wo[2]);
+        let proposed = self.sampler.pdf(wi, wo, active);
+        let pdf = proposed.fma(lit(1.0 - UNIFORM_SHARE), lit(UNIFORM_SHARE * SQUARE_PDF));
+        N::Real::select(active, pdf, lit(0.0))
+    }
+
+    /// [`ColourLobe::eval`] and [`ColourLobe::pdf`].
+    #[inline(always)]
+    pub fn eval_pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> ([N::Real; 3], N::Real) {
+        (self.eval(wi, wo, active), self.pdf(wi, wo, active))
+    }
+
+    /// A direction from three random numbers in [0, 1), of which the first picks the even share; zeros where there is none above
+    /// the surface.
+    #[inline(always)]
+    pub fn sample(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        let lit = N::Real::lit;
+        let active = active & lit(0.0).lt(wi[2]);
+        let evenly = u[0].lt(lit(UNIFORM_SHARE));
+        let drawn = self.sampler.sample(wi, [u[1], u[2]], active & !evenly);
+        let (even, there) = square_to_hemisphere::<N>([u[1], u[2]]);
+        let there = there & active & evenly;
+        array::from_fn(|c| N::Real::select(there, even[c], drawn[c]))
+    }
+}
+
+/// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC 61966-2-1.
+#[inline(always)]
+pub fn luminance<R: Real>([r, g, b]: [R; 3]) -> R {
+    r.fma(R::lit(0.212_672_9), g.fma(R::lit(0.715_152_2), b * R::lit(0.072_175)))
+}
