@@ -36,7 +36,7 @@ impl Case {
         };
         let s_um = coherence_length_um / 4.0;
         let spectrum = Spectrum::new(&field, model, options.tiling, s_um, 2e3 / WAVELENGTH_MIN_NM, TOLERANCE);
-        let spectral = build(&spectrum, TOLERANCE, &Progress::none()).packed;
+        let spectral = build(&spectrum, TOLERANCE, &Progress::none()).unwrap().packed;
         Self { field, options, spectral }
     }
 

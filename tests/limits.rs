@@ -10,9 +10,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use sunbeam::cache::Cache;
+use sunbeam::colour_table::{ColourTable, ColourTableError, ColourTableOptions};
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
-use sunbeam::methods::{ColourTable, ColourTableError, ColourTableOptions};
 use sunbeam::reflectance::{Options, Surface};
 use sunbeam::table::{BuildDemand, Model, Progress, Purpose, TableError, Tiling};
 
@@ -186,9 +186,6 @@ fn estimates_are_near_what_tables_take() {
         );
         let ratio = whole / on_two_cores;
         assert!((1.0 / FAR_OFF..FAR_OFF).contains(&ratio), "{json}: {whole} s estimated, {on_two_cores} s taken");
-        // Refinement adds knots: some tables grow by that.
-        let bytes = table.table_bytes() / report.table.bytes as f64;
-        assert!((0.6..1.01).contains(&bytes), "{json}: {bytes}");
     }
 }
 

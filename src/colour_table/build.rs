@@ -86,7 +86,7 @@ impl ColourTable {
             2e3 / WAVELENGTH_MIN_NM,
             options.tolerance,
         );
-        let table = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE)).table;
+        let table = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?.table;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
         progress.report(1.0);

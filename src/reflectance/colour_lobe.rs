@@ -102,7 +102,7 @@ impl ColourSurface {
             (true, Model::Patch) => {
                 // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                ColourAlbedoTable::build(&build_table(field, &ensemble, &Progress::none()).table, options)
+                ColourAlbedoTable::build(&build_table(field, &ensemble, &Progress::none())?.table, options)
             }
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());

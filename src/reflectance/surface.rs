@@ -146,7 +146,7 @@ impl Surface {
         in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
         let Built { table, packed, report: table_report } =
-            build_table(field, options, &progress.part(0.0, TABLE_SHARE));
+            build_table(field, options, &progress.part(0.0, TABLE_SHARE))?;
         let sampler = Sampler::new(&table, options);
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
@@ -154,12 +154,11 @@ impl Surface {
             // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
             (true, Model::Patch) => {
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                AlbedoTable::build(&build_table(field, &ensemble, &Progress::none()).table, options)
+                AlbedoTable::build(&build_table(field, &ensemble, &Progress::none())?.table, options)
             }
         };
         let (albedo_table, energy) = albedo.unzip();
         let albedo_table = albedo_table.filter(|table| !table.is_one()).map(Arc::new);
-        progress.report(1.0);
         let report = SurfaceReport {
             bytes: packed.bytes() + sampler.bytes() + albedo_table.as_ref().map_or(0, |table| table.bytes()),
             table: table_report,
@@ -174,6 +173,7 @@ impl Surface {
             shadowing: options.shadowing,
         };
         let unpacked = OnceLock::new();
+        progress.report(1.0);
         Ok(Self { options: options.clone(), layout, table: packed, sampler, albedo_table, report, unpacked })
     }
 
@@ -281,7 +281,7 @@ fn answers(wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
     Pair::new(wi, wo).is_some() && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
-pub(super) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Built {
+pub(super) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Result<Built, TableError> {
     let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
     let s_um = options.coherence_length_um / 4.0;
     let spectrum = Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance);

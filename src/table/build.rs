@@ -1,10 +1,10 @@
-use super::WAVELENGTH_MIN_NM;
 use super::lattice::Lattice;
 use super::lookup::{HEADER, KernelKind, SpectralTable};
 use super::packed::PackedTable;
 use super::progress::Progress;
 use super::spectrum::Spectrum;
 use super::spline::prefilter;
+use super::{TableError, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -12,6 +12,8 @@ use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
+/// Most floats that a table's offsets can address.
+const FLOATS_MAX: usize = u32::MAX as usize;
 /// Knots beyond either end of the κ range, so that the spline's ends do not matter (0.27⁶ ≈ 4e-4 of their error).
 pub(super) const EXTRA_KNOTS: i64 = 6;
 /// Spacing of knots tried first, in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline
@@ -64,20 +66,23 @@ pub struct Built {
 }
 
 /// Share of what is left that a build is taken to be, since another with finer knots may follow.
-const BUILD_SHARE: f64 = 0.8;
+const BUILD_SHARE: f64 = 0.6;
 
-/// Builds the table of `spectrum` to a relative error of `tolerance`, however large: [`BuildDemand::check`] tells before
-/// the spectrum is made whether that is too much.
+/// Builds the table of `spectrum` to a relative error of `tolerance`. [`BuildDemand::check`] tells before the spectrum is
+/// made whether that takes too much.
+///
+/// # Errors
+/// [`TableError::TooLarge`] beyond what a table can address.
 ///
 /// [`BuildDemand::check`]: super::BuildDemand::check
-pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Built {
+pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result<Built, TableError> {
     let start = Instant::now();
     let target = error_share(spectrum.lattice(), tolerance);
     let first_spacing = first_spacing(spectrum.lattice(), tolerance);
     let mut spacing = first_spacing;
     let mut progress = progress.clone();
     loop {
-        let build = Build { progress: progress.part(0.0, BUILD_SHARE), ..Build::planned(spectrum, spacing) };
+        let build = Build { progress: progress.part(0.0, BUILD_SHARE), ..Build::new(spectrum, spacing)? };
         let table = build.table();
         let packed = PackedTable::new(&table, tolerance);
         let relative_error = build.error(&table, &packed);
@@ -91,7 +96,7 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Built 
                 build_seconds: start.elapsed().as_secs_f64(),
             };
             progress.report(1.0);
-            return Built { table, packed, report };
+            return Ok(Built { table, packed, report });
         }
         let closer = (AIM * target / relative_error).powf(0.25).clamp(*REFINEMENT.start(), *REFINEMENT.end());
         spacing = (spacing * closer).max(REFINEMENT_MIN * first_spacing);
@@ -151,7 +156,16 @@ struct Build<'a> {
 }
 
 impl<'a> Build<'a> {
-    /// What would be built, however large.
+    fn new(spectrum: &'a Spectrum, spacing: f64) -> Result<Self, TableError> {
+        let build = Self::planned(spectrum, spacing);
+        let (needed, limit) = (build.kept_floats(), FLOATS_MAX);
+        if needed >= limit {
+            let mb = |floats: usize| 4e-6 * floats as f64;
+            return Err(TableError::TooLarge { needed_mb: mb(needed), limit_mb: mb(limit) });
+        }
+        Ok(build)
+    }
+
     fn planned(spectrum: &'a Spectrum, spacing: f64) -> Self {
         let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
         let kappa_max = kappa_range();
@@ -162,6 +176,11 @@ impl<'a> Build<'a> {
         let knots = (kappa_max / kappa_step).ceil() as usize + 1;
         let kept = reachable(spectrum.lattice(), frequency_max, kappa_step);
         Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept, progress: Progress::none() }
+    }
+
+    /// Floats of all records of kept nodes.
+    fn kept_floats(&self) -> usize {
+        self.kept.iter().map(|kept| self.record_floats(kept.last_knot)).sum()
     }
 
     fn record_floats(&self, last_knot: usize) -> usize {

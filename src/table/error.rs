@@ -10,6 +10,9 @@ pub enum TableError {
         Rough(*needed_gb), Rough(*needed_minutes), Rough(*limit_gb), Rough(*limit_minutes)
     )]
     TooMuch { needed_gb: f64, needed_minutes: f64, limit_gb: f64, limit_minutes: f64, advice: String },
+    /// A table that 32-bit offsets cannot address.
+    #[error("the table would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB that it can address")]
+    TooLarge { needed_mb: f64, limit_mb: f64 },
     #[error("{name} is {value}; accepted: {accepted}")]
     OutOfRange { name: &'static str, value: f64, accepted: &'static str },
 }

@@ -28,14 +28,16 @@ const TRANSFORM_NS: f64 = 0.55;
 const KNOT_NS: f64 = 5.0;
 /// Transforms besides those of the knots: two near κ = 0 and three to measure the error.
 const OTHER_TRANSFORMS: f64 = 5.0;
-/// Builds until the tolerance is met: the first is tried with few knots, and some surfaces need a second with more.
-const BUILDS: f64 = 1.5;
+/// Work of all builds until the tolerance is met over that of the last: each has finer knots than the one before.
+const BUILDS: f64 = 1.6;
+/// Spacing of the knots that meet the tolerance, relative to the first that is tried.
+const LAST_SPACING: f64 = 0.5;
 
 /// What the energy scaling takes, however simple the relief.
 const ENERGY_SECONDS: f64 = 2.5;
 /// What it takes for each pair of knots: the fringes of a deep relief are as fine over incidences as over wavelengths, and
 /// the scaling has to follow both. Nanoseconds on two cores.
-const ENERGY_KNOT_PAIR_NS: f64 = 700.0;
+const ENERGY_KNOT_PAIR_NS: f64 = 800.0;
 /// What sampler and energy scaling take, relative to the table that they are made from.
 const SAMPLER_SHARE: f64 = 1.0;
 
@@ -119,7 +121,7 @@ impl BuildDemand {
         Estimate { bytes: peak_bytes.max(own.kept_bytes * (1.0 + SAMPLER_SHARE)), seconds }
     }
 
-    /// Size in bytes of the table alone, with the knots that are tried first; refinement may add to it.
+    /// Size in bytes of the table of single precision alone, of which the packed one is made.
     pub fn table_bytes(&self) -> f64 {
         self.table().kept_bytes
     }
@@ -196,7 +198,8 @@ impl BuildDemand {
         let lattice =
             plan_lattice(self.size, self.pixel_um, self.model, self.tiling, s_um, frequency_max, self.tolerance);
         let kernel = self.model.kernel();
-        let step = knot_step(kernel, 0.5 * self.range_um, first_spacing(&lattice, self.tolerance));
+        let spacing = LAST_SPACING * first_spacing(&lattice, self.tolerance);
+        let step = knot_step(kernel, 0.5 * self.range_um, spacing);
         let knots = (kappa_range() / step).ceil() + 1.0;
         let kept = Kept::of(&lattice, frequency_max, |last_knot| floats(kernel, last_knot), step);
 
@@ -226,7 +229,7 @@ impl BuildDemand {
         let working = threads * 16.0 * (2.0 * largest + screen + kept.nodes) + 24.0 * screen;
         // All knots as complex numbers, before they are packed.
         let knot_bytes = 16.0 * kept.nodes * (all_knots + 2.0);
-        let kept_bytes = 4.0 * (kept.floats + kept.lattice_nodes + floats(kernel, knots));
+        let kept_bytes = 4.0 * (kept.floats + kept.lattice_nodes);
         let packed = 0.25 * components * knot_bytes + kept_bytes;
         TableEstimate { knots, seconds, kept_bytes, peak_bytes: (working + knot_bytes).max(packed) }
     }
