@@ -22,6 +22,7 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
         "cpu": processor(),
         "aim": time_to_error.ERROR,
         "nominal_pixels": time_to_error.NOMINAL_PIXELS,
+        "noise_size": time_to_error.SIZES[0],
         "cell_s": cell_s,
         "picture_s": picture_s,
         "call_names": bsdf_calls.CALLS,

@@ -17,7 +17,7 @@ GOLD = {"material": "Au"}
 OPTICS = {"keratin": SKIN, "gold": GOLD}
 SIZE = (24, 16)
 # Seconds that each of the two pictures may take when nobody says, without making tables and compiling.
-BUDGET_S = 5.0
+BUDGET_S = 4.0
 # Pictures that are averaged: an even number, half of which tell the noise of the others.
 RENDERS_MIN, RENDERS_MAX = 2, 256
 # The mean luminance of the spectral picture is brought to middle grey before colours are compared; white is 1.

@@ -26,13 +26,16 @@ ERROR = 0.05
 FLOOR = 0.1
 # Sizes that each material of a cell chooses from: the largest of which it can render enough. A fast one takes a larger
 # picture, so that the fixed cost of a render, some hundredths of a second with Dr.Jit, is small beside the rest of it.
-# Times are given for a picture of NOMINAL_PIXELS.
-SIZES = ((12, 8), (24, 16), (48, 32), (96, 64), (192, 128))
+# Times are given for a picture of NOMINAL_PIXELS. Errors are all found at the smallest size: pixels that see more of
+# the scene are noisier.
+SIZES = ((24, 16), (48, 32), (96, 64), (192, 128))
 NOMINAL_PIXELS = 256 * 256
 # Rounds of a cell. The least number has a median and some idea of the noise; a cell that has fewer says so by `rounds`.
 ROUNDS_MIN, ROUNDS_MAX = 3, 25
 # Rounds that the size is chosen for.
 ROUNDS_AIM = 4
+# Pictures of the smallest size out of which a material's error is found whose rounds are of another.
+NOISE_PICTURES = 8
 # Seconds a cell may take when nobody says, without making tables and compiling.
 BUDGET_S = 6.0
 
@@ -66,7 +69,7 @@ def seconds_to_error(seconds: float, error: float, aim: float = ERROR) -> float:
 
 
 def settled(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
-    """A size that takes no longer than the limit, climbed to from the smallest in strides of two where it can.
+    """A size that takes no longer than the limit, climbed to from the smallest in as long strides as it can.
 
     A step is only taken where it fits even if all of the time were in proportion to pixels, so that a fixed cost makes
     for more steps, and never for too large a picture.
@@ -76,8 +79,8 @@ def settled(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple =
         seconds = seconds_of(sizes[place])
         fitting = [
             further
-            for further in (place + 1, place + 2)
-            if further < len(sizes) and seconds * pixels(sizes[further]) / pixels(sizes[place]) <= limit_s
+            for further in range(place + 1, len(sizes))
+            if seconds * pixels(sizes[further]) / pixels(sizes[place]) <= limit_s
         ]
         if not fitting:
             return sizes[place]
@@ -128,8 +131,8 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
         # On a busy machine a short render is mostly waiting, which says nothing of a longer one.
         return min(rendered.seconds, rendered.cpu_s)
 
-    for name in scenes:
-        settled(lambda size, name=name: seconds(name, size), budget_s / len(scenes) / ROUNDS_AIM)
+    limit_s = budget_s / len(scenes) / ROUNDS_AIM
+    sizes = {name: settled(lambda size, name=name: seconds(name, size), limit_s) for name in scenes}
     runs: dict[str, list[Render]] = {name: [] for name in scenes}
     start = time.perf_counter()
     while (rounds := len(runs[REFERENCE])) < ROUNDS_MAX and (
@@ -137,6 +140,11 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
     ):
         for name in scenes:
             runs[name].append(render(scenes[name], seed=3 + rounds))
+    pictures = {name: [each.image for each in made] for name, made in runs.items()}
+    for name, size in sizes.items():
+        if size != SIZES[0]:
+            resize(scenes[name], SIZES[0])
+            pictures[name] = [render(scenes[name], seed=3 + i).image for i in range(NOISE_PICTURES)]
     # What is not collected is still listed in the kernels of the next cell.
     scenes.clear()
     bsdfs.clear()
@@ -147,12 +155,13 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
         "variant": variant,
         "spp": scene.spp,
         "rounds": len(runs[REFERENCE]),
-        "ways": ways(runs),
+        "ways": ways(runs, pictures),
     }
 
 
-def ways(runs: dict[str, list[Render]]) -> list[dict]:
-    """The figures of each material out of its renders, held against REFERENCE.
+def ways(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
+    """The figures of each material out of its renders, held against REFERENCE; errors are those of its pictures, which
+    have one size for all.
 
     All times are those of a picture of NOMINAL_PIXELS, in proportion to the pixels. `time_ratio` is at equal samples a
     pixel, and of the same round; `cpu_ratio` is the same of the work of all threads, which other programs on the
@@ -166,7 +175,7 @@ def ways(runs: dict[str, list[Render]]) -> list[dict]:
         times[name] = {"renders_s": [each.seconds * scale for each in made]}
         cpu[name] = {"renders_s": [each.cpu_s * scale for each in made]}
         seconds = float(np.median(times[name]["renders_s"]))
-        judged = noise(np.array([each.image for each in made]))
+        judged = noise(np.array(pictures[name]))
         found.append(
             {
                 "name": name,
@@ -174,7 +183,7 @@ def ways(runs: dict[str, list[Render]]) -> list[dict]:
                 "rendered_s": seconds / scale,
                 "seconds": seconds,
                 **judged,
-                "mean": float(np.mean([each.image.mean() for each in made])),
+                "mean": float(np.mean(pictures[name])),
                 "seconds_to_error": seconds_to_error(seconds, judged["error"]),
             }
         )
