@@ -22,8 +22,9 @@ const TENTS_FROM_SIGMA: f64 = 0.35;
 const QUANTILE_MAX: f64 = 5.45;
 /// How far in standard deviations tents follow a Gaussian.
 const TENT_REACH: f64 = 4.5;
-/// Cosine of the outgoing direction for which powers are read.
-const TYPICAL_COS: f64 = 0.6;
+/// Cosine of the outgoing direction for which powers are read, along the surface and per cosine of the incident one: what is
+/// reflected lies about the mirror's direction, the wider the steeper the incidence.
+const TYPICAL_COS: (f64, f64) = (0.3, 0.5);
 /// Places in a band of κ where its mean is taken, and at most so many for all nodes of a table.
 const POINTS: (usize, usize) = (4, 64);
 const POINTS_OF_TABLE: usize = 20_000_000;
@@ -288,7 +289,7 @@ impl<N: Numbers> SquareView<N> {
             ((wi[i] + lit(q)) * per_um).fma(lit(axis.period_um), lit(f64::from(axis.origin) + by * axis.reach))
         };
         let rectangle = self.areas().rectangle([0, 1].map(|i| edge(i, -1.0, -1.0)), [0, 1].map(|i| edge(i, 1.0, 1.0)));
-        let kappa = (wi[2] + lit(TYPICAL_COS)) * per_um * lit(TAU);
+        let kappa = wi[2].fma(lit(1.0 + TYPICAL_COS.1), lit(TYPICAL_COS.0)) * per_um * lit(TAU);
         let position = kappa.fma(lit(self.layout.bands_per_kappa), lit(-0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         let band = position.floor().min(lit(BANDS as f64 - 2.0));
         let mass = self.areas().mass(&rectangle, active);
