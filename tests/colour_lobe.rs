@@ -8,8 +8,8 @@ use std::sync::LazyLock;
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{
-    ColourSurface, ComplexIndex, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights, fresnel_unpolarised,
-    luminance,
+    ColourSurface, ComplexIndex, Gamut, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights,
+    fresnel_unpolarised, luminance,
 };
 use sunbeam::table::{Model, WAVELENGTH_MIN_NM};
 
@@ -161,7 +161,7 @@ fn gold_times_a_rainbow_is_not_the_product_of_two_colours() {
 }
 
 #[test]
-fn colours_outside_srgb_are_kept_or_clipped() {
+fn colours_outside_srgb_are_kept_or_desaturated() {
     // Mantissas of nine bits, and splines: of the brightest.
     const OFF: f64 = 0.02;
     let case = &CASES[0];
@@ -173,10 +173,14 @@ fn colours_outside_srgb_are_kept_or_clipped() {
         let x = f64::from(i) / 200.0 - 1.0;
         let wo = [x, 0.0, (1.0 - x * x).sqrt()];
         let truth = case.truth.rgb(wi, wo, None);
-        lobe.factors.clip_negative = false;
         let kept = lobe.eval(wi, wo, true);
-        lobe.factors.clip_negative = true;
-        assert_eq!(lobe.eval(wi, wo, true), kept.map(|c| c.max(0.0)));
+        lobe.factors.gamut = Gamut::Desaturate;
+        let inside = lobe.eval(wi, wo, true);
+        lobe.factors.gamut = Gamut::Keep;
+        // Of the same luminance, nowhere negative, and the same where nothing was.
+        let [grey, wanted] = [inside, kept].map(luminance);
+        assert!((grey - wanted.max(0.0)).abs() <= 1e-9 * wanted.abs() && inside.iter().all(|&c| c >= 0.0));
+        assert!(kept.iter().any(|&c| c < 0.0) || inside == kept);
         for c in 0..3 {
             least = least.min(truth[c]);
             peak = peak.max(truth[c]);
@@ -218,7 +222,6 @@ fn luminance_is_that_of_the_spectrum() {
     const RELATIVE: f64 = 0.02;
     let case = &CASES[0];
     let mut lobe = case.surfaces[0].1.lobe::<f64>();
-    lobe.factors.clip_negative = false;
     let (mut random, mut sum, mut off) = (Random::new(8), 0.0, 0.0);
     for _ in 0..300 {
         let (wi, wo) = (direction(random.between(0.0, 70.0), 0.0), direction(random.between(0.0, 70.0), 180.0));
@@ -357,9 +360,9 @@ struct Weights {
     largest: f64,
 }
 
-fn weights(surface: &ColourSurface, wi: Vec3, count: usize, clip_negative: bool) -> Weights {
+fn weights(surface: &ColourSurface, wi: Vec3, count: usize, gamut: Gamut) -> Weights {
     let mut lobe = surface.lobe::<f64>();
-    lobe.factors.clip_negative = clip_negative;
+    lobe.factors.gamut = gamut;
     let mut random = Random::new(5);
     let (mut sum, mut squares, mut largest) = ([0.0; 4], [0.0; 4], 0.0f64);
     for _ in 0..count {
@@ -403,7 +406,7 @@ fn weights_are_even() {
         let surface = ColourSurface::new(&preset(name), &options, None).unwrap();
         println!("{name}: {:?}", surface.report());
         for theta in [0.0, 30.0, 60.0, 75.0, 85.0] {
-            let found = weights(&surface, direction(theta, 25.0), 20_000, true);
+            let found = weights(&surface, direction(theta, 25.0), 20_000, Gamut::Desaturate);
             println!(
                 "{name} at {theta}°: channels {:.2}, luminance {:.2}, largest {:.1}, mean {:.3?}",
                 found.channel_std, found.luminance_std, found.largest, found.mean
@@ -423,15 +426,16 @@ fn weights_average_to_the_albedo() {
     for theta in [0.0, 40.0, 60.0] {
         let wi = direction(theta, 25.0);
         let albedo = white.rgb_of(|nm| case.truth.surface.albedo(wi, nm).unwrap());
-        let kept = weights(&case.surfaces[0].1, wi, 200_000, false);
-        let clipped = weights(&case.surfaces[0].1, wi, 200_000, true);
-        println!("at {theta}°: {albedo:.3?}, kept {:.3?}, clipped {:.3?}", kept.mean, clipped.mean);
+        let kept = weights(&case.surfaces[0].1, wi, 200_000, Gamut::Keep);
+        let grey = weights(&case.surfaces[0].1, wi, 200_000, Gamut::Desaturate);
+        println!("at {theta}°: {albedo:.3?}, kept {:.3?}, desaturated {:.3?}", kept.mean, grey.mean);
         for c in 0..3 {
             let off = STANDARD_ERRORS * kept.error[c] + TABLES * albedo[c];
             assert!((kept.mean[c] - albedo[c]).abs() < off, "{:?} {albedo:?}", kept.mean);
-            // A rainbow's pure colours are outside sRGB: without their negative parts there is more of each channel.
-            assert!(clipped.mean[c] > kept.mean[c]);
         }
+        // Luminance is that of what is kept, direction by direction.
+        let [found, wanted] = [grey.mean, kept.mean].map(luminance);
+        assert!((found - wanted).abs() < 1e-9 * wanted, "{found} {wanted}");
     }
 }
 
@@ -473,7 +477,7 @@ fn a_patch_and_long_windows_are_built() {
         let surface = ColourSurface::new(&field, &options, None).unwrap();
         println!("{:?}", surface.report());
         assert!(surface.report().sampler_bytes <= 8_000_000, "{:?}", surface.report());
-        let found = weights(&surface, direction(30.0, 25.0), 20_000, true);
+        let found = weights(&surface, direction(30.0, 25.0), 20_000, Gamut::Desaturate);
         println!("{model:?} {coherence_length_um} µm: channels {:.2}, largest {:.1}", found.channel_std, found.largest);
         assert!(found.channel_std < 3.0, "{}", found.channel_std);
     }

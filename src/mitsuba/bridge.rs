@@ -10,7 +10,7 @@ use crate::config::{BuildError, SurfaceConfig};
 use crate::guard::{Panic, guard};
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::reflectance::{
-    self, ColourSurface, ComplexIndex, SpectralIndex, SpectralIndexError, SpectralLobe, luminance,
+    self, ColourSurface, ComplexIndex, Gamut, SpectralIndex, SpectralIndexError, SpectralLobe, luminance,
 };
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use ffi::Question;
@@ -232,7 +232,9 @@ impl Surface {
         other: &[f32; 3],
         wavelengths_nm: &[f32; 4],
     ) -> Result<[f32; 5], PluginError> {
-        guard(|| Ok(self.answer::<Plain<f32>>(self.all_words(), question, *wi, *other, *wavelengths_nm, true)))
+        // Scalar variants of Mitsuba warn of every sample with a negative channel.
+        let (words, gamut) = (self.all_words(), Gamut::Desaturate);
+        guard(|| Ok(self.answer::<Plain<f32>>(words, gamut, question, *wi, *other, *wavelengths_nm, true)))
     }
 
     fn trace(&self, question: Question, arguments: &ffi::Traced) -> Result<[u32; 5], PluginError> {
@@ -246,7 +248,8 @@ impl Surface {
                     Tables::Colours(..) => [wi[0]; 4],
                 };
                 let active = Var::borrowed(scope, arguments.active);
-                self.answer::<Traced>(words, question, wi, other, nm, active).map(|variable| variable.owned(scope))
+                self.answer::<Traced>(words, Gamut::Keep, question, wi, other, nm, active)
+                    .map(|variable| variable.owned(scope))
             })?;
             Ok(owned.map(Owned::into_index))
         })
@@ -256,6 +259,7 @@ impl Surface {
     fn answer<N: Numbers>(
         &self,
         words: [N::Words; 3],
+        gamut: Gamut,
         question: Question,
         wi: [N::Real; 3],
         other: [N::Real; 3],
@@ -276,7 +280,8 @@ impl Surface {
                 }
             }
             Tables::Colours(tables, _) => {
-                let lobe = tables.0.lobe_over::<N>(words);
+                let mut lobe = tables.0.lobe_over::<N>(words);
+                lobe.factors.gamut = gamut;
                 let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
                 match question {
                     Question::Value => (four(lobe.eval(wi, other, active)), zero),

@@ -185,7 +185,7 @@ impl ColourSurface {
     /// What an evaluator multiplies the table's colours by.
     pub fn factors(&self) -> ColourFactors {
         let Options { obliquity, shadowing, .. } = self.options;
-        ColourFactors { reference: self.reference, obliquity, shadowing, clip_negative: true }
+        ColourFactors { reference: self.reference, obliquity, shadowing, gamut: Gamut::Keep }
     }
 
     /// `f_r` in 1/sr as linear sRGB, without the cosine; see [`ColourLobe::eval`].
@@ -212,8 +212,17 @@ pub struct ColourFactors {
     pub obliquity: Obliquity,
     /// V-cavity shadowing and masking.
     pub shadowing: bool,
-    /// Whether negative channels, of colours outside sRGB, are answered as zero.
-    pub clip_negative: bool,
+    pub gamut: Gamut,
+}
+
+/// What becomes of colours outside sRGB, one or two of whose channels are negative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gamut {
+    /// They are answered as they are: sums of them are the colours that the spectra would give.
+    Keep,
+    /// They are mixed with as much grey of the same luminance as leaves no channel negative, for renderers that take
+    /// negative channels for mistakes. (Channels cut off at zero would add light: a sixth of red on a grating.)
+    Desaturate,
 }
 
 /// The evaluator of a [`ColourSurface`] over one family of numbers.
@@ -249,10 +258,12 @@ impl<N: Numbers> ColourLobe<N> {
             Some(albedo) => albedo.factor(wi, wo, active),
             None => [lit(1.0); 3],
         };
-        array::from_fn(|c| {
-            let channel = if self.factors.clip_negative { colour[c].max(lit(0.0)) } else { colour[c] };
-            N::Real::select(active, channel * factor * conserving[c], lit(0.0))
-        })
+        let colour: [N::Real; 3] = array::from_fn(|c| colour[c] * factor * conserving[c]);
+        let colour = match self.factors.gamut {
+            Gamut::Keep => colour,
+            Gamut::Desaturate => desaturated(colour),
+        };
+        colour.map(|channel| N::Real::select(active, channel, lit(0.0)))
     }
 
     /// Density of [`ColourLobe::sample`] in 1/sr.
@@ -283,6 +294,17 @@ impl<N: Numbers> ColourLobe<N> {
         let there = there & active & evenly;
         array::from_fn(|c| N::Real::select(there, even[c], drawn[c]))
     }
+}
+
+/// A colour in linear sRGB mixed with grey of its luminance until no channel is negative.
+#[inline(always)]
+fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
+    let zero = R::lit(0.0);
+    let grey = luminance(colour).max(zero);
+    let least = colour[0].min(colour[1]).min(colour[2]);
+    let share = R::select(least.lt(zero), grey / (grey - least), R::lit(1.0));
+    // Rounding may leave a hair below zero.
+    colour.map(|channel| (channel - grey).fma(share, grey).max(zero))
 }
 
 /// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC 61966-2-1.

@@ -18,7 +18,7 @@ mod spectral_lobe;
 mod surface;
 
 pub use albedo::{AlbedoLayout, AlbedoReport, AlbedoTable, AlbedoView, ColourAlbedoTable, ColourAlbedoView};
-pub use colour_lobe::{ColourFactors, ColourLobe, ColourSurface, ColourSurfaceReport, luminance};
+pub use colour_lobe::{ColourFactors, ColourLobe, ColourSurface, ColourSurfaceReport, Gamut, luminance};
 pub use colour_sampler::{ColourSampler, ColourSamplerLayout, ColourSamplerView};
 pub use exact::Exact;
 pub use fresnel::{ComplexIndex, SpectralIndex, SpectralIndexError, fresnel_of_family, fresnel_unpolarised};
