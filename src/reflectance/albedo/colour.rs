@@ -6,9 +6,9 @@ use super::grid::{Place, place};
 use super::{AlbedoLayout, bf16_above};
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
+use crate::reflectance::Vec3;
 use crate::reflectance::integrated::WavelengthWeights;
 use crate::reflectance::surface::Options;
-use crate::reflectance::Vec3;
 use crate::table::{KernelKind, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -57,7 +57,8 @@ impl ColourAlbedoTable {
                 let (wi, radius) = layout.direction([x as f64 + tx, y as f64 + ty]);
                 let weights = [(1.0 - tx) * (1.0 - ty), tx * (1.0 - ty), (1.0 - tx) * ty, tx * ty];
                 let nodes = corners(x, y);
-                (radius < 1.0).then(|| (std::array::from_fn::<_, 4, _>(|k| (nodes[k], weights[k])), excesses(&gathered, wi)))
+                (radius < 1.0)
+                    .then(|| (std::array::from_fn::<_, 4, _>(|k| (nodes[k], weights[k])), excesses(&gathered, wi)))
             })
             .collect();
         for (band, values) in values.iter_mut().enumerate() {
