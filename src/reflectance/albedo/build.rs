@@ -7,20 +7,21 @@ use crate::reflectance::surface::{COS_85_DEGREES, Options};
 use crate::table::{KernelKind, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// Cells along a side and planes of wavelength, and places in a sum up to which each grid is used.
-const GRIDS: [(u32, u32, usize); 4] = [(48, 12, 400), (32, 10, 1500), (24, 8, 6000), (12, 5, usize::MAX)];
-/// Directions between the nodes of every cell that are looked at, and of those about the horizon, beyond this radius of the disc: there
-/// narrow orders make ridges that their own direction does not take away, since both directions are grazing.
-const SAMPLES: usize = 2;
-const RIM_SAMPLES: usize = 4;
-const RIM_RADIUS: f64 = 0.6;
-/// Times what is lacking at a place by which its nodes are raised: more may be lacking beside it.
-const OVERSHOOT: f64 = 1.5;
+const GRIDS: [(u32, u32, usize); 4] = [(48, 16, 400), (32, 10, 1500), (20, 8, 4000), (16, 6, usize::MAX)];
+/// Passes over places between the nodes at most, each over others.
+const PASSES: usize = 3;
+/// Directions of every cell in a pass, and for every cell along a side those about the horizon, in a ring of this width in radii of the disc:
+/// there narrow orders make ridges that their own direction does not take away, since both directions are grazing.
+const SAMPLES: usize = 1;
+const RIM_SAMPLES: usize = 32;
+const RIM_WIDTH: f64 = 0.4;
 /// Albedo up to which nothing is divided: quadrature is good to about this.
 pub(super) const ALBEDO_MAX: f64 = 1.0003;
 /// Steps towards the least divisor, each of which is one.
-const STEPS: usize = 6;
+const STEPS: usize = 4;
 /// How much the division changes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoReport {
@@ -44,11 +45,14 @@ impl AlbedoTable {
             let mean = mean(&gathered, &layout, None);
             return Some((guess.packed(), report(&guess, mean)));
         }
+        // Each is lower where the one before is higher; after two, nodes lie above what lets through the most.
         let lower = Nodes::new(layout, &gathered, Some(&guess.packed()));
-        let known = lower.packed();
-        let mut nodes = Nodes::new(layout, &gathered, Some(&known));
-        nodes.values.iter_mut().zip(&lower.values).for_each(|(value, &lower)| *value = value.max(lower));
-        nodes.raise(&gathered, &known);
+        let mut nodes = Nodes::new(layout, &gathered, Some(&lower.packed()));
+        for pass in 0..PASSES {
+            if !nodes.raise(&gathered, pass) {
+                break;
+            }
+        }
         let built = nodes.packed();
         let mean = mean(&gathered, &layout, Some(&built));
         Some((built, report(&guess, mean)))
@@ -122,29 +126,47 @@ impl Nodes {
         })
     }
 
-    /// Raises nodes until nothing at the places looked at between them lies below what [`least`] asks for.
-    fn raise(&mut self, gathered: &Gathered, known: &AlbedoTable) {
-        let (cells, planes) = (self.layout.cells as usize, self.layout.planes as usize);
+    /// Raises nodes until nothing at the places of a pass lies below what [`least`] asks for; whether there was anything to raise. What is
+    /// raised lowers the albedos of all other directions.
+    fn raise(&mut self, gathered: &Gathered, pass: usize) -> bool {
+        let known = self.packed();
+        let cells = self.layout.cells as usize;
+        let (gaps, in_disc, in_rim) = (self.layout.planes as usize - 1, SAMPLES * cells * cells, RIM_SAMPLES * cells);
         let nodes = &*self;
-        let asked: Vec<_> = (0..cells * cells * (planes - 1) * RIM_SAMPLES)
+        let asked: Vec<_> = (0..gaps * (in_disc + in_rim))
             .into_par_iter()
             .flat_map_iter(|i| {
-                let (cell, k) = (i / RIM_SAMPLES, i % RIM_SAMPLES);
-                let cell = [cell % cells, cell / cells % cells, cell / cells / cells];
-                let inside = scattered(i);
-                let (wi, radius) = nodes.layout.direction([0, 1].map(|c| cell[c] as f64 + inside[c]));
-                let looked_at = radius < 1.0 && (k < SAMPLES || radius > RIM_RADIUS && gathered.has_ridges());
-                let [low, at, high] = [0.0, inside[2], 1.0].map(|t| nodes.layout.wavelength_nm(cell[2] as f64 + t));
-                let grazing = if looked_at { gathered.grazing_wavelengths(wi, [low, high]) } else { Vec::new() };
-                let wavelengths = grazing.into_iter().chain(looked_at.then_some(at));
+                let known = &known;
+                let (k, gap) = (i / gaps, i % gaps);
+                let [a, b, mut l] = scattered(PASSES * i + pass);
+                // At an end of the range of wavelengths no second cell looks.
+                if (k + pass) % 2 == 0 && (gap == 0 || gap + 1 == gaps) {
+                    l = if gap == 0 { 0.0 } else { 1.0 };
+                }
+                let at = if k < in_disc {
+                    let cell = k / SAMPLES;
+                    [(cell % cells) as f64 + a, (cell / cells) as f64 + b]
+                } else {
+                    // More evenly in cosθ than the cells are.
+                    let radius = 1.0 - RIM_WIDTH * a * a;
+                    let (sin, cos) = (TAU * b).sin_cos();
+                    [cos, sin].map(|along| 0.5 * cells as f64 * (1.0 + radius * along))
+                };
+                let (wi, radius) = nodes.layout.direction(at);
+                let [low, between, high] = [0.0, l, 1.0].map(|l| nodes.layout.wavelength_nm(gap as f64 + l));
+                let within = radius < 1.0;
+                let grazing = if within { gathered.grazing_wavelengths(wi, [low, high]) } else { Vec::new() };
                 let place = move |nm: f64| {
                     let asked = (least(gathered, Some(known), wi, nm) - 1.0) * wi[2] * wi[2];
-                    (nodes.corners(cell, [inside[0], inside[1], (nm - low) / (high - low)]), asked)
+                    let [x, y] = at.map(|at| (at as usize).min(cells - 1));
+                    let inside = [at[0] - x as f64, at[1] - y as f64, (nm - low) / (high - low)];
+                    (nodes.corners([x, y, gap], inside), asked)
                 };
+                let wavelengths = grazing.into_iter().chain(within.then_some(between));
                 wavelengths.map(place).filter(|(_, asked)| *asked > 0.0).collect::<Vec<_>>()
             })
             .collect();
-        raise(&mut self.values, asked);
+        raise(&mut self.values, asked)
     }
 
     fn packed(&self) -> AlbedoTable {
@@ -158,18 +180,23 @@ impl Nodes {
     }
 }
 
-/// Raises nodes so that every place has at least what is asked there: places as nodes with their weights.
-pub(super) fn raise<const K: usize>(values: &mut [f32], asked: impl IntoIterator<Item = ([(usize, f64); K], f64)>) {
+/// Raises nodes so that every place has at least what is asked there: places as nodes with their weights. Whether there was anything to
+/// raise.
+pub(super) fn raise<const K: usize>(
+    values: &mut [f32],
+    asked: impl IntoIterator<Item = ([(usize, f64); K], f64)>,
+) -> bool {
     let mut most = vec![0f32; values.len()];
     for (corners, asked) in asked {
         let have: f64 = corners.iter().map(|&(node, weight)| weight * f64::from(values[node])).sum();
         let squares: f64 = corners.iter().map(|corner| corner.1 * corner.1).sum();
         for (node, weight) in corners {
-            // Times their weights these sum to what is lacking, times the overshoot.
-            most[node] = most[node].max((OVERSHOOT * (asked - have) * weight / squares) as f32);
+            // Times their weights these sum to what is lacking.
+            most[node] = most[node].max(((asked - have) * weight / squares) as f32);
         }
     }
-    values.iter_mut().zip(most).for_each(|(value, by)| *value += by);
+    values.iter_mut().zip(&most).for_each(|(value, by)| *value += by);
+    most.iter().any(|&by| by > 0.0)
 }
 
 /// Means before and after.

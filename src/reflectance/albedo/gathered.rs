@@ -5,6 +5,7 @@ use crate::reflectance::quadrature::hemisphere;
 use crate::reflectance::surface::Options;
 use crate::reflectance::{Pair, Vec3};
 use crate::table::{NodeCurve, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Largest standard deviation, in direction cosines at the longest wavelength, of nodes that are integrated one by one.
@@ -13,16 +14,16 @@ const NARROW: f64 = 0.03;
 const ALL_SINGLE: usize = 640;
 const SINGLES: usize = 64;
 /// Least spacing of the grid in cycles/µm, and in standard deviations of wide nodes.
-const SPACING_MIN: f64 = 0.18;
+const SPACING_MIN: f64 = 0.22;
 const SPACING_SIGMAS: f64 = 0.7;
 /// Widest panels of 16 places in radians, and how many standard deviations of what the grid holds one may be wide.
 const PANEL_MAX: f64 = 1.05;
-const PANEL_SIGMAS: f64 = 18.0;
+const PANEL_SIGMAS: f64 = 30.0;
+/// Steps in κ for each knot of the table's splines, linear between.
+const STEPS_A_KNOT: f64 = 3.0;
 /// Standard deviations out to which a node wider than the spacing is spread over the grid.
 const SPREAD: f64 = 4.0;
 
-/// Cosine of an incidence below which orders are integrated finely: the obliquity factor then changes within them.
-const FINE_COSINE: f64 = 0.1;
 /// Standard deviations inside the horizon where the mean of `max(0, 1 − ρ)^(−½)` over a Gaussian is largest.
 const INSIDE: f64 = 0.77;
 
@@ -57,7 +58,7 @@ impl<'a> Gathered<'a> {
             |&(jx, jy, record): &(i64, i64, &[f32])| Lobe { f: at(jx, jy), sigma_f: sigma, record: record.to_vec() };
         let singles = nodes[..count].iter().map(single).collect();
         let rest: Vec<_> = nodes[count..].iter().map(|&(jx, jy, record)| (at(jx, jy), record)).collect();
-        let grid = (!rest.is_empty()).then(|| PowerGrid::new(&rest, sigma));
+        let grid = (!rest.is_empty()).then(|| PowerGrid::new(table, &rest, sigma));
         // The knee is the reciprocal of half the range of heights.
         Self { table, options, singles, grid, range_um: 2.0 / table.kappa_knee() }
     }
@@ -83,11 +84,6 @@ impl<'a> Gathered<'a> {
         found
     }
 
-    /// Whether there are narrow orders, which make ridges of the albedo where they leave along the surface.
-    pub fn has_ridges(&self) -> bool {
-        !self.singles.is_empty()
-    }
-
     /// About how many places [`Gathered::visit`] takes, at most.
     pub fn places(&self) -> usize {
         let mut most = 1;
@@ -110,7 +106,7 @@ impl<'a> Gathered<'a> {
         let phase = TAU / wavelength_um * self.range_um;
         let setting = Setting { wi, wavelength_um, known, phase, cut: false };
         for lobe in &self.singles {
-            lobe.integrate(&setting, wi[2] < FINE_COSINE, |wo, area| {
+            lobe.integrate(&setting, true, |wo, area| {
                 if let Some(pair) = Pair::new(wi, wo) {
                     let curve = NodeCurve::new(self.table, pair.kappa(wavelength_um));
                     visit(wo, area * curve.power(&lobe.record) * self.options.angular_factor(&pair));
@@ -123,14 +119,14 @@ impl<'a> Gathered<'a> {
         for (wo, area) in hemisphere(known, widths, wi[2]) {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-                let value = grid.density(f, &NodeCurve::new(self.table, pair.kappa(wavelength_um)));
+                let value = grid.density(f, pair.kappa(wavelength_um));
                 visit(wo, area * self.options.angular_factor(&pair) * value / (wavelength_um * wavelength_um));
             }
         }
     }
 }
 
-/// Records of a table's nodes gathered on a coarser grid of frequencies, bilinear between its nodes.
+/// Powers of a table's nodes gathered on a coarser grid of frequencies, linear between its nodes and between steps of κ.
 struct PowerGrid {
     /// Cycles/µm between nodes.
     spacing: [f64; 2],
@@ -138,14 +134,15 @@ struct PowerGrid {
     sigma: [f64; 2],
     /// Nodes on either side of frequency zero.
     reach: [usize; 2],
-    /// Floats of a record.
-    len: usize,
-    /// Row-major from node `(−reach, −reach)`, per unit of area.
-    records: Vec<f32>,
+    /// Steps in κ, and how many make a rad/µm.
+    steps: usize,
+    steps_per_kappa: f64,
+    /// Power per area at every step, row-major from node `(−reach, −reach)`.
+    powers: Vec<f32>,
 }
 
 impl PowerGrid {
-    fn new(nodes: &[([f64; 2], &[f32])], sigma: [f64; 2]) -> Self {
+    fn new(table: &SpectralTable, nodes: &[([f64; 2], &[f32])], sigma: [f64; 2]) -> Self {
         let spacing = sigma.map(|sigma| (SPACING_SIGMAS * sigma).max(SPACING_MIN));
         let reach = spacing.map(|spacing| (2e3 / WAVELENGTH_MIN_NM / spacing).ceil() as usize + 1);
         let len = nodes.iter().map(|node| node.1.len()).max().unwrap_or(0);
@@ -161,20 +158,30 @@ impl PowerGrid {
                 }
             }
         }
+        let steps_per_kappa = STEPS_A_KNOT / table.kappa_step();
+        let steps = (table.kappa_max() * steps_per_kappa).ceil() as usize + 2;
+        let curves: Vec<_> = (0..steps).map(|i| NodeCurve::new(table, i as f64 / steps_per_kappa)).collect();
+        let powers = |record: &[f32]| -> Vec<f32> { curves.iter().map(|curve| curve.power(record) as f32).collect() };
+        let powers: Vec<f32> = records.par_chunks(len).flat_map_iter(powers).collect();
         // Between nodes a hat widens what it joins by a sixth of the squared spacing, and as much again what was shared out.
         let sigma = [0, 1].map(|c| (sigma[c] * sigma[c] + spacing[c] * spacing[c] / 4.0).sqrt());
-        Self { spacing, sigma, reach, len, records }
+        Self { spacing, sigma, reach, steps, steps_per_kappa, powers }
     }
 
-    /// Power per area of frequencies at `f` (cycles/µm).
-    fn density(&self, f: [f64; 2], curve: &NodeCurve) -> f64 {
+    /// Power per area of frequencies at `f` (cycles/µm) and `kappa` (rad/µm).
+    #[inline]
+    fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         let [(ix, tx), (iy, ty)] = [0, 1].map(|c| {
             let at = (f[c] / self.spacing[c] + self.reach[c] as f64).clamp(0.0, (2 * self.reach[c]) as f64 - 1e-6);
             (at as usize, at.fract())
         });
+        let step = (kappa * self.steps_per_kappa).min(self.steps as f64 - 1.5);
+        let (k, tk) = (step as usize, step.fract());
         let columns = 2 * self.reach[0] + 1;
-        let value =
-            |dx: usize, dy: usize| curve.power(&self.records[((iy + dy) * columns + ix + dx) * self.len..][..self.len]);
+        let value = |dx: usize, dy: usize| {
+            let pair = &self.powers[((iy + dy) * columns + ix + dx) * self.steps + k..][..2];
+            f64::from(pair[0]) + tk * f64::from(pair[1] - pair[0])
+        };
         let row = |dy: usize| (1.0 - tx) * value(0, dy) + tx * value(1, dy);
         ((1.0 - ty) * row(0) + ty * row(1)).max(0.0)
     }

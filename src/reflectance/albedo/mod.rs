@@ -4,19 +4,18 @@
 //! direction and whatever `f` is, if `A(wi)` is at least `∫ f cosθo dωo`, the albedo of the model as it is. It is reciprocal
 //! because `f` is.
 //!
-//! The bound holds for less. Light that leaves in a direction is divided by that direction's `A` as well, so that it is enough if,
-//! for any function `b` and `A ≥ b`,
+//! The bound holds for less. Light that leaves in a direction is divided by that direction's `A` as well, so that it is enough if
 //!
 //! ```text
-//! A(wi) ≥ t,  the least t ≥ 1 with  ∫ f(wi, wo) min(1, t/b(wo)) cosθo dωo ≤ t
+//! A(wi) ≥ t,  the least t ≥ 1 with  ∫ f(wi, wo) min(1, t/max(1, A(wo))) cosθo dωo ≤ t
 //! ```
 //!
-//! because then `∫ f/max(1, A(wi), A(wo)) ≤ 1/A(wi) · ∫ f·min(1, A(wi)/b(wo)) ≤ 1`. [`build`] takes for `b` what the same equation
-//! gives for a first guess. That spares directions from which a narrow order leaves along the surface: the albedo has a pole there,
-//! of light that its own direction takes away anyway, and a table would spread it over whole cells.
+//! because the integral over `t` falls with `t`, and at `t = max(1, A(wi))` it is the albedo of `f'`. That spares directions from which a
+//! narrow order leaves along the surface: the albedo has a pole there, of light that its own direction takes away anyway, and a table would
+//! spread it over whole cells. Raising `A` in one direction lowers what is asked for in all others.
 //!
-//! [`AlbedoTable`] holds `A` on a grid of direction and wavelength, never below what is asked for at thousands of places
-//! between its nodes.
+//! [`AlbedoTable`] holds `A` on a grid of direction and wavelength, raised until it is not below what is asked for at
+//! tens of thousands of places between its nodes. Elsewhere it can be, by little: see `docs/stability.md`.
 
 mod build;
 mod colour;
