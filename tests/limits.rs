@@ -114,7 +114,7 @@ fn what_a_refusal_suggests_would_do() {
 fn estimates_of_anything_are_finite_in_time_and_grow_with_what_is_asked() {
     let start = Instant::now();
     let small = demand((64, 64), 0.1, 0.3).estimate();
-    assert!(small.limit() == 1.0 && small.seconds < 10.0, "{small:?}");
+    assert!(small.limit() == 1.0 && small.seconds < 20.0, "{small:?}");
     let lengths = [f64::MIN_POSITIVE, 1e-9, 0.1, 1e3, 1e30, f64::MAX];
     for pixel_um in lengths {
         for range_um in [0.0, 1e-300, 1.0, 1e30, f64::MAX, f64::INFINITY] {
@@ -226,6 +226,9 @@ fn only_differences_of_height_count_as_size() {
     config.build_of(&heights(-5000.0, 0.2), &Cache::off()).unwrap();
     let error = config.build_of(&heights(0.0, 1200.0), &Cache::off()).err().unwrap().to_string();
     assert!(error.contains("the range of heights is 1200 µm") && error.contains("nm"), "{error}");
+    let tiny = HeightField::new(Array2::zeros((2, 2)), 0.1, 6.5e-8).unwrap();
+    let error = config.build_of(&tiny, &Cache::off()).err().unwrap().to_string();
+    assert!(error.contains("`pixel_size` along y is 0.000000065 µm") && error.contains("in m?"), "{error}");
     let wide = HeightField::new(Array2::zeros((2, 2)), 2000.0, 0.1).unwrap();
     let error = config.build_of(&wide, &Cache::off()).err().unwrap().to_string();
     assert!(error.contains("`pixel_size` along x is 2000 µm"), "{error}");

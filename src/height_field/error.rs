@@ -29,6 +29,11 @@ pub enum HeightFieldError {
          it meant in nm, or is the file's unit wrong?"
     )]
     TooLarge { what: &'static str, value_um: f64, limit_um: f64 },
+    /// A pixel that is smaller than an atom by far.
+    #[error(
+        "{what} is {value_um} µm, less than {limit_um} µm, which nothing measures; lengths are in µm: was it meant in m?"
+    )]
+    TooSmall { what: &'static str, value_um: f64, limit_um: f64 },
     /// A file cannot be opened or read.
     #[error("{}: cannot be read: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },

@@ -28,6 +28,9 @@ pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;
 
+/// The smallest pixel in µm that [`HeightField::check_size`] lets pass, a thousandth of an atom.
+const PIXEL_MIN_UM: f64 = 1e-7;
+
 /// The relief of one rectangular tile: `heights_um[[iy, ix]]` sits at `x = ix·dx_um`, `y = iy·dy_um`
 /// (the row index grows along +y). Tiles need not be square, nor their pixels.
 ///
@@ -60,10 +63,11 @@ impl HeightField {
         Ok(Self { heights_um, dx_um, dy_um })
     }
 
-    /// Refuses what is larger than `limit_um`: a pixel, or the range of heights, wherever their mean lies.
+    /// Refuses what is larger than `limit_um`: a pixel, or the range of heights, wherever their mean lies; and pixels below
+    /// 1e-7 µm, whose squares and products leave the range of numbers.
     ///
     /// # Errors
-    /// [`HeightFieldError::TooLarge`], which says what is.
+    /// [`HeightFieldError::TooLarge`] or [`HeightFieldError::TooSmall`], which say what is.
     pub fn check_size(&self, limit_um: f64) -> Result<(), HeightFieldError> {
         let (low, high) = self.range_um();
         let sizes = [
@@ -71,8 +75,11 @@ impl HeightField {
             ("`pixel_size` along y", self.dy_um),
             ("the range of heights", high - low),
         ];
-        match sizes.into_iter().find(|(_, value_um)| *value_um > limit_um) {
-            Some((what, value_um)) => Err(HeightFieldError::TooLarge { what, value_um, limit_um }),
+        if let Some(&(what, value_um)) = sizes.iter().find(|(_, value_um)| *value_um > limit_um) {
+            return Err(HeightFieldError::TooLarge { what, value_um, limit_um });
+        }
+        match sizes[..2].iter().find(|(_, value_um)| *value_um < PIXEL_MIN_UM) {
+            Some(&(what, value_um)) => Err(HeightFieldError::TooSmall { what, value_um, limit_um: PIXEL_MIN_UM }),
             None => Ok(()),
         }
     }
