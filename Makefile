@@ -11,7 +11,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds of one package at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python lint format demo crosscheck bench figures docs api-docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-traced test-python lint format demo crosscheck bench figures docs api-docs clean help
 
 all: plugin
 
@@ -56,11 +56,16 @@ library:
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release --test header
 
-test: test-rust test-python
+test: test-rust test-traced test-python
 
 # In the release profile, which the plugin is built in too: one set of dependencies serves both.
 test-rust: $(READY)
 	$(CARGO) test --release --features viewer
+
+# What Dr.Jit records, without a renderer. The libraries are those of the wheels.
+test-traced: $(READY)
+	LD_LIBRARY_PATH=$$($(PY) -c "import importlib.util as u; print(':'.join(u.find_spec(n).submodule_search_locations[0] for n in ('drjit', 'mitsuba')))") \
+		$(CARGO) test --release --lib --features mitsuba mitsuba::
 
 test-python: plugin library tool
 	$(PY) -m pytest
@@ -88,13 +93,13 @@ demo: plugin
 	$(CARGO) build --release --bin sunbeam --features gpu
 	$(PY) -m mitsuba_scenes.demo
 
-# What the methods cost and how far off they are, what the sampler and the BSDF cost in Mitsuba, and the C ABI's
-# throughput; about ten minutes. `make figures` writes the same into pages.
+# What the plugin costs in Mitsuba beside roughconductor, what the methods cost and how far off they are, how evenly the
+# sampler weighs, and the C ABI's throughput; about ten minutes. `make figures` writes the same into pages.
 bench: plugin library tool
 	@mkdir -p out/bench
+	$(PY) benches/mitsuba_cost.py --json out/bench/mitsuba.json
 	target/release/sunbeam bench --what methods --json out/bench/methods.json --plot out/bench/methods.svg
 	target/release/sunbeam bench --what sampler --json out/bench/sampler.json
-	$(PY) benches/mitsuba_cost.py
 	$(CC) -std=c11 -O2 -I $(LIBRARY)/include benches/batch.c -o $(LIBRARY)/batch -L $(LIBRARY)/lib -lsunbeam \
 		-Wl,-rpath,$(CURDIR)/$(LIBRARY)/lib -lpthread -lm
 	$(LIBRARY)/batch | tee out/bench/batch.json

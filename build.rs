@@ -14,14 +14,20 @@ fn main() {
     }
 }
 
+/// Whose sources these are.
+const TABLES_FOLDERS: [&str; 6] = ["colour", "colour_table", "numeric", "reflectance", "table", "transform"];
+
 /// A hash of the sources that decide what is in a surface's tables, for `src/cache/`: tables that other code built are
 /// not those that this code would.
 fn tables_code() -> u64 {
     let mut sources = Vec::new();
-    for folder in ["src/transform", "src/table", "src/reflectance"] {
-        println!("cargo:rerun-if-changed={folder}");
-        let files = fs::read_dir(folder).into_iter().flatten().flatten();
-        sources.extend(files.map(|file| file.path()));
+    let mut folders: Vec<_> = TABLES_FOLDERS.iter().map(|folder| format!("src/{folder}").into()).collect();
+    while let Some(folder) = folders.pop() {
+        let folder: std::path::PathBuf = folder;
+        println!("cargo:rerun-if-changed={}", folder.display());
+        for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+            if path.is_dir() { folders.push(path) } else { sources.push(path) }
+        }
     }
     sources.sort();
     let mut hasher = DefaultHasher::new();
@@ -40,14 +46,20 @@ mod mitsuba {
     /// The layout of Mitsuba's classes is no interface and changes between releases, so these are exact.
     const WHEELS: [(&str, &str); 3] = [("mitsuba", "3.9.1"), ("drjit", "1.5.0"), ("nanobind", "2.14.0")];
 
-    const SOURCES: [&str; 6] = [
+    const SOURCES: [&str; 9] = [
         "cpp_shim/checks.cpp",
         "cpp_shim/diffraction.cpp",
+        "cpp_shim/jit.cpp",
+        "cpp_shim/jit_tests.cpp",
         "cpp_shim/parameters.cpp",
+        "cpp_shim/progress.cpp",
         "cpp_shim/variants_cuda.cpp",
         "cpp_shim/variants_llvm.cpp",
         "cpp_shim/variants_scalar.cpp",
     ];
+
+    /// The Rust files that declare what crosses the boundary.
+    const BRIDGES: [&str; 3] = ["src/mitsuba/bridge.rs", "src/mitsuba/jit.rs", "src/mitsuba/jit_tests.rs"];
 
     /// Dr.Jit turns small arrays into SIMD registers where the instruction set allows it, which changes layouts and
     /// the calling convention: without the wheel's `-march` the plugin loads and renders garbage.
@@ -64,7 +76,9 @@ mod mitsuba {
 
     pub fn build() -> Result<(), String> {
         println!("cargo:rerun-if-changed=cpp_shim");
-        println!("cargo:rerun-if-changed=src/mitsuba_plugin.rs");
+        for bridge in BRIDGES {
+            println!("cargo:rerun-if-changed={bridge}");
+        }
         println!("cargo:rerun-if-env-changed=SUNBEAM_PYTHON");
         let (os, arch) = (env::var("CARGO_CFG_TARGET_OS"), env::var("CARGO_CFG_TARGET_ARCH"));
         if os.as_deref() != Ok("linux") || arch.as_deref() != Ok("x86_64") {
@@ -72,7 +86,7 @@ mod mitsuba {
         }
         let [mitsuba, drjit, nanobind] = find_wheels()?;
 
-        let mut shim = cxx_build::bridge("src/mitsuba_plugin.rs");
+        let mut shim = cxx_build::bridges(BRIDGES);
         shim.std("c++17").opt_level(2).debug(false).warnings(true).define("NDEBUG", None);
         shim.includes(["cpp_shim"]);
         // As system headers: their warnings are not ours to mend.

@@ -12,7 +12,7 @@
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/srgb.h>
 
-#include "sunbeam/src/mitsuba_plugin.rs.h"
+#include "sunbeam/src/mitsuba/bridge.rs.h"
 
 // Dr.Jit's small arrays are SIMD registers exactly when the compiler may use AVX2; the wheel was built so. Without it
 // all of this compiles, loads and renders garbage, so the compiler must refuse.

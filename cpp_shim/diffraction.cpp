@@ -11,11 +11,11 @@
  * preset                string           blazed, sinusoidal, lamellar, cd, elaphe, xenopeltis, flat
  *                                        (elaphe, where there is no filename either)
  * period, height        float, um        size of blazed, sinusoidal and lamellar along x; height is valley to peak
- *                                        (blazed: 2.5 and 0.25, rising along +x); in (0, 1e6]
+ *                                        (blazed: 2.5 and 0.25, rising along +x); in (0, 1e3]
  * filename              string           height field (.gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz,
  *                                        .txt, .csv, .asc; see docs/height-fields.md), found as Mitsuba finds files
- * pixel_size            float, um        edge of a pixel, where the file does not say; in (0, 1e6]
- * max_height            float, um        height of the largest value, where the file does not say; in (0, 1e6]
+ * pixel_size            float, um        edge of a pixel, where the file does not say; in (0, 1e3]
+ * max_height            float, um        height of the largest value, where the file does not say; in (0, 1e3]
  * channel               string           channel of a file of several, by number or title (the first height)
  * fill                  string           none, laplace, mean: what is put where the file has no height (none: such a
  *                                        file is refused)
@@ -29,6 +29,8 @@
  * conserve_energy       boolean          keeps the albedo at or below 1 (true for ensemble, false for patch)
  * shadowing             boolean          V-cavity shadowing and masking (false)
  * tolerance             float            relative error that tables are built to, in [1e-6, 0.1] (1e-3)
+ * build_limit           float            factor on what building tables may take, 8 GB and two minutes on two cores, in
+ *                                        [1, 1e6] (1)
  * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none reflects all (none)
  * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
  *                       texture          such as keratin (1.56). Exposed, differentiable
@@ -75,8 +77,9 @@
  *     mi.file_resolver().append("<repository>/target/mitsuba")
  *     skin = mi.load_dict({"type": "diffraction", "preset": "xenopeltis", "eta": 1.56, "diffuse_reflectance": 0.05})
  *
- * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lookup.h the diffracted lobe, variants_*
- * the instantiations, checks.cpp what must hold before any of it runs. This file is the entry point.
+ * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lobe.h the diffracted lobe, variants_*
+ * the instantiations, checks.cpp what must hold before any of it runs, progress.cpp what the log is told while tables
+ * are built. This file is the entry point.
  */
 
 #include <stdexcept>

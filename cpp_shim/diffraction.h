@@ -1,6 +1,8 @@
 // The BSDF class; the manual is at the top of diffraction.cpp.
 #pragma once
 
+#include <algorithm>
+#include <optional>
 #include <sstream>
 #include <tuple>
 
@@ -12,7 +14,7 @@
 #include <mitsuba/render/texture.h>
 
 #include "checks.h"
-#include "lookup.h"
+#include "lobe.h"
 #include "parameters.h"
 #include "variants.h"
 
@@ -25,8 +27,7 @@ public:
     MI_IMPORT_BASE(BSDF, m_flags, m_components)
     MI_IMPORT_TYPES(Texture)
 
-    explicit Diffraction(const Properties &props)
-        : Base(props), m_lobe(checked([json = read_parameters(props)] { return new_surface(json); })) {
+    explicit Diffraction(const Properties &props) : Base(props), m_lobe(new_lobe_surface(props)) {
         m_coherence_length = m_lobe.surface().coherence_length_um();
         parameters_changed();
     }
@@ -41,7 +42,12 @@ public:
         cb->put("coherence_length", m_coherence_length, ParamFlags::NonDifferentiable);
     }
 
-    void parameters_changed(const std::vector<std::string> & /*keys*/ = {}) override {
+    void parameters_changed(const std::vector<std::string> &keys = {}) override {
+        auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
+        if (m_reflectance_inside && (has_changed("eta") || has_changed("k"))) {
+            m_lobe = DiffractionLobe<Float, Spectrum>(checked([&] { return m_lobe.surface().without_index(); }));
+            m_reflectance_inside = false;
+        }
         if (const float built = m_lobe.surface().coherence_length_um(); m_coherence_length != built) {
             const float wanted = m_coherence_length;
             // If it is refused, the BSDF goes on as it was.
@@ -89,7 +95,7 @@ public:
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
         active &= Frame3f::cos_theta(bs.wo) > 0.f;
 
-        const auto [value, pdf] = evaluate(local, lobes, si, bs.wo, active);
+        const auto [value, pdf] = evaluate<true, true>(local, lobes, si, bs.wo, active);
         active &= pdf > 0.f;
         bs.pdf                           = dr::select(active, pdf, 0.f);
         const UnpolarizedSpectrum weight = dr::select(active, value / pdf, 0.f);
@@ -98,22 +104,17 @@ public:
 
     Spectrum eval(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                   Mask active) const override {
-        return eval_pdf(ctx, si, wo, active).first;
+        return depolarizer<Spectrum>(answer<true, false>(ctx, si, wo, active).first);
     }
 
     Float pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const override {
-        return eval_pdf(ctx, si, wo, active).second;
+        return answer<false, true>(ctx, si, wo, active).second;
     }
 
     std::pair<Spectrum, Float> eval_pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                                         Mask active) const override {
-        MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
-        active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
-        const Lobes lobes(*this, ctx);
-        if (unlikely(lobes.none() || dr::none_or<false>(active)))
-            return { 0.f, 0.f };
-        const auto [value, pdf] = evaluate(localise(si, lobes, active), lobes, si, wo, active);
-        return { depolarizer<Spectrum>(value) & active, dr::select(active, pdf, 0.f) };
+        const auto [value, pdf] = answer<true, true>(ctx, si, wo, active);
+        return { depolarizer<Spectrum>(value), pdf };
     }
 
     std::tuple<Spectrum, Float, BSDFSample3f, Spectrum>
@@ -204,35 +205,60 @@ private:
         return local;
     }
 
-    /// Value times cosine and density of all wanted lobes: the one routine behind eval, pdf, and sample.
+    /// `evaluate` where both directions lie above the surface, zero elsewhere.
+    template <bool Value, bool Density> std::pair<UnpolarizedSpectrum, Float>
+    answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
+        MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
+        active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
+        const Lobes lobes(*this, ctx);
+        if (unlikely(lobes.none() || dr::none_or<false>(active)))
+            return { 0.f, 0.f };
+        const auto [value, pdf] = evaluate<Value, Density>(localise(si, lobes, active), lobes, si, wo, active);
+        return { value & active, dr::select(active, pdf, 0.f) };
+    }
+
+    /// Value times cosine, density, or both, of all wanted lobes: the one routine behind eval, pdf, and sample.
+    template <bool Value, bool Density>
     std::pair<UnpolarizedSpectrum, Float> evaluate(const Local &local, const Lobes &lobes,
                                                    const SurfaceInteraction3f &si, const Vector3f &wo,
                                                    Mask active) const {
         UnpolarizedSpectrum value(0.f);
         Float pdf(0.f);
         if (lobes.diffraction) {
-            const auto lobe = m_lobe.eval_pdf(local.to_grating(si.wi), local.to_grating(wo), si.wavelengths, active);
+            const Vector3f wi_grating = local.to_grating(si.wi), wo_grating = local.to_grating(wo);
+            if constexpr (Value && Density)
+                std::tie(value, pdf) = m_lobe.eval_pdf(wi_grating, wo_grating, si.wavelengths, active);
+            else if constexpr (Value)
+                value = m_lobe.eval(wi_grating, wo_grating, si.wavelengths, active);
+            else
+                pdf = m_lobe.pdf(wi_grating, wo_grating, si.wavelengths, active);
             // Of the angle of either direction with the half vector. The dot product with one of them would tell them
             // apart by their rounding, which near the horizon is as large as this cosine.
-            const Float cos_half = dr::minimum(.5f * dr::norm(si.wi + wo), 1.f);
-            value                = local.reflectance(cos_half) * lobe.value;
-            pdf                  = local.prob_diffraction * lobe.pdf;
+            if constexpr (Value)
+                value *= m_reflectance_inside ? local.specular
+                                              : local.reflectance(dr::minimum(.5f * dr::norm(si.wi + wo), 1.f));
+            pdf *= local.prob_diffraction;
         }
         if (lobes.diffuse) {
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
-            value += local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
-                     local.remainder(Frame3f::cos_theta(wo)) * lambertian;
+            if constexpr (Value)
+                value += local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
+                         local.remainder(Frame3f::cos_theta(wo)) * lambertian;
             pdf += (1.f - local.prob_diffraction) * lambertian;
         }
         return { value, pdf };
     }
 
-    /// Sets the textures and returns the configuration of the surface. Everything is checked here, before the tables
-    /// are built, since that takes seconds.
-    std::string read_parameters(const Properties &props) {
-        const std::string surface = surface_json(props);
+    /// Sets the textures and builds the surface. Everything is checked before the tables are built, since that takes
+    /// seconds.
+    rust::Box<Surface> new_lobe_surface(const Properties &props) {
+        const std::string json = surface_json(props);
         check_optics(props);
-        if (const std::string material = material_name(props); material != "none") {
+        const std::string material = material_name(props);
+        std::optional<IndexSpectrum> index;
+        if constexpr (!is_spectral_v<Spectrum>)
+            index = index_spectrum(props, material);
+        if (material != "none") {
             std::tie(m_eta, m_k) = complex_ior_from_file<Spectrum, Texture>(material);
         } else {
             // eta = 0, k = 1 reflects everything; a given eta without k is a dielectric.
@@ -245,7 +271,23 @@ private:
         if (props.has_property("diffuse_reflectance"))
             m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
         refuse_unknown(props);
-        return surface;
+        if constexpr (is_spectral_v<Spectrum>) {
+            return checked([&] { return new_surface(json); });
+        } else {
+            IndexSamples samples;
+            m_reflectance_inside = index.has_value();
+            if (index) {
+                auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
+                    for (double value : from)
+                        to.push_back(value);
+                };
+                copy(index->eta_nm, samples.eta_nm);
+                copy(index->eta, samples.eta);
+                copy(index->k_nm, samples.k_nm);
+                copy(index->k, samples.k);
+            }
+            return checked([&] { return new_colour_surface(json, samples); });
+        }
     }
 
     /// What Rust answers; what it refuses becomes an error of Mitsuba's.
@@ -259,7 +301,10 @@ private:
 
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
     float m_coherence_length = 0.f;
-    // The last member, because `read_parameters` sets the others before it is made.
+    /// Whether the lobe's values contain the Fresnel reflectance: in variants that carry colours, until `eta` or `k`
+    /// change, if these have wavelengths.
+    bool m_reflectance_inside = false;
+    // The last member, because `new_lobe_surface` sets the others before it is made.
     DiffractionLobe<Float, Spectrum> m_lobe;
 
     MI_TRAVERSE_CB(Base, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation, m_lobe)

@@ -11,6 +11,7 @@
 #include <mitsuba/core/filesystem.h>
 #include <mitsuba/core/fresolver.h>
 #include <mitsuba/core/logger.h>
+#include <mitsuba/core/spectrum.h>
 
 using mitsuba::ClassName, mitsuba::Error; // for Throw()
 using mitsuba::Properties;
@@ -20,13 +21,14 @@ namespace {
 
 // What each of these accepts is decided in one place for all interfaces: src/config.rs.
 constexpr const char *CHOICES[]  = { "preset", "channel", "fill", "level", "tiling", "model", "obliquity" };
-constexpr const char *NUMBERS[]  = { "period", "height", "pixel_size", "max_height", "coherence_length", "tolerance" };
+constexpr const char *NUMBERS[]  = { "period",           "height",    "pixel_size", "max_height",
+                                     "coherence_length", "tolerance", "build_limit" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
 constexpr const char *ALL_NAMES =
     "preset, period, height, filename, pixel_size, max_height, channel, fill, level, tiling, coherence_length, model, "
-    "obliquity, conserve_energy, shadowing, tolerance, material, eta, k, specular_reflectance, diffuse_reflectance, "
-    "rotation";
+    "obliquity, conserve_energy, shadowing, tolerance, build_limit, material, eta, k, specular_reflectance, "
+    "diffuse_reflectance, rotation";
 
 std::string json_string(std::string_view text) {
     std::string result = "\"";
@@ -138,6 +140,41 @@ std::string material_name(const Properties &props) {
     if (material.find('/') != material.npos || !mitsuba::fs::is_regular_file(file))
         Throw("parameter \"material\" is \"%s\", but must be one of %s", material, known_materials());
     return material;
+}
+
+std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::string &material) {
+    IndexSpectrum index;
+    if (material != "none") {
+        auto read = [&](const char *part, std::vector<double> &nm, std::vector<double> &values) {
+            const auto file = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior/" + material + part));
+            mitsuba::spectrum_from_file<double>(file, nm, values);
+        };
+        read(".eta.spd", index.eta_nm, index.eta);
+        read(".k.spd", index.k_nm, index.k);
+        return index;
+    }
+    if (!props.has_property("eta"))
+        return index;
+    auto known = [&](const char *name, std::vector<double> &nm, std::vector<double> &values) {
+        switch (props.type(name)) {
+            case Properties::Type::Float:
+            case Properties::Type::Integer:
+                values = { props.get<double>(name) };
+                return true;
+            case Properties::Type::Spectrum: {
+                const auto &spectrum = props.get<Properties::Spectrum>(name);
+                nm                   = spectrum.wavelengths;
+                values               = spectrum.values;
+                return true;
+            }
+            default:
+                return false;
+        }
+    };
+    index.k = { 0.0 };
+    if (!known("eta", index.eta_nm, index.eta) || (props.has_property("k") && !known("k", index.k_nm, index.k)))
+        return {};
+    return index;
 }
 
 void check_optics(const Properties &props) {

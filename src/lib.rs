@@ -32,4 +32,4 @@ pub mod table;
 pub mod transform;
 
 #[cfg(feature = "mitsuba")]
-mod mitsuba_plugin;
+mod mitsuba;

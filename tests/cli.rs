@@ -62,7 +62,7 @@ fn wrong_arguments_end_with_status_2_and_one_line_that_names_them() {
         (&["eval", "--preset", "cobra"], &["cobra", "--preset", "elaphe"]),
         (&["eval", "--model", "wavelet"], &["wavelet", "ensemble", "patch"]),
         (&["eval", "--colour", "red"], &["--colour"]),
-        (&["eval", "--preset", "blazed", "--period", "-1"], &["\"period\"", "-1", "(0, 1e6]"]),
+        (&["eval", "--preset", "blazed", "--period", "-1"], &["\"period\"", "-1", "(0, 1e3]"]),
         (&["eval", "--period", "2"], &["\"period\"", "elaphe"]),
         (&["eval", "--preset", "blazed", "--height", "NaN"], &["\"height\"", "NaN"]),
         (&["eval", "--preset", "cd", "--height-field", "a.gsf"], &["\"preset\"", "\"filename\""]),

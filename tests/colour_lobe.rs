@@ -8,7 +8,8 @@ use std::sync::LazyLock;
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{
-    ColourSurface, ComplexIndex, Options, SpectralIndex, Surface, Vec3, WavelengthWeights, fresnel_unpolarised, luminance,
+    ColourSurface, ComplexIndex, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights, fresnel_unpolarised,
+    luminance,
 };
 use sunbeam::table::{Model, WAVELENGTH_MIN_NM};
 
@@ -66,10 +67,10 @@ impl Truth {
     }
 
     fn rgb(&self, wi: Vec3, wo: Vec3, index: Option<&SpectralIndex>) -> [f64; 3] {
-        let Some(pair) = self.surface.pair(wi, wo) else { return [0.0; 3] };
-        let cos = pair.pair().cos_half();
+        let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
+        let cos = pair.cos_half();
         let reflected = |nm| index.map_or(1.0, |index| fresnel_unpolarised(cos, index.at(nm)));
-        self.weights.rgb_of(|nm| pair.f(nm) * reflected(nm))
+        self.weights.rgb_of(|nm| self.surface.f(wi, wo, nm) * reflected(nm))
     }
 }
 
@@ -221,9 +222,9 @@ fn luminance_is_that_of_the_spectrum() {
     let (mut random, mut sum, mut off) = (Random::new(8), 0.0, 0.0);
     for _ in 0..300 {
         let (wi, wo) = (direction(random.between(0.0, 70.0), 0.0), direction(random.between(0.0, 70.0), 180.0));
-        let pair = case.truth.surface.pair(wi, wo).unwrap();
         let weights = WavelengthWeights::per_nm().iter().enumerate();
-        let truth: f64 = weights.map(|(i, w)| f64::from(w[3]) * pair.f(WAVELENGTH_MIN_NM + i as f64)).sum();
+        let truth: f64 =
+            weights.map(|(i, w)| f64::from(w[3]) * case.truth.surface.f(wi, wo, WAVELENGTH_MIN_NM + i as f64)).sum();
         sum += truth;
         off += (luminance(lobe.eval(wi, wo, true)) - truth).abs();
     }
@@ -453,7 +454,8 @@ fn what_is_kept_on_disk_answers_the_same() {
 fn what_is_no_pair_answers_zero() {
     let lobe = CASES[0].surfaces[2].1.lobe::<f32>();
     let up = [0.0, 0.0, 1.0];
-    let bad = [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [f32::NAN, 0.0, 1.0], [0.0, f32::INFINITY, 1.0], [0.0, 0.0, f32::NAN]];
+    let bad =
+        [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [f32::NAN, 0.0, 1.0], [0.0, f32::INFINITY, 1.0], [0.0, 0.0, f32::NAN]];
     for w in bad {
         assert_eq!(lobe.eval(w, up, true), [0.0; 3]);
         assert_eq!(lobe.eval(up, w, true), [0.0; 3]);

@@ -8,7 +8,7 @@ use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
 use sunbeam::methods::{ColourTable, ColourTableOptions, Method};
 use sunbeam::reflectance::{Exact, Obliquity, Options, Pair};
-use sunbeam::table::{Model, SpectralTable, Spectrum, Tiling, WAVELENGTH_MIN_NM, build};
+use sunbeam::table::{Model, PackedTable, Progress, Spectrum, Tiling, WAVELENGTH_MIN_NM, build};
 
 const TOLERANCE: f64 = 1e-3;
 /// What an eye just does not see, and the share of pixels that has to stay below.
@@ -18,7 +18,7 @@ const PERCENTILE: f64 = 0.99;
 struct Case {
     field: HeightField,
     options: ColourTableOptions,
-    spectral: SpectralTable,
+    spectral: PackedTable,
 }
 
 impl Case {
@@ -32,10 +32,11 @@ impl Case {
             tiling: config.tiling(),
             tolerance: TOLERANCE,
             resolution: 1.0,
+            build_limit: 1.0,
         };
         let s_um = coherence_length_um / 4.0;
         let spectrum = Spectrum::new(&field, model, options.tiling, s_um, 2e3 / WAVELENGTH_MIN_NM, TOLERANCE);
-        let spectral = build(&spectrum, TOLERANCE).unwrap().0;
+        let spectral = build(&spectrum, TOLERANCE, &Progress::none()).unwrap().packed;
         Self { field, options, spectral }
     }
 

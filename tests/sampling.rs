@@ -2,11 +2,17 @@
 
 mod common;
 
-use common::{Random, direction, preset, sinusoid, waves};
+use common::{Random, direction, preset, relief, sinusoid, waves};
+use ndarray::Array2;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
 use sunbeam::bench::sampler::{sampler, sampler_row};
-use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{Options, Surface, Vec3};
+use sunbeam::height_field::{HeightField, Level, Preset};
+use sunbeam::numeric::Plain;
+use sunbeam::reflectance::sampler::{SamplerLayout, SamplerView};
+use sunbeam::reflectance::{Options, Surface, UNIFORM_SHARE, Vec3};
 use sunbeam::table::{Model, Tiling};
+use sunbeam::transform::OrderTransform;
 
 /// The least probability of a χ² as large as found: one test of 10⁴ fails by chance, were the seeds not fixed.
 const SIGNIFICANCE: f64 = 1e-4;
@@ -14,9 +20,14 @@ const SIGNIFICANCE: f64 = 1e-4;
 const ROUNDING: f64 = 1e-12;
 /// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
 const STANDARD_ERRORS: f64 = 4.0;
-/// Bins along either direction cosine, and places in each along either axis where the density is read.
+/// Bins along either direction cosine.
 const BINS: usize = 40;
-const PLACES: usize = 16;
+/// Places in a bin where the density is read, along an axis on which it is a sum of Gaussians: most of them, and how many to
+/// a standard deviation. The edges of bins cut Gaussians, and the midpoint rule has to follow.
+const PLACES_MAX: usize = 80;
+const PLACES_PER_SIGMA: f64 = 4.0;
+/// The least width of a bin in direction cosines.
+const WIDTH: f64 = 2.0 / BINS as f64;
 /// Bins that reach beyond this radius count with the rest: the density over direction cosines has a pole at 1.
 const RADIUS: f64 = 0.99;
 const SAMPLES: usize = 200_000;
@@ -33,26 +44,69 @@ fn chi_square_tail(chi_square: f64, freedom: f64) -> f64 {
     0.5 * libm::erfc(z / 2f64.sqrt())
 }
 
+/// Bins along one axis of the plane of direction cosines.
+#[derive(Clone, Copy)]
+struct Bins {
+    low: f64,
+    width: f64,
+    places: usize,
+}
+
+impl Bins {
+    /// Bins over the hemisphere. Where the density is bilinear between nodes and wavelengths are one, bins begin and end at
+    /// nodes: one place in each mesh of the lattice is then exact.
+    fn new(surface: &Surface, axis: usize, wi: Vec3, wavelengths: &[f64]) -> Self {
+        let lattice = surface.table().lattice();
+        let period = [lattice.x.period_um, lattice.y.period_um][axis];
+        let sigma: [f64; 2] = surface.table().power_sigma();
+        let mesh = wavelengths[0] * 1e-3 / period;
+        match surface.sampler().layout() {
+            SamplerLayout::Square(layout) if layout.axes[axis].sigma.is_none() && wavelengths.len() == 1 => {
+                let places = (WIDTH / mesh).ceil();
+                let low = ((wi[axis] - 1.0) / mesh).floor() * mesh - wi[axis];
+                Self { low, width: places * mesh, places: places as usize }
+            }
+            _ => Self::over(-1.0, WIDTH, mesh * sigma[axis]),
+        }
+    }
+
+    /// Bins for Gaussians of that standard deviation.
+    fn over(low: f64, width: f64, sigma: f64) -> Self {
+        let places = ((PLACES_PER_SIGMA * width / sigma).ceil() as usize).clamp(8, PLACES_MAX);
+        Self { low, width, places }
+    }
+
+    fn far(&self, bin: usize) -> f64 {
+        (self.width * bin as f64 + self.low).abs().max((self.width * (bin + 1) as f64 + self.low).abs())
+    }
+
+    fn place(&self, bin: usize, place: usize) -> f64 {
+        (bin as f64 + (place as f64 + 0.5) / self.places as f64) * self.width + self.low
+    }
+}
+
 /// Probability of the histogram of samples for `wavelengths` under the density for `claimed`.
 fn agreement(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64]) -> f64 {
-    let width = 2.0 / BINS as f64;
-    let inside = |bin: usize| {
-        let far = |i: usize| (width * i as f64 - 1.0).abs().max((width * (i + 1) as f64 - 1.0).abs());
-        far(bin % BINS).hypot(far(bin / BINS)) < RADIUS
-    };
+    let bins = [0, 1].map(|axis| Bins::new(surface, axis, wi, claimed));
+    agreement_within(surface, wi, wavelengths, claimed, bins)
+}
+
+/// The same with bins of one's own along x and y; all else is one bin.
+fn agreement_within(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64], [x, y]: [Bins; 2]) -> f64 {
+    let inside = |bin: usize| x.far(bin % BINS).hypot(y.far(bin / BINS)) < RADIUS;
     let mut expected: Vec<f64> = (0..BINS * BINS)
+        .into_par_iter()
         .map(|bin| {
             if !inside(bin) {
                 return 0.0;
             }
             let mut sum = 0.0;
-            for place in 0..PLACES * PLACES {
-                let at = |bin: usize, place: usize| (bin as f64 + (place as f64 + 0.5) / PLACES as f64) * width - 1.0;
-                let (x, y) = (at(bin % BINS, place % PLACES), at(bin / BINS, place / PLACES));
+            for place in 0..x.places * y.places {
+                let [x, y] = [x.place(bin % BINS, place % x.places), y.place(bin / BINS, place / x.places)];
                 let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
                 sum += surface.pdf(wi, wo, claimed) / wo[2];
             }
-            sum * width * width / (PLACES * PLACES) as f64
+            sum * x.width * y.width / (x.places * y.places) as f64
         })
         .collect();
     // The last bin holds the rest, with the samples that fall below the horizon.
@@ -62,8 +116,9 @@ fn agreement(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64]) 
     let mut random = Random::new(23);
     for _ in 0..SAMPLES {
         let bin = surface.sample_direction(wi, wavelengths, random.three()).map_or(BINS * BINS, |wo| {
-            let index = |c: f64| (((c + 1.0) / width) as usize).min(BINS - 1);
-            index(wo[1]) * BINS + index(wo[0])
+            let [x, y] = [(wo[0], x), (wo[1], y)].map(|(c, bins)| ((c - bins.low) / bins.width).floor());
+            let there = [x, y].iter().all(|i| (0.0..BINS as f64).contains(i));
+            if there { y as usize * BINS + x as usize } else { BINS * BINS }
         });
         found[if bin < BINS * BINS && inside(bin) { bin } else { BINS * BINS }] += 1.0;
     }
@@ -85,13 +140,19 @@ fn agreement(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64]) 
     chi_square_tail(chi_square, f64::max(freedom, 1.0))
 }
 
+/// No energy is kept: the density does not know of it, and it takes longest.
+fn options(coherence_length_um: f64, model: Model) -> Options {
+    Options { coherence_length_um, model, conserve_energy: false, ..Options::default() }
+}
+
+/// `sin x + sin y` with something of both, of one period of `n` by `n` pixels.
+fn crossed(n: usize, period_um: f64, height_um: f64) -> HeightField {
+    let sine = |i: usize| (TAU * i as f64 / n as f64).sin();
+    let heights = Array2::from_shape_fn((n, n), |(y, x)| height_um * (sine(x) + sine(y) + 0.3 * sine(2 * x + y)));
+    HeightField::new(heights, period_um / n as f64, period_um / n as f64).unwrap()
+}
+
 fn surfaces() -> Vec<(&'static str, Surface)> {
-    let options = |coherence_length_um, model| Options {
-        coherence_length_um,
-        model,
-        conserve_energy: false,
-        ..Options::default()
-    };
     vec![
         ("blazed", build(&preset(Preset::Blazed), &options(15.0, Model::Ensemble))),
         ("sinusoidal", build(&sinusoid(128, 2.5, 0.125), &options(15.0, Model::Ensemble))),
@@ -101,10 +162,196 @@ fn surfaces() -> Vec<(&'static str, Surface)> {
     ]
 }
 
+/// Surfaces that the square draws from, of every kind of lattice.
+fn squares() -> Vec<(String, Surface)> {
+    let (large, wide) = (waves(256, 200, 0.13, 0.15, 0.5), relief(160, 120, 0.07, 0.07, 0.3));
+    let alone = |model, coherence| Options { tiling: Tiling::Aperiodic, ..options(coherence, model) };
+    let mut squares = vec![
+        ("waves".to_owned(), build(&large, &options(65.0, Model::Ensemble))),
+        ("waves, 45 µm".to_owned(), build(&large, &options(45.0, Model::Ensemble))),
+        ("waves, patch".to_owned(), build(&large, &options(40.0, Model::Patch))),
+        ("waves, 5 µm".to_owned(), build(&large, &options(5.0, Model::Ensemble))),
+        ("rough and alone".to_owned(), build(&wide, &alone(Model::Ensemble, 65.0))),
+        ("rough and alone, patch".to_owned(), build(&wide, &alone(Model::Patch, 65.0))),
+        ("rough and alone, 5 µm".to_owned(), build(&wide, &alone(Model::Ensemble, 5.0))),
+        ("long row".to_owned(), build(&long_row(), &options(20.0, Model::Ensemble))),
+        (
+            "flat".to_owned(),
+            build(&HeightField::new(Array2::zeros((64, 64)), 1.0, 1.0).unwrap(), &options(65.0, Model::Ensemble)),
+        ),
+    ];
+    for name in [Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
+        squares.push((name.name().to_owned(), build(&preset(name), &options(65.0, Model::Ensemble))));
+    }
+    for (name, scan) in scans() {
+        squares.push((name.to_owned(), build(&scan, &alone(Model::Ensemble, 65.0))));
+        squares.push((format!("{name}, tiled"), build(&scan, &options(65.0, Model::Ensemble))));
+    }
+    squares
+}
+
+/// The scans that there are.
+fn scans() -> Vec<(&'static str, HeightField)> {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/afm");
+    let mut scans = Vec::new();
+    for name in ["elaphe", "xenopeltis"] {
+        let path = folder.join(name).with_extension("gsf");
+        if path.exists() {
+            let scan = HeightField::read(path, &Default::default()).unwrap();
+            scans.push((name, scan.levelled(Level::Plane)));
+        } else {
+            eprintln!("SKIPPED: no scan at {}", path.display());
+        }
+    }
+    scans
+}
+
+/// Polar angle, azimuth and wavelength of the incidences of every kind.
+const INCIDENCES: [(f64, f64, f64); 8] = [
+    (0.0, 0.0, 550.0),
+    (20.0, 130.0, 830.0),
+    (40.0, 20.0, 480.0),
+    (55.0, 70.0, 420.0),
+    (65.0, -90.0, 600.0),
+    (75.0, 0.0, 360.0),
+    (80.0, -160.0, 650.0),
+    (85.0, 25.0, 530.0),
+];
+
+#[test]
+fn squares_draw_as_their_density_says() {
+    for (name, surface) in squares() {
+        assert!(matches!(surface.sampler().layout(), SamplerLayout::Square(_)), "{name}");
+        for (theta, phi, nm) in INCIDENCES {
+            let p = agreement(&surface, direction(theta, phi), &[nm], &[nm]);
+            println!("{name} at {theta}°: p = {p:.4}");
+            assert!(p > SIGNIFICANCE, "{name} at {theta}°: {p:e}");
+        }
+    }
+}
+
+#[test]
+fn single_orders_draw_as_their_density_says() {
+    let deep = sinusoid(64, 1.2, 0.125);
+    for (name, surface) in [
+        ("deep", build(&deep, &options(15.0, Model::Ensemble))),
+        ("deep, patch", build(&deep, &options(15.0, Model::Patch))),
+        ("crossed", build(&crossed(24, 1.2, 0.1), &options(15.0, Model::Ensemble))),
+        ("row of pixels", build(&sinusoid(128, 20.0, 0.2), &options(30.0, Model::Ensemble))),
+        ("one column", build(&column(), &options(15.0, Model::Ensemble))),
+    ] {
+        assert!(matches!(surface.sampler().layout(), SamplerLayout::Orders(_)), "{name}");
+        for (theta, phi, nm) in INCIDENCES {
+            let p = agreement(&surface, direction(theta, phi), &[nm], &[nm]);
+            println!("{name} at {theta}°: p = {p:.4}");
+            assert!(p > SIGNIFICANCE, "{name} at {theta}°: {p:e}");
+        }
+    }
+}
+
+/// A relief along x alone, with more orders than are gone through one by one.
+fn long_row() -> HeightField {
+    let heights = sinusoid(4096, 150.0, 0.1).heights_um().clone();
+    HeightField::new(heights, 150.0 / 4096.0, 2.0).unwrap()
+}
+
+/// A relief along y alone.
+fn column() -> HeightField {
+    HeightField::new(relief(40, 1, 0.2, 0.2, 0.3).heights_um().t().to_owned(), 2.0, 0.2).unwrap()
+}
+
+/// Orders of long windows are narrower than bins of the hemisphere; they are looked at closely, about one that is bright.
+#[test]
+fn narrow_orders_are_drawn_as_their_density_says() {
+    for (coherence, kind) in [(500.0, "square"), (70.0, "square"), (1e4, "square"), (500.0, "orders")] {
+        let period = if kind == "square" { 20.0 } else { 1.2 };
+        let surface = build(&crossed(80, period, 0.1), &options(coherence, Model::Ensemble));
+        assert_eq!(matches!(surface.sampler().layout(), SamplerLayout::Square(_)), kind == "square");
+        let (wi, nm) = (direction(40.0, 20.0), 550.0);
+        // The order (1, 0), and ten standard deviations in all.
+        let sigma = nm * 1e-3 / (TAU * 2f64.sqrt() * coherence / 4.0);
+        let bins = [nm * 1e-3 / period - wi[0], -wi[1]]
+            .map(|middle| Bins::over(middle - 5.0 * sigma, 10.0 * sigma / BINS as f64, sigma));
+        let p = agreement_within(&surface, wi, &[nm], &[nm], bins);
+        println!("{coherence} µm: p = {p:.4}");
+        assert!(p > SIGNIFICANCE, "{coherence} µm, {kind}: {p:e}");
+        let wrong = agreement_within(&surface, wi, &[nm], &[nm + 1e3 * sigma * period], bins);
+        assert!(wrong < 1e-9, "{coherence} µm, {kind}: {wrong}");
+    }
+}
+
+/// The density about each order against the sum of model.md §1 and §2: `|c_j|²·O·cosθo/cosθo` over that of all.
+#[test]
+fn orders_have_their_shares_of_what_is_reflected() {
+    /// Powers are means over intervals in κ, and orders have a width.
+    const RELATIVE: f64 = 0.03;
+    let field = preset(Preset::Sinusoidal);
+    let surface = build(&field, &Options { conserve_energy: false, ..Options::default() });
+    let transform = OrderTransform::new(&field);
+    let (pixels, period) = (field.size().0 as i64, field.extent_um().0);
+    for (theta, nm) in [(0.0, 550.0), (30.0, 450.0), (50.0, 620.0)] {
+        let (wi, um) = (direction(theta, 0.0), nm * 1e-3);
+        let mut shares = Vec::new();
+        for j in -20..=20i64 {
+            let x = um * j as f64 / period - wi[0];
+            if x.abs() < 0.97 {
+                let wo = [x, 0.0, (1.0 - x * x).sqrt()];
+                let (u, w) = (wi[0] + wo[0], wi[2] + wo[2]);
+                let power = transform.amplitudes(TAU * w / um)[j.rem_euclid(pixels) as usize].norm_sqr();
+                let drawn = surface.pdf(wi, wo, &[nm]) - UNIFORM_SHARE * sunbeam::numeric::math::SQUARE_PDF;
+                shares.push((power * (u * u + w * w).powi(2) / (w * w * wo[2]), drawn / wo[2]));
+            }
+        }
+        assert!(shares.len() > 4);
+        let (exact, drawn) = shares.iter().fold((0.0, 0.0), |sum, share| (sum.0 + share.0, sum.1 + share.1));
+        for share in &shares {
+            let (exact, drawn) = (share.0 / exact, share.1 / drawn);
+            assert!((exact - drawn).abs() < RELATIVE * exact.max(0.02), "{theta}°: {exact} {drawn}");
+        }
+    }
+}
+
+/// What a kernel computes in single precision is what is computed here in double.
+#[test]
+fn single_precision_is_as_good() {
+    /// Directions of single precision are good to 6e-8, and positions are up to 400 nodes from the origin.
+    const RELATIVE: f64 = 2e-3;
+    /// Questions at the edge of a block or of an interval in κ may go either way.
+    const AGREE: f64 = 0.99;
+    for (name, surface) in surfaces().into_iter().map(|(name, s)| (name.to_owned(), s)).chain(squares().drain(..4)) {
+        let (single, double) = (surface.sampler().view::<f32>(), surface.sampler().view::<f64>());
+        let mut random = Random::new(5);
+        let (mut same, mut compared) = (0, 0);
+        for _ in 0..4000 {
+            let wi = random.direction().map(|c| c as f32);
+            let (nm, u) = (random.wavelength_nm() as f32, [random.unit() as f32, random.unit() as f32]);
+            if wi[2] < 0.1 {
+                continue;
+            }
+            let wide = |v: [f32; 3]| v.map(f64::from);
+            let drawn = single.sample(wi, nm, u, true);
+            assert!(drawn.iter().all(|c| c.is_finite()) && drawn[2] >= 0.0, "{name}: {drawn:?}");
+            let exact = double.sample(wide(wi), f64::from(nm), u.map(f64::from), true);
+            compared += 2;
+            same += i32::from((0..2).all(|i| (f64::from(drawn[i]) - exact[i]).abs() < RELATIVE));
+            let wo = if drawn[2] > 0.1 { drawn } else { random.direction().map(|c| c as f32) };
+            let (a, b) = (pdf(&single, wi, wo, nm), double.pdf(wide(wi), wide(wo), f64::from(nm), true));
+            same += i32::from((a - b).abs() <= RELATIVE * b);
+        }
+        assert!(f64::from(same) >= AGREE * f64::from(compared), "{name}: {same} of {compared}");
+        let none = single.pdf([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 550.0, false);
+        assert_eq!((none, single.sample([0.0, 0.0, 1.0], 550.0, [0.5; 2], false)), (0.0, [0.0; 3]));
+    }
+}
+
+fn pdf(view: &SamplerView<Plain<'_, f32>>, wi: [f32; 3], wo: [f32; 3], nm: f32) -> f64 {
+    f64::from(view.pdf(wi, wo, nm, true))
+}
+
 #[test]
 fn directions_are_distributed_as_the_pdf_says() {
     for (name, surface) in surfaces() {
-        for (theta, phi, nm) in [(0.0, 0.0, 550.0), (55.0, 70.0, 420.0), (80.0, -160.0, 650.0), (85.0, 25.0, 530.0)] {
+        for (theta, phi, nm) in INCIDENCES {
             let p = agreement(&surface, direction(theta, phi), &[nm], &[nm]);
             println!("{name} at {theta}°: p = {p:.4}");
             assert!(p > SIGNIFICANCE, "{name} at {theta}°: {p:e}");
@@ -155,24 +402,22 @@ fn weight_times_density_is_the_reflectance() {
 
 /// Samples of each incidence and wavelength: the 99.9th percentile has 10 above it.
 const WEIGHTS: usize = 10_000;
-/// Deviation of the weights over their mean, up to 75° and at 85°. What is left there are orders that leave along the
-/// surface: within their width the obliquity factor and the energy scaling go from much to nothing, which leaves as wide
-/// as several orders follow in part only.
-const DEVIATION: f64 = 0.5;
-const DEVIATION_85: f64 = 0.55;
-/// The same at 85° of a scan that stands alone: its lattice is coarse, and a look-up reads 8 × 8 nodes of it, so that
-/// leaves of fewer than 4 nodes, 6° of the hemisphere, would cost more than they save.
-const DEVIATION_85_ALONE: f64 = 0.65;
+/// Deviation of the weights over their mean, up to 75° and at 85°, of gratings. What is left are orders that leave along the
+/// surface: within their width the obliquity factor, the energy scaling and `1/cosθo` go from much to nothing.
+const GRATINGS: (f64, f64) = (0.5, 0.8);
+/// The same of what is drawn in squares: 1.21 is the largest that was found when squares were chosen, over all incidences of two
+/// skins and two scans. More even weights were had, for several times the time of a sample and its density; time × (1 + variance
+/// of the picture) is less this way. Powers are read at one κ for all directions, and corners of the square are lost.
+const SQUARES: (f64, f64) = (1.21, 1.3);
 /// 99.9th percentile over the mean.
-const PERCENTILE: f64 = 10.0;
-/// Largest weight over the mean. The bound that the uniform lobe sets is higher, but where orders are dim enough to come
-/// near it they are drawn too seldom to matter.
-const LARGEST: f64 = 20.0;
+const PERCENTILE: f64 = 12.0;
+/// Largest weight over the mean: `1/cosθo` has its pole at the horizon.
+const LARGEST: f64 = 40.0;
 
-/// Holds the statistics of a surface against the limits, at 85° against a deviation of its own.
-fn weighs_evenly(name: &str, surface: &Surface, deviation_85: f64) {
+/// Holds the statistics of a surface against the limits.
+fn weighs_evenly(name: &str, surface: &Surface, limits: (f64, f64)) {
     for row in sampler(surface, WEIGHTS) {
-        let deviation = if row.theta_deg > 80.0 { deviation_85 } else { DEVIATION };
+        let deviation = if row.theta_deg > 80.0 { limits.1 } else { limits.0 };
         assert!(row.relative_std <= deviation, "{name}: {row:?}");
         assert!(row.p999_to_mean <= PERCENTILE, "{name}: {row:?}");
         assert!(row.max_to_mean <= LARGEST, "{name}: {row:?}");
@@ -182,21 +427,21 @@ fn weighs_evenly(name: &str, surface: &Surface, deviation_85: f64) {
 #[test]
 fn gratings_are_weighed_evenly() {
     for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
-        weighs_evenly(name.name(), &build(&preset(name), &Options::default()), DEVIATION_85);
+        weighs_evenly(name.name(), &build(&preset(name), &Options::default()), GRATINGS);
     }
 }
 
 #[test]
 fn large_tiles_are_weighed_evenly() {
     for name in [Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
-        weighs_evenly(name.name(), &build(&preset(name), &Options::default()), DEVIATION_85);
+        weighs_evenly(name.name(), &build(&preset(name), &Options::default()), SQUARES);
     }
 }
 
 #[test]
 fn a_scan_that_stands_alone_is_weighed_evenly() {
     let options = Options { tiling: Tiling::Aperiodic, ..Options::default() };
-    weighs_evenly("waves", &build(&waves(100, 100, 0.065, 0.065, 0.4), &options), DEVIATION_85_ALONE);
+    weighs_evenly("waves", &build(&waves(100, 100, 0.065, 0.065, 0.4), &options), SQUARES);
 }
 
 #[test]

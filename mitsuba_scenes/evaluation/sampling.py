@@ -14,9 +14,15 @@ from ..scene import View, snake_scene
 from ..skin import KERATIN, preset_skin
 from ..snake import snake_files
 from ..tool import sunbeam
+from . import headline
 from .cost import REFERENCES, VARIANTS, measure, ratios
 from .hemisphere_sampled import KINDS, hemisphere_sampled
+from .page import images
 from .speed_error import processor
+from .time_to_error import ERROR, FLOOR, relative_error, seconds_to_error
+from .time_to_error_plot import draw
+
+PAGE = "sampling"
 
 # Surfaces and lights of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
@@ -24,15 +30,13 @@ LIGHTS = {"sky": Light(sky=1.0), "sun and sky": Light()}
 VIEW = View(48, 32)
 # Samples a pixel of what is judged, repetitions, and samples of the reference.
 SPP, REPETITIONS, REFERENCE_SPP = 64, 5, 4096
-# The error to which times are given.
-ERROR = 0.05
-# Share of the mean below which a pixel is no longer judged relative to itself.
-FLOOR = 0.1
 
 
 def figures(*words: str, spp: int = SPP, reference_spp: int = REFERENCE_SPP, repetitions: int = REPETITIONS) -> dict:
     """Asks the sampler for its weights, renders, and times."""
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
+    costs = headline.figures()
+    draw(costs["cells"], costs["aim"], round(costs["nominal_pixels"] ** 0.5), images(PAGE) / "time-to-error.svg")
     use_variant("llvm_ad_spectral", fall_back=False)
     pictures = [picture(surface, light, spp, reference_spp, repetitions) for surface in SURFACES for light in LIGHTS]
     return {
@@ -49,6 +53,7 @@ def figures(*words: str, spp: int = SPP, reference_spp: int = REFERENCE_SPP, rep
         "error": ERROR,
         "floor": FLOOR,
         "pictures": pictures,
+        "headline": costs,
         "costs": [cost(variant, repetitions) for variant in VARIANTS],
     }
 
@@ -91,7 +96,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
                 "name": name,
                 "error": error,
                 "seconds": seconds,
-                "seconds_to_error": seconds * (error / ERROR) ** 2,
+                "seconds_to_error": seconds_to_error(seconds, error),
                 # Noise of the mean of all runs alone, were the two the same: a check of the wrapper, not of the noise.
                 "mean_ratio": float(mean[judged].mean() / truth[judged].mean()),
             }
@@ -104,14 +109,6 @@ def render(scene: mi.Scene, spp: int, seed: int) -> tuple[np.ndarray, float]:
     start = time.perf_counter()
     image = np.array(mi.render(scene, spp=spp, seed=seed), dtype=np.float64)[:, :, :3]
     return image, time.perf_counter() - start
-
-
-def relative_error(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> float:
-    """Root of the mean over judged pixels and channels of the squared deviation over the truth's square, or that of a
-    tenth of its mean where it is darker."""
-    floor = FLOOR * truth[judged].mean()
-    deviation = (image - truth)[judged] / np.maximum(np.abs(truth[judged]), floor)
-    return float(np.sqrt(np.mean(deviation**2)))
 
 
 def cost(variant: str, repetitions: int) -> dict:

@@ -9,6 +9,8 @@ pub const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.0, 100.
 
 /// Reciprocals of the root of x³ = x + 1 and of its square: the additive sequence of low discrepancy in the plane.
 const STEPS: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
+/// Wavelengths for which directions are drawn.
+const VISIBLE_NM: [f64; 2] = [400.0, 700.0];
 /// Cosines are not taken below this, 89.9°: what is nearer to the horizon is another question.
 const COSINE_MIN: f64 = 1.7e-3;
 
@@ -61,7 +63,8 @@ fn lit(surface: &Surface, wi: Vec3, random: &mut Random) -> Vec3 {
     (0..1000)
         .find_map(|_| {
             let u = [random.unit(), random.unit(), random.unit()];
-            surface.sample_integrated(wi, u).filter(|wo| wo[2] > COSINE_MIN)
+            let nm = VISIBLE_NM[0] + (VISIBLE_NM[1] - VISIBLE_NM[0]) * random.unit();
+            surface.sample_direction(wi, &[nm], u).filter(|wo| wo[2] > COSINE_MIN)
         })
         .unwrap_or([0.0, 0.0, 1.0])
 }

@@ -1,7 +1,9 @@
 //! One entry: what it is named by, and how its bytes are told from others.
 
 use crate::height_field::HeightField;
-use crate::reflectance::{Options, Surface};
+use crate::reflectance::{Options, SpectralIndex};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 const MAGIC: &[u8; 16] = b"sunbeam tables 1";
 const HASH: usize = 32;
@@ -11,12 +13,24 @@ const HEADER: usize = MAGIC.len() + 2 * HASH;
 const CODE: &str = env!("SUNBEAM_TABLES_CODE");
 
 /// What a surface's tables depend on, hashed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Key(blake3::Hash);
 
 impl Key {
-    pub fn new(field: &HeightField, options: &Options) -> Self {
+    /// Of tables for all wavelengths.
+    pub fn of_surface(field: &HeightField, options: &Options) -> Self {
+        Self::new("surface", field, options)
+    }
+
+    /// Of tables of colours with the reflectance for an index, if there is one.
+    pub fn of_colours(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Self {
+        Self::new(&format!("colours {index:?}"), field, options)
+    }
+
+    fn new(what: &str, field: &HeightField, options: &Options) -> Self {
         let mut hasher = blake3::Hasher::new();
+        hasher.update(&(what.len() as u64).to_le_bytes());
+        hasher.update(what.as_bytes());
         hasher.update(CODE.as_bytes());
         let (nx, ny) = field.size();
         hasher.update(&(nx as u64).to_le_bytes());
@@ -30,7 +44,9 @@ impl Key {
             hasher.update(&row);
         }
         // Every field by its name and the shortest decimal that reads back as the same number.
-        hasher.update(format!("{options:?}").as_bytes());
+        // How much a build may take is no part of what is built.
+        let built = Options { build_limit: 1.0, ..options.clone() };
+        hasher.update(format!("{built:?}").as_bytes());
         Self(hasher.finalize())
     }
 
@@ -41,18 +57,18 @@ impl Key {
 }
 
 /// The bytes of an entry: what it is, its key, the hash of its contents, and these.
-pub(super) fn encode(key: &Key, surface: &Surface) -> Result<Vec<u8>, postcard::Error> {
+pub(super) fn encode<T: Serialize>(key: &Key, tables: &T) -> Result<Vec<u8>, postcard::Error> {
     let mut bytes = vec![0; HEADER];
     bytes[..MAGIC.len()].copy_from_slice(MAGIC);
     bytes[MAGIC.len()..][..HASH].copy_from_slice(key.0.as_bytes());
-    bytes = postcard::to_extend(surface, bytes)?;
+    bytes = postcard::to_extend(tables, bytes)?;
     let contents = blake3::hash(&bytes[HEADER..]);
     bytes[MAGIC.len() + HASH..HEADER].copy_from_slice(contents.as_bytes());
     Ok(bytes)
 }
 
-/// The surface in an entry's bytes, `None` unless they are whole, of this key, and what was written.
-pub(super) fn decode(key: &Key, bytes: &[u8]) -> Option<Surface> {
+/// The tables in an entry's bytes, `None` unless they are whole, of this key, and what was written.
+pub(super) fn decode<T: DeserializeOwned>(key: &Key, bytes: &[u8]) -> Option<T> {
     let (header, contents) = bytes.split_at_checked(HEADER)?;
     let (magic, hashes) = header.split_at(MAGIC.len());
     let (own_key, own_hash) = hashes.split_at(HASH);

@@ -1,7 +1,8 @@
 //! The folder of entries: reading, writing in one step, and making room.
 
 use super::entry::{Key, decode, encode};
-use crate::reflectance::Surface;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -25,21 +26,21 @@ pub(super) enum KeepError {
     Encode(#[from] postcard::Error),
 }
 
-/// The surface of a key, if there is a genuine entry for it.
-pub(super) fn read(folder: &Path, key: &Key) -> Option<Surface> {
+/// The tables of a key, if there is a genuine entry for it.
+pub(super) fn read<T: DeserializeOwned>(folder: &Path, key: &Key) -> Option<T> {
     let path = folder.join(key.file_name());
-    let surface = decode(key, &fs::read(&path).ok()?)?;
+    let tables = decode(key, &fs::read(&path).ok()?)?;
     // The time of last use, by which entries go. Where it cannot be set the entry only goes earlier.
     if let Ok(file) = File::options().append(true).open(&path) {
         let _ = file.set_modified(SystemTime::now());
     }
-    Some(surface)
+    Some(tables)
 }
 
 /// Writes an entry, under another name first: readers find all of it or nothing, and the last of several writers, which all
 /// write the same, wins. Then makes room.
-pub(super) fn keep(folder: &Path, key: &Key, surface: &Surface, limit_bytes: u64) -> Result<(), KeepError> {
-    let bytes = encode(key, surface)?;
+pub(super) fn keep<T: Serialize>(folder: &Path, key: &Key, tables: &T, limit_bytes: u64) -> Result<(), KeepError> {
+    let bytes = encode(key, tables)?;
     let size = bytes.len() as u64;
     if size > limit_bytes {
         return Err(KeepError::TooLarge { size, limit: limit_bytes });

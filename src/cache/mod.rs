@@ -7,14 +7,19 @@
 
 mod entry;
 mod folder;
+mod shared;
 
+use crate::colour_table::ColourTableError;
 use crate::height_field::HeightField;
-use crate::reflectance::{Options, Surface};
-use crate::table::TableError;
+use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
+use crate::table::{Progress, TableError};
 use entry::Key;
 use serde::Serialize;
+use serde::de::DeserializeOwned;
+pub use shared::Shared;
 use std::fmt;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Set to `off`, nothing is read or written; `on` is the default.
 pub const SWITCH: &str = "SUNBEAM_CACHE";
@@ -118,22 +123,75 @@ impl Cache {
         self.folder.as_ref()
     }
 
+    /// As [`Cache::surface`], but one that this process has in use is not read or built again.
+    ///
+    /// # Errors
+    /// As [`Cache::surface`].
+    pub fn shared_surface(
+        &self,
+        field: &HeightField,
+        options: &Options,
+        progress: &Progress,
+    ) -> Result<Arc<(Surface, Origin)>, TableError> {
+        static SURFACES: Shared<Key, (Surface, Origin)> = Shared::new();
+        SURFACES.get(Key::of_surface(field, options), || self.surface_watched(field, options, progress))
+    }
+
     /// The surface of `field`: its tables read if they are kept, else built, and kept.
     ///
     /// # Errors
     /// As [`Surface::new`]; nothing that is wrong with the cache is one.
     pub fn surface(&self, field: &HeightField, options: &Options) -> Result<(Surface, Origin), TableError> {
-        let Some(folder) = &self.folder else { return Ok((Surface::new(field, options)?, Origin::Built)) };
-        let key = Key::new(field, options);
-        if let Some(surface) = folder::read(folder, &key) {
-            return Ok((surface, Origin::Read));
+        self.surface_watched(field, options, &Progress::none())
+    }
+
+    /// As [`Cache::surface`], telling `progress` how far building has come, if anything is built.
+    ///
+    /// # Errors
+    /// As [`Surface::new`].
+    pub fn surface_watched(
+        &self,
+        field: &HeightField,
+        options: &Options,
+        progress: &Progress,
+    ) -> Result<(Surface, Origin), TableError> {
+        self.tables(|| Key::of_surface(field, options), || Surface::watched(field, options, progress))
+    }
+
+    /// The surface of `field` in colours, with the reflectance for `index` inside if there is one: as
+    /// [`Cache::shared_surface`].
+    ///
+    /// # Errors
+    /// As [`ColourSurface::new`].
+    pub fn shared_colours(
+        &self,
+        field: &HeightField,
+        options: &Options,
+        index: Option<&SpectralIndex>,
+        progress: &Progress,
+    ) -> Result<Arc<(ColourSurface, Origin)>, ColourTableError> {
+        static SURFACES: Shared<Key, (ColourSurface, Origin)> = Shared::new();
+        let key = Key::of_colours(field, options, index);
+        SURFACES.get(key, || self.tables(|| key, || ColourSurface::watched(field, options, index, progress)))
+    }
+
+    /// Tables: read if they are kept, else built, and kept.
+    fn tables<T: Serialize + DeserializeOwned, E>(
+        &self,
+        key: impl FnOnce() -> Key,
+        build: impl FnOnce() -> Result<T, E>,
+    ) -> Result<(T, Origin), E> {
+        let Some(folder) = &self.folder else { return Ok((build()?, Origin::Built)) };
+        let key = key();
+        if let Some(tables) = folder::read(folder, &key) {
+            return Ok((tables, Origin::Read));
         }
-        let surface = Surface::new(field, options)?;
-        let origin = match folder::keep(folder, &key, &surface, self.limit_bytes) {
+        let tables = build()?;
+        let origin = match folder::keep(folder, &key, &tables, self.limit_bytes) {
             Ok(()) => Origin::Kept,
             Err(reason) => Origin::NotKept(reason.to_string()),
         };
-        Ok((surface, origin))
+        Ok((tables, origin))
     }
 }
 

@@ -52,7 +52,7 @@ fn what_is_read_is_what_was_built() {
 #[test]
 fn everything_that_tables_depend_on_makes_another_entry() {
     let base = (field(2.5), quick());
-    let mut keys = vec![Key::new(&base.0, &base.1)];
+    let mut keys = vec![Key::of_surface(&base.0, &base.1)];
     let heights = base.0.heights_um();
     let mut nudged = heights.clone();
     nudged[[0, 7]] += 1e-15;
@@ -63,7 +63,7 @@ fn everything_that_tables_depend_on_makes_another_entry() {
         HeightField::new(heights.clone(), dx, dy * 1.0001),
         HeightField::new(heights.t().to_owned(), dx, dy),
     ];
-    keys.extend(fields.map(|field| Key::new(&field.unwrap(), &base.1)));
+    keys.extend(fields.map(|field| Key::of_surface(&field.unwrap(), &base.1)));
     let options = [
         Options { coherence_length_um: 10.000_000_000_1, ..quick() },
         Options { model: Model::Ensemble, ..quick() },
@@ -73,9 +73,11 @@ fn everything_that_tables_depend_on_makes_another_entry() {
         Options { shadowing: true, ..quick() },
         Options { tolerance: 2e-3, ..quick() },
     ];
-    keys.extend(options.map(|options| Key::new(&base.0, &options)));
+    keys.extend(options.map(|options| Key::of_surface(&base.0, &options)));
     let names: std::collections::HashSet<_> = keys.iter().map(Key::file_name).collect();
     assert_eq!(names.len(), keys.len());
+    // How much building may take is no part of what is built.
+    assert_eq!(Key::of_surface(&base.0, &Options { build_limit: 7.0, ..quick() }), keys[0]);
 }
 
 #[test]
@@ -107,15 +109,15 @@ fn a_corrupt_foreign_or_misnamed_entry_is_built_anew() {
         fs::write(&path, bytes).unwrap();
         let (surface, origin) = cache.surface(&field, &options).unwrap();
         assert_eq!(origin, Origin::Kept, "{what}");
-        assert_eq!(surface.table().records().len(), Surface::new(&field, &options).unwrap().table().records().len());
+        assert_eq!(surface.table().words().len(), Surface::new(&field, &options).unwrap().table().words().len());
         assert_eq!(cache.surface(&field, &options).unwrap().1, Origin::Read, "{what} was not replaced");
     }
     // Contents that agree with their hash but are of another make.
-    let key = Key::new(&field, &options);
+    let key = Key::of_surface(&field, &options);
     let mut forged = whole[..16 + 32].to_vec();
     forged.extend_from_slice(blake3::hash(b"short").as_bytes());
     forged.extend_from_slice(b"short");
-    assert!(entry::decode(&key, &forged).is_none());
+    assert!(entry::decode::<Surface>(&key, &forged).is_none());
     assert_eq!(entry::decode(&key, &whole).map(|surface| bytes_of(&surface)), Some(good));
 }
 
@@ -126,14 +128,14 @@ fn the_least_recently_used_go_first_and_other_files_stay() {
     let ample = Cache::new(folder.path(), AMPLE);
     fs::write(folder.path().join("notes.tables"), vec![0; 1 << 20]).unwrap();
     let size = |cache: &Cache, period: f64| {
-        let key = Key::new(&field(period), &options);
+        let key = Key::of_surface(&field(period), &options);
         fs::metadata(cache.folder().unwrap().join(key.file_name())).map(|facts| facts.len()).ok()
     };
     for period in [2.0, 2.1, 2.2] {
         ample.surface(&field(period), &options).unwrap();
     }
     let age = |period: f64, seconds: u64| {
-        let path = folder.path().join(Key::new(&field(period), &options).file_name());
+        let path = folder.path().join(Key::of_surface(&field(period), &options).file_name());
         let then = std::time::SystemTime::now() - std::time::Duration::from_secs(seconds);
         fs::File::options().append(true).open(path).unwrap().set_modified(then).unwrap();
     };
@@ -174,7 +176,7 @@ fn many_may_write_the_same_at_once() {
             scope.spawn(|| {
                 for _ in 0..5 {
                     let (surface, origin) = cache.surface(&field, &options).unwrap();
-                    assert_eq!(surface.table().records(), expected.table().records());
+                    assert_eq!(surface.table().words(), expected.table().words());
                     assert!(matches!(origin, Origin::Read | Origin::Kept), "{origin:?}");
                 }
             });

@@ -3,7 +3,7 @@
 use super::foreign::{Floats, FloatsOut, Input, Output, reference};
 use super::handle::SurfaceHandle;
 use super::status::{CallError, Status, call};
-use crate::reflectance::{Vec3, unit_vector};
+use crate::reflectance::{Pair, Vec3, unit_vector};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Most wavelengths that an item carries.
@@ -80,20 +80,20 @@ impl SurfaceHandle {
                 let (wi, wo) = (direction("wi", &queries.wi, i)?, direction("wo", &queries.wo, i)?);
                 wavelengths(&queries.wavelength_nm, i, &mut carried)?;
                 // Below the surface nothing is reflected, which is an answer.
-                let Some(pair) = self.surface.pair(wi, wo) else { return Ok(false) };
-                let fresnel = pair.pair().fresnel(self.index);
+                let Some(pair) = Pair::new(wi, wo) else { return Ok(false) };
+                let fresnel = pair.fresnel(self.index);
                 let value = |k, f: f64| {
                     if let Some(values) = values {
                         values.set(i, k, (fresnel * f) as f32);
                     }
                 };
                 let Some(pdf) = pdf else {
-                    carried.iter().enumerate().for_each(|(k, &nm)| value(k, pair.f(nm)));
+                    carried.iter().enumerate().for_each(|(k, &nm)| value(k, self.surface.f(wi, wo, nm)));
                     return Ok(true);
                 };
                 let mut density = 0.0;
                 for (k, &nm) in carried.iter().enumerate() {
-                    let answer = pair.at(nm);
+                    let answer = self.surface.eval_pdf(wi, wo, nm);
                     density += share * answer.pdf;
                     value(k, answer.f);
                 }
@@ -237,11 +237,10 @@ impl SurfaceHandle {
     /// Direction and density of one sample; its weight at each of the wavelengths goes to `weights`.
     fn sample(&self, wi: Vec3, carried: &[f64], u: [f64; 3], weights: &mut [f64]) -> Option<(Vec3, f64)> {
         let wo = self.surface.sample_direction(wi, carried, u)?;
-        let pair = self.surface.pair(wi, wo)?;
-        let reflected = pair.pair().fresnel(self.index) * wo[2];
+        let reflected = Pair::new(wi, wo)?.fresnel(self.index) * wo[2];
         let mut pdf = 0.0;
         for (weight, &nm) in weights.iter_mut().zip(carried) {
-            let answer = pair.at(nm);
+            let answer = self.surface.eval_pdf(wi, wo, nm);
             *weight = reflected * answer.f;
             pdf += answer.pdf / carried.len() as f64;
         }

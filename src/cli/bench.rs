@@ -191,7 +191,7 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
         let name = name(&config);
         eprintln!("[{:4.0} s] {name}", start.elapsed().as_secs_f64());
         let (surface, _) = config.build(&Cache::off())?;
-        let figures = SamplerFigures { bytes: surface.proposal().bytes(), rows: sampler(&surface, samples) };
+        let figures = SamplerFigures { bytes: surface.sampler().bytes(), rows: sampler(&surface, samples) };
         surfaces.push(Named { name, figures });
     }
     let seconds = start.elapsed().as_secs_f64();

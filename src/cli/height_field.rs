@@ -1,3 +1,4 @@
+use super::progress::with_bar;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use serde::Serialize;
@@ -6,7 +7,7 @@ use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use sunbeam::cache::Origin;
 use sunbeam::height_field::{HeightField, Roughness, Seams, TileReport};
-use sunbeam::reflectance::{SurfaceReport, estimate_table_bytes};
+use sunbeam::reflectance::SurfaceReport;
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
@@ -129,7 +130,8 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
     }
     let options = config.options();
     let tables = if args.tables {
-        let (surface, origin) = args.surface.cache()?.surface(&field, &options)?;
+        let cache = args.surface.cache()?;
+        let (surface, origin) = with_bar(|progress| cache.surface_watched(&field, &options, progress))?;
         Some(Tables { origin, report: surface.report().clone() })
     } else {
         None
@@ -151,7 +153,7 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         seams: field.seams(),
         made_tileable,
         chebyshev_terms: chebyshev_terms(kappa_h, options.tolerance),
-        table_bytes_estimate: estimate_table_bytes(&field, &options),
+        table_bytes_estimate: options.demand(&field).table_bytes() as usize,
         tables,
         output: &args.output,
         preview: &args.preview,

@@ -13,6 +13,7 @@ mod method_args;
 #[cfg(feature = "gpu")]
 pub mod picture;
 mod png;
+mod progress;
 mod query;
 #[cfg(feature = "gpu")]
 mod realtime;

@@ -1,6 +1,7 @@
 //! A surface as evaluated by one of the methods.
 
 use super::method_args::Method;
+use super::progress::with_bar;
 use super::surface_args::SurfaceArgs;
 use rayon::prelude::*;
 use std::error::Error;
@@ -50,12 +51,16 @@ impl Reflector {
         let field = config.height_field()?;
         let (options, index) = (config.options(), config.index());
         let cache = args.cache()?;
-        let surface = || cache.surface(&field, &options).map(|(surface, _)| Arc::new(surface));
+        let built = || with_bar(|progress| cache.surface_watched(&field, &options, progress));
+        let surface = || built().map(|(surface, _)| Arc::new(surface));
         let (nx, ny) = field.size();
         let (evaluator, surface) = match method {
             Method::Exact => {
                 let surface = surface()?;
-                (Evaluator::Exact(Box::new(Exact::new(&field, &options, surface.albedo_table().cloned()))), Some(surface))
+                (
+                    Evaluator::Exact(Box::new(Exact::new(&field, &options, surface.albedo_table().cloned()))),
+                    Some(surface),
+                )
             }
             Method::Table => {
                 let surface = surface()?;

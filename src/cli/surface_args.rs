@@ -72,6 +72,9 @@ pub struct SurfaceArgs {
     /// Relative error that the tables are built to [default: 1e-3]
     #[arg(long, allow_negative_numbers = true)]
     tolerance: Option<f64>,
+    /// Factor on what building the tables may take, 8 GB and two minutes on two cores [default: 1]
+    #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
+    build_limit: Option<f64>,
     /// Build the tables even if the cache has them, and do not keep them
     #[arg(long)]
     no_cache: bool,
@@ -100,6 +103,7 @@ impl SurfaceArgs {
             eta: self.eta,
             k: self.k,
             tolerance: self.tolerance.unwrap_or(default.tolerance),
+            build_limit: self.build_limit.unwrap_or(default.build_limit),
         };
         config.validate()?;
         Ok(config)

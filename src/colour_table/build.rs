@@ -6,7 +6,9 @@ use super::rings::{RingPlan, Rings, W_LOG};
 use super::{ColourLayout, ColourTable, ColourTableError, ColourTableReport, RESOLUTION, Ring};
 use crate::colour::SpectralToRgb;
 use crate::height_field::HeightField;
-use crate::table::{Model, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM};
+use crate::table::{
+    BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM,
+};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,6 +17,9 @@ use std::time::Instant;
 
 /// Most readings of joined records that filling may take: some seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
+
+/// Share of a build that is taken to be the spectral table's.
+const SPECTRAL_SHARE: f64 = 0.5;
 
 /// What a table is made for.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -28,6 +33,8 @@ pub struct ColourTableOptions {
     /// Multiplies the number of samples in each of the three directions, 0.25 to 4; 1 is within a ΔE₂₀₀₀ of 1 for 99 % of
     /// the pixels.
     pub resolution: f64,
+    /// Factor on what building the spectral table may take in memory and time, at least 1.
+    pub build_limit: f64,
 }
 
 impl ColourTable {
@@ -35,9 +42,9 @@ impl ColourTable {
     ///
     /// # Errors
     /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], a resolution outside [0.25, 4], or a
-    /// spectral table that would be too large.
+    /// spectral table that would take more than its limit allows.
     pub fn build(field: &HeightField, options: &ColourTableOptions) -> Result<Self, ColourTableError> {
-        Self::build_reflecting(field, options, &|_, _| 1.0).map(|(table, _)| table)
+        Self::build_reflecting(field, options, &|_, _| 1.0, &Progress::none()).map(|(table, _)| table)
     }
 
     /// As [`ColourTable::build`], with what the interface reflects at a wavelength in nm (380 to 780) and a cosine at the
@@ -51,6 +58,7 @@ impl ColourTable {
         field: &HeightField,
         options: &ColourTableOptions,
         reflectance: Reflectance,
+        progress: &Progress,
     ) -> Result<(Self, SpectralTable), ColourTableError> {
         let start = Instant::now();
         in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
@@ -58,6 +66,18 @@ impl ColourTable {
         in_range("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
         let colours = SpectralToRgb::visible(1.0)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
+        let (low, high) = field.range_um();
+        let demand = BuildDemand {
+            size: field.size(),
+            pixel_um: (field.dx_um(), field.dy_um()),
+            range_um: high - low,
+            model: options.model,
+            tiling: options.tiling,
+            coherence_length_um,
+            tolerance: options.tolerance,
+            purpose: Purpose::Table,
+        };
+        demand.check(options.build_limit)?;
         let spectrum = Spectrum::new(
             field,
             options.model,
@@ -66,9 +86,10 @@ impl ColourTable {
             2e3 / WAVELENGTH_MIN_NM,
             options.tolerance,
         );
-        let (table, _) = crate::table::build(&spectrum, options.tolerance)?;
+        let table = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?.table;
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
+        progress.report(1.0);
         Ok((assemble(&plan, rings, coherence_length_um, sigma, start), table))
     }
 }

@@ -37,9 +37,8 @@ impl<N: Numbers> ColourView<N> {
         let weights = lagrange_weights(position - first);
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
         let numbers = [-1.0, 0.0, 1.0, 2.0].map(|i| first + lit(i));
-        let rings = N::each_lane(c"rings of colours", numbers, valid, |number| {
-            self.on_ring(number, turn, w, efolds, valid)
-        });
+        let rings =
+            N::each_lane(c"rings of colours", numbers, valid, |number| self.on_ring(number, turn, w, efolds, valid));
         array::from_fn(|c| {
             let sum = (0..4).fold(lit(0.0), |sum, i| weights[i].fma(rings[c][i], sum));
             N::Real::select(valid, sum, lit(0.0))
@@ -49,14 +48,7 @@ impl<N: Numbers> ColourView<N> {
     /// The value on the ring of this number at `turn` (a direction in turns) and `w`; numbers below 0 are beyond the centre,
     /// on the other side. `efolds` is `ln(1 + w/w_log)`.
     #[inline(always)]
-    fn on_ring(
-        &self,
-        number: N::Real,
-        turn: N::Real,
-        w: N::Real,
-        efolds: N::Real,
-        active: N::Mask,
-    ) -> [N::Real; 3] {
+    fn on_ring(&self, number: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
         let (lit, index) = (N::Real::lit, N::Index::lit);
         let mirrored = number.lt(lit(0.0));
         let number = N::Real::select(mirrored, lit(-1.0) - number, number).min(lit(self.layout.last_ring.into()));

@@ -24,8 +24,8 @@ mod path;
 mod rings;
 
 pub use build::ColourTableOptions;
-pub use path::Reflectance;
 pub use lookup::{ColourView, SUM_SQUARED_MAX};
+pub use path::Reflectance;
 
 use crate::colour::ColourError;
 use crate::numeric::{Numbers, Plain};

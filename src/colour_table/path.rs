@@ -6,7 +6,7 @@
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
-use crate::table::{BANDS, KernelKind, NodeCurve, SpectralTable};
+use crate::table::{KernelKind, NodeCurve, SpectralTable};
 use std::f64::consts::TAU;
 
 /// Rays that are integrated together, lane by lane.
@@ -132,12 +132,11 @@ impl Path {
             let frequency = self.frequency(place);
             for (lane, ray) in rays.iter().enumerate() {
                 table.joined_record(ray.map(|component| frequency * component), &mut record);
-                let used = record.get(BANDS..).unwrap_or_default();
-                let needed = start + used.len() * LANES;
+                let needed = start + record.len() * LANES;
                 if joined.values.len() < needed {
                     joined.values.resize(needed, 0.0);
                 }
-                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(used) {
+                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(&record) {
                     to[lane] = *from;
                 }
             }

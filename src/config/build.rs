@@ -1,8 +1,10 @@
-use super::{ConfigError, Source, SurfaceConfig};
+use super::{ConfigError, MAX_LENGTH_UM, Source, SurfaceConfig};
 use crate::cache::{Cache, CacheError, Origin};
+use crate::colour_table::ColourTableError;
 use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions};
-use crate::reflectance::{Options, Surface};
-use crate::table::{TableError, Tiling};
+use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
+use crate::table::{Progress, TableError, Tiling};
+use std::sync::Arc;
 
 /// Why a configuration did not become a surface.
 #[derive(Debug, thiserror::Error)]
@@ -13,6 +15,8 @@ pub enum BuildError {
     HeightField(#[from] HeightFieldError),
     #[error(transparent)]
     Table(#[from] TableError),
+    #[error(transparent)]
+    Colours(#[from] ColourTableError),
     #[error(transparent)]
     Cache(#[from] CacheError),
 }
@@ -32,7 +36,7 @@ impl SurfaceConfig {
     /// As [`SurfaceConfig::height_field`].
     pub fn raw_height_field(&self) -> Result<FileField, BuildError> {
         self.validate()?;
-        Ok(match self.source() {
+        let read = match self.source() {
             Source::Preset(preset) => {
                 FileField { field: preset.build(self.period, self.height)?, channel: None, filled: 0 }
             }
@@ -41,7 +45,9 @@ impl SurfaceConfig {
                 let fill = self.fill.unwrap_or_default();
                 HeightField::read_with(path, &ReadOptions { scale, channel: self.channel.clone(), fill })?
             }
-        })
+        };
+        read.field.check_size(MAX_LENGTH_UM)?;
+        Ok(read)
     }
 
     /// The model's options, with the defaults that depend on source and model filled in.
@@ -54,22 +60,54 @@ impl SurfaceConfig {
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,
             tolerance: self.tolerance,
+            build_limit: self.build_limit,
         }
     }
 
     /// Reads the heights and builds the tables, or reads these from `cache` too.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::height_field`], or tables that would be too large.
+    /// As [`SurfaceConfig::height_field`], or tables that would take more than the build limit allows.
     pub fn build(&self, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
-        Ok(cache.surface(&self.height_field()?, &self.options())?)
+        self.build_watched(cache, &Progress::none())
+    }
+
+    /// As [`SurfaceConfig::build`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build`].
+    pub fn build_watched(&self, cache: &Cache, progress: &Progress) -> Result<(Surface, Origin), BuildError> {
+        Ok(cache.surface_watched(&self.height_field()?, &self.options(), progress)?)
+    }
+
+    /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build`].
+    pub fn build_shared(&self, cache: &Cache, progress: &Progress) -> Result<Arc<(Surface, Origin)>, BuildError> {
+        Ok(cache.shared_surface(&self.height_field()?, &self.options(), progress)?)
+    }
+
+    /// As [`SurfaceConfig::build_shared`], for renderers that carry colours: with the reflectance for `index` inside if there
+    /// is one.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build`].
+    pub fn build_shared_colours(
+        &self,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
+        Ok(cache.shared_colours(&self.height_field()?, &self.options(), index, progress)?)
     }
 
     /// The same for heights that come from elsewhere than a preset or a file: levels them and builds the tables. `level` and
     /// `tiling` are taken as a file's unless given.
     ///
     /// # Errors
-    /// A configuration that names a preset or a file or says how one is to be read, or tables that would be too large.
+    /// A configuration that names a preset or a file or says how one is to be read, heights or pixels beyond a
+    /// millimetre, or tables that would take more than the build limit allows.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
         self.validate()?;
         let given = [
@@ -86,6 +124,7 @@ impl SurfaceConfig {
             let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");
             return Err(ConfigError::Contradiction { parameter, other, advice }.into());
         }
+        heights.check_size(MAX_LENGTH_UM)?;
         let as_scan = Self {
             level: self.level.or(Some(Level::Plane)),
             tiling: self.tiling.or(Some(Tiling::Aperiodic)),

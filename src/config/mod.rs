@@ -8,7 +8,7 @@
 //! let config = SurfaceConfig::from_json(r#"{"preset": "blazed", "period": 2.0}"#).unwrap();
 //! assert_eq!(config.coherence_length, 65.0);
 //! let error = SurfaceConfig::from_json(r#"{"preset": "blazed", "period": -2.0}"#).unwrap_err();
-//! assert_eq!(error.to_string(), "parameter \"period\" is -2, but must be a length in µm in (0, 1e6]");
+//! assert_eq!(error.to_string(), "parameter \"period\" is -2, but must be a length in µm in (0, 1e3]");
 //! ```
 
 mod build;
@@ -21,7 +21,7 @@ use std::path::PathBuf;
 
 use crate::height_field::{Fill, Level, Preset};
 use crate::reflectance::{ComplexIndex, Obliquity};
-use crate::table::{Model, Tiling};
+use crate::table::{BUILD_LIMIT, Model, Tiling};
 use serde::{Deserialize, Serialize};
 
 /// Accepted coherence lengths in µm.
@@ -32,8 +32,9 @@ pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
 /// Accepted imaginary parts of a refractive index.
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
-/// The longest length in µm that a surface may have in any direction: one metre, to catch wrong units.
-pub const MAX_LENGTH_UM: f64 = 1e6;
+/// The longest period, pixel and range of heights in µm: one millimetre. What diffracts light visibly is far finer, so more
+/// is a length in another unit.
+pub const MAX_LENGTH_UM: f64 = 1e3;
 
 /// Where the heights come from.
 #[derive(Clone, Debug, PartialEq)]
@@ -96,6 +97,14 @@ pub struct SurfaceConfig {
     pub k: Option<f64>,
     /// Relative error that the tables are built to (default: 1e-3).
     pub tolerance: f64,
+    /// Factor on what building the tables may take, 8 GB and two minutes on two cores (default: 1).
+    #[serde(skip_serializing_if = "is_one")]
+    pub build_limit: f64,
+}
+
+/// Left out where it says nothing.
+fn is_one(limit: &f64) -> bool {
+    *limit == 1.0
 }
 
 impl Default for SurfaceConfig {
@@ -119,6 +128,7 @@ impl Default for SurfaceConfig {
             eta: None,
             k: None,
             tolerance: 1e-3,
+            build_limit: 1.0,
         }
     }
 }
@@ -128,6 +138,11 @@ impl Default for SurfaceConfig {
 pub enum ConfigError {
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },
+    #[error(
+        "parameter {parameter:?} is {found} µm, but must be {accepted}: no relief that diffracts is so large. Lengths are \
+         in µm; was it meant in nm?"
+    )]
+    TooLong { parameter: &'static str, found: f64, accepted: Accepted },
     #[error("parameter {parameter:?} contradicts {other}: {advice}")]
     Contradiction { parameter: &'static str, other: String, advice: &'static str },
     /// A value of the wrong type, an unknown name in a list of choices, or an unknown parameter.
@@ -145,6 +160,7 @@ pub enum Accepted {
     Eta,
     K,
     Tolerance,
+    BuildLimit,
 }
 
 impl fmt::Display for Accepted {
@@ -155,6 +171,7 @@ impl fmt::Display for Accepted {
             Self::Eta => ("the real part of a refractive index", ETA),
             Self::K => ("the imaginary part of a refractive index", K),
             Self::Tolerance => ("a relative error", TOLERANCE),
+            Self::BuildLimit => ("a factor", BUILD_LIMIT),
         };
         write!(f, "{kind} in [{:e}, {:e}]", range.start(), range.end())
     }
@@ -187,9 +204,15 @@ impl SurfaceConfig {
             ("max_height", self.max_height),
         ];
         for (parameter, value) in lengths {
-            // Written so that NaN is refused as well.
-            if let Some(found) = value.filter(|v| !(*v > 0.0 && *v <= MAX_LENGTH_UM)) {
-                return Err(ConfigError::OutOfRange { parameter, found, accepted: Accepted::Length });
+            let accepted = Accepted::Length;
+            match value {
+                Some(found) if found > MAX_LENGTH_UM => {
+                    return Err(ConfigError::TooLong { parameter, found, accepted });
+                }
+                Some(found) if found.is_nan() || found <= 0.0 => {
+                    return Err(ConfigError::OutOfRange { parameter, found, accepted });
+                }
+                _ => {}
             }
         }
         let ranges = [
@@ -197,6 +220,7 @@ impl SurfaceConfig {
             ("eta", self.eta, ETA, Accepted::Eta),
             ("k", self.k, K, Accepted::K),
             ("tolerance", Some(self.tolerance), TOLERANCE, Accepted::Tolerance),
+            ("build_limit", Some(self.build_limit), BUILD_LIMIT, Accepted::BuildLimit),
         ];
         for (parameter, value, range, accepted) in ranges {
             if let Some(found) = value.filter(|v| !range.contains(v)) {
@@ -301,7 +325,7 @@ mod tests {
     fn json_round_trip_keeps_every_field() {
         let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
             "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
-            "eta":0.2,"k":3.0,"tolerance":1e-5}"#;
+            "eta":0.2,"k":3.0,"tolerance":1e-5,"build_limit":3.5}"#;
         let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
         for json in [json, file] {
             let config = SurfaceConfig::from_json(json).unwrap();
@@ -312,14 +336,16 @@ mod tests {
     #[test]
     fn each_number_out_of_range_is_named_with_what_is_accepted() {
         let cases = [
-            ("period", r#"{"preset":"blazed","period":0}"#, "(0, 1e6]"),
-            ("height", r#"{"preset":"blazed","height":-1}"#, "(0, 1e6]"),
-            ("pixel_size", r#"{"filename":"a.png","pixel_size":-1}"#, "(0, 1e6]"),
-            ("max_height", r#"{"filename":"a.png","max_height":1e7}"#, "(0, 1e6]"),
+            ("period", r#"{"preset":"blazed","period":0}"#, "(0, 1e3]"),
+            ("height", r#"{"preset":"blazed","height":-1}"#, "(0, 1e3]"),
+            ("pixel_size", r#"{"filename":"a.png","pixel_size":-1}"#, "(0, 1e3]"),
+            ("max_height", r#"{"filename":"a.png","max_height":1e7}"#, "(0, 1e3]: no relief"),
+            ("period", r#"{"preset":"blazed","period":1e6}"#, "was it meant in nm?"),
             ("coherence_length", r#"{"coherence_length":1e6}"#, "[1e-3, 1e5]"),
             ("eta", r#"{"eta":0}"#, "[1e-3, 1e3]"),
             ("k", r#"{"eta":1.5,"k":-1}"#, "[0e0, 1e3]"),
             ("tolerance", r#"{"tolerance":1e-7}"#, "[1e-6, 1e-1]"),
+            ("build_limit", r#"{"build_limit":0.5}"#, "[1e0, 1e6]"),
         ];
         for (parameter, json, accepted) in cases {
             let message = refusal(json);

@@ -33,6 +33,8 @@ mod sunlight;
 mod target;
 mod tree;
 mod view;
+#[cfg(test)]
+mod wgsl_operators;
 
 pub use device::{ADAPTER_VARIABLE, AdapterChoice, Gpu};
 pub use error::GpuError;

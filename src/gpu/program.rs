@@ -38,7 +38,14 @@ pub(super) fn resolve() -> String {
 
 #[cfg(test)]
 pub(super) mod tests {
+    use super::super::wgsl_operators::tests::tint;
+    use super::super::wgsl_operators::{Mixture, mixtures};
     use super::*;
+    use crate::height_field::Preset;
+    use crate::methods::{MethodKind, MethodOptions, build};
+    use crate::reflectance::Options;
+    use crate::table::Model;
+    use std::path::{Path, PathBuf};
 
     /// Parses and validates as wgpu does; panics with naga's message.
     pub fn validated(source: &str) -> naga::Module {
@@ -56,10 +63,88 @@ pub(super) mod tests {
         storage: Vec::new(),
     };
 
+    const TONE: &str = include_str!("../viewer/tone.wgsl");
+
+    /// Every program that is ever compiled, under a name; the viewer's is of another crate.
+    fn programs() -> Vec<(String, String)> {
+        let field = Preset::Sinusoidal.build(None, None).unwrap();
+        let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+        let of_method = |kind: MethodKind| {
+            let method = build(kind, &field, &surface, &MethodOptions::default()).unwrap();
+            (format!("shade, {kind}"), shade(&method.shader()))
+        };
+        let others = [
+            ("shade", shade(&NO_RELIEF)),
+            ("raster", raster()),
+            ("shadow", shadow()),
+            ("locate", locate()),
+            ("resolve", resolve()),
+            ("tone", TONE.to_owned()),
+        ];
+        let named = |(name, source): (&str, String)| (name.to_owned(), source);
+        MethodKind::ALL.map(of_method).into_iter().chain(others.map(named)).collect()
+    }
+
     #[test]
     fn every_program_is_valid_without_an_adapter() {
-        for source in [shade(&NO_RELIEF), raster(), shadow(), locate(), resolve()] {
+        for (_, source) in programs() {
             validated(&source);
+        }
+    }
+
+    #[test]
+    fn no_program_mixes_operators_that_the_grammar_keeps_apart() {
+        for (name, source) in programs() {
+            assert_eq!(mixtures(&source), [], "{name}");
+        }
+    }
+
+    #[test]
+    fn tint_takes_every_program() {
+        for (name, source) in programs() {
+            match tint(&source) {
+                Some(verdict) => assert_eq!(verdict, Ok(()), "{name}"),
+                None => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: there is no tint ***\n"),
+            }
+        }
+    }
+
+    #[test]
+    fn every_file_is_part_of_a_program() {
+        fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    files(&path, found);
+                } else if path.extension().is_some_and(|extension| extension == "wgsl") {
+                    found.push(path);
+                }
+            }
+        }
+        let mut found = Vec::new();
+        files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut found);
+        assert!(!found.is_empty());
+        let programs = programs();
+        for path in found {
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(programs.iter().any(|(_, source)| source.contains(&text)), "{}", path.display());
+        }
+    }
+
+    /// Lines that naga takes and a browser refuses.
+    #[test]
+    fn a_mixture_in_a_program_is_found() {
+        let packed = ("(pixel.y << 16u) | pixel.x", "pixel.y << 16u | pixel.x", ["<<", "|"]);
+        let sorted = ("((skin >> i) & 1u) != 0u", "(skin >> i & 1u) != 0u", [">>", "&"]);
+        for (right, wrong, operators) in [packed, sorted] {
+            let source = locate();
+            assert!(source.contains(right));
+            let line = 1 + source.lines().position(|line| line.contains(right)).unwrap();
+            let source = source.replace(right, wrong);
+            validated(&source);
+            let expected = Mixture { line, operators: operators.map(str::to_owned).to_vec() };
+            assert_eq!(mixtures(&source), [expected]);
+            assert!(!matches!(tint(&source), Some(Ok(()))));
         }
     }
 }

@@ -23,6 +23,12 @@ pub enum HeightFieldError {
     /// A length that must be finite and positive is not.
     #[error("`{parameter}` is {value_um} µm; it must be finite and positive")]
     OutOfRange { parameter: &'static str, value_um: f64 },
+    /// A length that no relief has that diffracts.
+    #[error(
+        "{what} is {value_um} µm, more than the {limit_um} µm of the largest relief that diffracts; lengths are in µm: was \
+         it meant in nm, or is the file's unit wrong?"
+    )]
+    TooLarge { what: &'static str, value_um: f64, limit_um: f64 },
     /// A file cannot be opened or read.
     #[error("{}: cannot be read: {source}", path.display())]
     Read { path: PathBuf, source: std::io::Error },
@@ -41,14 +47,11 @@ pub enum HeightFieldError {
     /// The file carries a physical scale and another was given.
     #[error("{}: `{parameter}` is given as {given_um} µm but the file says {file_um} µm", path.display())]
     ScaleDisagrees { path: PathBuf, parameter: &'static str, given_um: f64, file_um: f64 },
-    /// A height that is not finite in a file; row and column count from 0 in the order of the file.
-    #[error("{}: the height at row {row}, column {column} is {value}; every height must be finite", path.display())]
-    NotFiniteInFile { path: PathBuf, row: usize, column: usize, value: f64 },
     /// Points of a file without a height, and none put there; row and column of the first count from 0 in the order of the
     /// file.
     #[error(
-        "{}: {count} of {total} points have no finite height (NaN or masked), the first at row {row}, column {column}; \
-         `fill` puts heights there: laplace or mean, from the points that have one",
+        "{}: {count} of {total} points have no height (NaN, a number from ±1e30 on, or masked), the first at row {row}, \
+         column {column}; `fill` puts heights there: laplace or mean, from the points that have one",
         path.display()
     )]
     Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize },

@@ -60,6 +60,23 @@ impl HeightField {
         Ok(Self { heights_um, dx_um, dy_um })
     }
 
+    /// Refuses what is larger than `limit_um`: a pixel, or the range of heights, wherever their mean lies.
+    ///
+    /// # Errors
+    /// [`HeightFieldError::TooLarge`], which says what is.
+    pub fn check_size(&self, limit_um: f64) -> Result<(), HeightFieldError> {
+        let (low, high) = self.range_um();
+        let sizes = [
+            ("`pixel_size` along x", self.dx_um),
+            ("`pixel_size` along y", self.dy_um),
+            ("the range of heights", high - low),
+        ];
+        match sizes.into_iter().find(|(_, value_um)| *value_um > limit_um) {
+            Some((what, value_um)) => Err(HeightFieldError::TooLarge { what, value_um, limit_um }),
+            None => Ok(()),
+        }
+    }
+
     /// Heights in µm, indexed `[[iy, ix]]`.
     pub fn heights_um(&self) -> &Array2<f64> {
         &self.heights_um

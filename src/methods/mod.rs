@@ -21,6 +21,7 @@ mod term_weights;
 #[cfg(test)]
 mod twins;
 
+pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 pub use bessel::TERMS_MAX;
 pub use flss::Flss;
 pub use nmm::Nmm;
@@ -28,7 +29,6 @@ pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEAT
 pub use orders::{NEIGHBOURHOOD_MAX, ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
-pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 
 use crate::colour_table::SUM_SQUARED_MAX;
 use std::borrow::Cow;

@@ -204,7 +204,7 @@ impl MethodOptions {
         in_range("resolution", self.resolution, &RESOLUTION, "0.25 to 4")?;
         match self.period_um {
             Some(found) if !(found > 0.0 && found <= MAX_LENGTH_UM) => {
-                Err(MethodError::OutOfRange { name: "period_um", found, accepted: "a length in µm in (0, 1e6]" })
+                Err(MethodError::OutOfRange { name: "period_um", found, accepted: "a length in µm in (0, 1e3]" })
             }
             _ => Ok(()),
         }
@@ -245,7 +245,8 @@ pub fn build(
         MethodKind::Stam => Box::new(Stam::new(field, coherence_length_um, options)?),
         MethodKind::Table => {
             let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
-            let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution };
+            let build_limit = surface.build_limit;
+            let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
             Box::new(ColourTable::build(field, &options)?)
         }
     })

@@ -58,7 +58,7 @@ pub trait Real: Number + Neg<Output = Self> {
     fn log2(self) -> Self;
 }
 
-/// Unsigned integers of 32 bits, which wrap around. Division by zero is not allowed.
+/// Unsigned integers of 32 bits. Neither overflow nor division by zero is allowed.
 pub trait Index:
     Number + BitAnd<Output = Self> + BitOr<Output = Self> + Shl<u32, Output = Self> + Shr<u32, Output = Self>
 {

@@ -7,19 +7,21 @@
 
 use super::colour_sampler::{ColourSampler, ColourSamplerView};
 use super::fresnel::{SpectralIndex, fresnel_of_family, fresnel_unpolarised};
+use super::geometry::{COSINE_MIN, obliquity, shadowing};
 use super::surface::build_table;
 use super::{ColourAlbedoTable, ColourAlbedoView, ComplexIndex, Obliquity, Options, UNIFORM_SHARE, Vec3};
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView, SUM_SQUARED_MAX};
 use crate::height_field::HeightField;
 use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Plain, Real};
-use crate::table::Model;
+use crate::table::{Model, Progress};
 use serde::{Deserialize, Serialize};
 use std::array;
 use std::time::Instant;
 
-/// Cosines are not taken below this, as in [`super::Pair`].
-const COSINE_MIN: f64 = 1e-7;
+/// Share of a build that is taken to be the table's, and what is done before the sampler.
+const TABLE_SHARE: f64 = 0.8;
+const ALBEDO_DONE: f64 = 0.95;
 /// Wavelengths in nm between which the reference is looked for, and the step.
 const VISIBLE_NM: (u32, u32) = (400, 700);
 const STEP_NM: usize = 10;
@@ -60,6 +62,19 @@ impl ColourSurface {
         options: &Options,
         index: Option<&SpectralIndex>,
     ) -> Result<Self, ColourTableError> {
+        Self::watched(field, options, index, &Progress::none())
+    }
+
+    /// As [`ColourSurface::new`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`ColourTable::build`].
+    pub fn watched(
+        field: &HeightField,
+        options: &Options,
+        index: Option<&SpectralIndex>,
+        progress: &Progress,
+    ) -> Result<Self, ColourTableError> {
         let start = Instant::now();
         let reference = index.map(reference);
         let table_options = ColourTableOptions {
@@ -68,6 +83,7 @@ impl ColourSurface {
             tiling: options.tiling,
             tolerance: options.tolerance,
             resolution: 1.0,
+            build_limit: options.build_limit,
         };
         let relative = |nm: f64, cos: f64| match (index, reference) {
             (Some(index @ SpectralIndex::Sampled(_)), Some(reference)) => {
@@ -77,7 +93,8 @@ impl ColourSurface {
             }
             _ => 1.0,
         };
-        let (table, spectral) = ColourTable::build_reflecting(field, &table_options, &relative)?;
+        let (table, spectral) =
+            ColourTable::build_reflecting(field, &table_options, &relative, &progress.part(0.0, TABLE_SHARE))?;
         let table_seconds = start.elapsed().as_secs_f64();
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
@@ -85,11 +102,12 @@ impl ColourSurface {
             (true, Model::Patch) => {
                 // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                ColourAlbedoTable::build(&build_table(field, &ensemble)?.0, options)
+                ColourAlbedoTable::build(&build_table(field, &ensemble, &Progress::none())?.table, options)
             }
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());
         drop(spectral);
+        progress.report(ALBEDO_DONE);
         let view = table.view::<f32>();
         let stam = options.obliquity == Obliquity::Stam;
         let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
@@ -106,6 +124,7 @@ impl ColourSurface {
             table_seconds,
             build_seconds: start.elapsed().as_secs_f64(),
         };
+        progress.report(1.0);
         Ok(Self { options: options.clone(), reference, table, sampler, albedo, report })
     }
 
@@ -139,16 +158,27 @@ impl ColourSurface {
         &self.report
     }
 
+    /// The words of the tables: colours, sampler and albedo.
+    pub fn words(&self) -> [&[u32]; 3] {
+        let albedo = self.albedo.as_ref().map_or(&[] as &[u32], ColourAlbedoTable::words);
+        [self.table.words(), self.sampler.words(), albedo]
+    }
+
     /// The evaluator as numbers by value have it.
     pub fn lobe<F>(&self) -> ColourLobe<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
     {
+        self.lobe_over(self.words())
+    }
+
+    /// The evaluator over a family of numbers, whose words are those of [`ColourSurface::words`].
+    pub fn lobe_over<N: Numbers>(&self, [table, sampler, albedo]: [N::Words; 3]) -> ColourLobe<N> {
         ColourLobe {
             factors: self.factors(),
-            table: ColourView { layout: *self.table.layout(), words: self.table.words() },
-            sampler: self.sampler.view(),
-            albedo: self.albedo.as_ref().map(ColourAlbedoTable::view),
+            table: ColourView { layout: *self.table.layout(), words: table },
+            sampler: ColourSamplerView { layout: self.sampler.layout(), words: sampler },
+            albedo: self.albedo.as_ref().map(|table| ColourAlbedoView { layout: *table.layout(), words: albedo }),
         }
     }
 
@@ -208,15 +238,9 @@ impl<N: Numbers> ColourLobe<N> {
         // Nothing that is not finite passes.
         let active = active & length_squared.le(lit(SUM_SQUARED_MAX.into()));
         let colour = self.table.response(u, v, w, active);
-        let mut factor = match self.factors.obliquity {
-            Obliquity::Unit => lit(1.0),
-            Obliquity::Stam => {
-                let ratio = length_squared * lit(0.5) / w;
-                ratio * ratio / (cos_i * cos_o)
-            }
-        };
+        let mut factor = obliquity(self.factors.obliquity, [u, v, w], [cos_i, cos_o]);
         if self.factors.shadowing {
-            factor = factor * (w * cos_i.min(cos_o) * lit(4.0) / length_squared).min(lit(1.0));
+            factor = factor * shadowing([u, v, w], [cos_i, cos_o]);
         }
         if let Some(index) = self.factors.reference {
             factor = factor * fresnel_of_family(length_squared.sqrt() * lit(0.5), index);

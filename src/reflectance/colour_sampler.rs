@@ -52,9 +52,8 @@ impl ColourSampler {
         let half = ((2.0 / wanted).ceil() as usize).clamp(8, (NODES_MAX - 1) / 2);
         let (nodes, spacing) = (2 * half + 1, 2.0 / half as f64);
         let places = ((spacing / wanted).ceil() as usize).clamp(1, PLACES_MAX);
-        let at = |i: usize, place: usize| {
-            (i as f64 - half as f64 + (place as f64 + 0.5) / places as f64 - 0.5) * spacing
-        };
+        let at =
+            |i: usize, place: usize| (i as f64 - half as f64 + (place as f64 + 0.5) / places as f64 - 0.5) * spacing;
         let values: Vec<[f32; BANDS]> = (0..nodes * nodes)
             .into_par_iter()
             .with_min_len(256)
@@ -141,7 +140,8 @@ impl<N: Numbers> ColourSamplerView<N> {
     #[inline(always)]
     fn slices(&self, cos_i: N::Real) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
-        let at = ((cos_i + lit(MEAN_COSINE)) * lit(0.5 * BANDS as f64) - lit(0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
+        let at =
+            ((cos_i + lit(MEAN_COSINE)) * lit(0.5 * BANDS as f64) - lit(0.5)).clip(lit(0.0), lit(BANDS as f64 - 1.0));
         array::from_fn(|b| {
             let tent = (lit(1.0) - (at - lit(b as f64)).abs()).max(lit(0.0));
             tent * lit(self.layout.areas.unit[b].into())
@@ -150,7 +150,11 @@ impl<N: Numbers> ColourSamplerView<N> {
 
     /// The square's blocks, and the mass of each slice in it, weighed.
     #[inline(always)]
-    fn square(&self, wi: [N::Real; 3], active: N::Mask) -> (super::sampler::summed_area::Rectangle<N>, [N::Real; BANDS]) {
+    fn square(
+        &self,
+        wi: [N::Real; 3],
+        active: N::Mask,
+    ) -> (super::sampler::summed_area::Rectangle<N>, [N::Real; BANDS]) {
         let one = N::Real::lit(1.0);
         let areas = self.areas();
         let low = [0, 1].map(|axis| self.position(wi[axis] - one));

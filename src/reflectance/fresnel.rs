@@ -63,7 +63,9 @@ pub enum SpectralIndexError {
     Empty,
     #[error("the wavelengths of an index must be finite and rise: {before_nm} nm is followed by {after_nm} nm")]
     Order { before_nm: f64, after_nm: f64 },
-    #[error("the index at {wavelength_nm} nm is {eta} + {k}i; eta must be positive and finite, k finite and not negative")]
+    #[error(
+        "the index at {wavelength_nm} nm is {eta} + {k}i; eta must be positive and finite, k finite and not negative"
+    )]
     Value { wavelength_nm: f64, eta: f64, k: f64 },
 }
 

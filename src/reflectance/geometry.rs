@@ -1,4 +1,5 @@
 use super::fresnel::{ComplexIndex, fresnel_unpolarised};
+use crate::numeric::Real;
 use serde::{Deserialize, Serialize};
 
 /// A direction in the local frame (model.md §1), of unit length.
@@ -45,7 +46,7 @@ pub enum Obliquity {
 
 /// Cosines are not taken below this, which is 0.000 006° from the horizon: products of their reciprocals then stay
 /// finite in single precision.
-const COSINE_MIN: f64 = 1e-7;
+pub(super) const COSINE_MIN: f64 = 1e-7;
 
 /// A pair of directions above the surface and what the model needs of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,9 +72,9 @@ impl Pair {
         Some(Self { u: wi[0] + wo[0], v: wi[1] + wo[1], w: cos_i + cos_o, cos_i, cos_o })
     }
 
-    /// `|wi + wo|² = 2(1 + wi·wo)`; summed this way nothing cancels at grazing forward directions.
+    /// `|wi + wo|²`.
     pub fn sum_squared(&self) -> f64 {
-        self.u * self.u + self.v * self.v + self.w * self.w
+        squared([self.u, self.v, self.w])
     }
 
     /// Cosine of the angle of either direction with the half vector.
@@ -93,19 +94,37 @@ impl Pair {
 
     /// The obliquity factor O.
     pub fn obliquity(&self, kind: Obliquity) -> f64 {
-        match kind {
-            Obliquity::Unit => 1.0,
-            Obliquity::Stam => {
-                let ratio = self.sum_squared() / (2.0 * self.w);
-                ratio * ratio / (self.cos_i * self.cos_o)
-            }
-        }
+        obliquity(kind, [self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
 
-    /// V-cavity shadowing and masking M (Stam 1999, appendix): `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`.
+    /// V-cavity shadowing and masking M.
     pub fn shadowing(&self) -> f64 {
-        (4.0 * self.w * self.cos_i.min(self.cos_o) / self.sum_squared()).min(1.0)
+        shadowing([self.u, self.v, self.w], [self.cos_i, self.cos_o])
     }
+}
+
+/// The obliquity factor O of the scattering vector `q = wi + wo` and the two cosines (model.md, the reflectance).
+#[inline(always)]
+pub(crate) fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
+    match kind {
+        Obliquity::Unit => R::lit(1.0),
+        Obliquity::Stam => {
+            let ratio = squared(q) / (q[2] + q[2]);
+            ratio * ratio / (cosines[0] * cosines[1])
+        }
+    }
+}
+
+/// V-cavity shadowing and masking M (Stam 1999, appendix): `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`.
+#[inline(always)]
+pub(crate) fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
+    (R::lit(4.0) * q[2] * cosines[0].min(cosines[1]) / squared(q)).min(R::lit(1.0))
+}
+
+/// `|wi + wo|² = 2(1 + wi·wo)`; summed this way nothing cancels at grazing forward directions.
+#[inline(always)]
+fn squared<R: Real>(q: [R; 3]) -> R {
+    q[0] * q[0] + q[1] * q[1] + q[2] * q[2]
 }
 
 /// The mirror-symmetric unit vector above the plane with the given x and y, `None` outside the unit disc.

@@ -14,15 +14,6 @@ const STEPS_MAX: f64 = 1024.0;
 /// midpoint rule errs by `exp(−2π²/1.5²)` ≈ 2e-4 there.
 const STEP_SIGMAS: f64 = 1.5;
 
-/// What the integral over wavelength answers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct IntegratedAnswer {
-    /// `f_r` weighted by D65 and the CIE 1931 functions as linear sRGB, then luminance: 1 for a reflectance of 1.
-    pub rgb_y: [f64; 4],
-    /// Density of [`Surface::sample_integrated`], 1/sr.
-    pub pdf: f64,
-}
-
 /// Weights of wavelengths at every whole nm of the tables' range, per nm: linear sRGB and luminance under D65, each
 /// with an integral of one.
 pub struct WavelengthWeights;
@@ -56,66 +47,32 @@ impl WavelengthWeights {
     }
 }
 
-/// Centre and inverse width of the density of sampled wavelengths, a squared hyperbolic secant as is common in
-/// spectral renderers (Radziszewski et al. 2009), per nm.
-const SECH_CENTRE_NM: f64 = 538.0;
-const SECH_PER_NM: f64 = 0.0072;
-
-fn tanh_span() -> (f64, f64) {
-    let at = |nm: f64| (SECH_PER_NM * (nm - SECH_CENTRE_NM)).tanh();
-    (at(WAVELENGTH_MIN_NM), at(WAVELENGTH_MAX_NM))
-}
-
-/// A wavelength in nm from a random number in [0, 1), with the density [`wavelength_pdf`].
-pub fn sample_wavelength(u: f64) -> f64 {
-    let (low, high) = tanh_span();
-    let nm = SECH_CENTRE_NM + (low + u * (high - low)).atanh() / SECH_PER_NM;
-    nm.clamp(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM)
-}
-
-/// Density of [`sample_wavelength`] per nm.
-pub fn wavelength_pdf(wavelength_nm: f64) -> f64 {
-    let (low, high) = tanh_span();
-    SECH_PER_NM / ((high - low) * (SECH_PER_NM * (wavelength_nm - SECH_CENTRE_NM)).cosh().powi(2))
-}
-
 impl Surface {
-    /// The integrals over wavelength of the weighted reflectance and of the sampler's density, by the midpoint rule in
-    /// the wavenumber: there, frequency and κ are linear, so steps follow the widths of orders and splines.
-    pub fn eval_pdf_integrated(&self, wi: Vec3, wo: Vec3) -> IntegratedAnswer {
-        let Some(pair) = self.pair(wi, wo) else { return IntegratedAnswer::default() };
+    /// `f_r` weighted by D65 and the CIE 1931 functions as linear sRGB, then luminance, Fresnel reflectance left out: 1 for a
+    /// reflectance of 1. By the midpoint rule in the wavenumber: there, frequency and κ are linear, so steps follow the
+    /// widths of orders and splines.
+    pub fn integrated(&self, wi: Vec3, wo: Vec3) -> [f64; 4] {
         let (first, last) = (1.0 / WAVELENGTH_MAX_NM, 1.0 / WAVELENGTH_MIN_NM);
         let steps = self.integration_steps([wi[0] + wo[0], wi[1] + wo[1], wi[2] + wo[2]]);
         let step = (last - first) / steps as f64;
-        let mut sum = IntegratedAnswer::default();
+        let mut sum = [0.0; 4];
         for k in 0..steps {
             let wavelength_nm = 1.0 / (first + (k as f64 + 0.5) * step);
             let width_nm = step * wavelength_nm * wavelength_nm;
-            let answer = pair.at(wavelength_nm);
-            for (total, weight) in sum.rgb_y.iter_mut().zip(WavelengthWeights::at(wavelength_nm)) {
-                *total += answer.f * weight * width_nm;
+            let value = self.f(wi, wo, wavelength_nm) * width_nm;
+            for (total, weight) in sum.iter_mut().zip(WavelengthWeights::at(wavelength_nm)) {
+                *total += value * weight;
             }
-            sum.pdf += answer.pdf * wavelength_pdf(wavelength_nm) * width_nm;
         }
-        // Wavelengths at which nothing is red or blue make those weights negative.
-        sum.rgb_y = sum.rgb_y.map(|value| value.max(0.0));
         sum
-    }
-
-    /// A direction for a wavelength drawn by [`sample_wavelength`]; arguments as in [`Surface::sample_direction`].
-    pub fn sample_integrated(&self, wi: Vec3, u: [f64; 3]) -> Option<Vec3> {
-        if u[0] < super::UNIFORM_SHARE {
-            return self.sample_direction(wi, &[], u);
-        }
-        let left = (u[0] - super::UNIFORM_SHARE) / (1.0 - super::UNIFORM_SHARE);
-        (wi[2] > 0.0).then(|| self.sample_order(wi, sample_wavelength(left), [u[1], u[2]]))?
     }
 
     fn integration_steps(&self, [u, v, w]: [f64; 3]) -> usize {
         let wavenumbers = 1e3 / WAVELENGTH_MIN_NM - 1e3 / WAVELENGTH_MAX_NM;
-        let (x, y) = (&self.table().lattice().x, &self.table().lattice().y);
-        let orders = (u * x.period_um / x.sigma).hypot(v * y.period_um / y.sigma) / STEP_SIGMAS;
-        let knots = TAU * w / self.table().kappa_step();
+        let layout = self.table().layout();
+        let along = |axis: usize, q: f64| q * layout.period_um[axis] / layout.sigma[axis];
+        let orders = along(0, u).hypot(along(1, v)) / STEP_SIGMAS;
+        let knots = TAU * w / layout.kappa_step;
         (wavenumbers * orders.max(knots)).clamp(STEPS_MIN, STEPS_MAX) as usize
     }
 }

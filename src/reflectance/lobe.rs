@@ -108,7 +108,7 @@ impl Lobe {
         let (sigma, across) = ((ex * sx).hypot(ey * sy), (ey * sx).hypot(ex * sy));
         let sharp = across < SHARP.min(ACROSS_OF_COSINE * setting.wi[2]);
         let across_rule: &[(f64, f64)] = match () {
-            _ if sharp || !fine => &[(0.0, 1.0)],
+            _ if sharp => &[(0.0, 1.0)],
             _ if across < WIDE => &HERMITE_3,
             _ => &HERMITE_5,
         };

@@ -33,9 +33,8 @@ fn panels_over_the_hemisphere(table: &SpectralTable) -> f64 {
     let wavelength_um = 1e-3 * WAVELENGTH_MIN_NM;
     let lattice = table.lattice();
     let widths = panel_widths_of_nodes(table, wavelength_um);
-    let panels = [(&lattice.x, widths[0]), (&lattice.y, widths[1])].map(|(axis, width)| {
-        (2.0 * (wavelength_um * axis.cutoff / axis.period_um).min(1.0).asin() / width).ceil()
-    });
+    let panels = [(&lattice.x, widths[0]), (&lattice.y, widths[1])]
+        .map(|(axis, width)| (2.0 * (wavelength_um * axis.cutoff / axis.period_um).min(1.0).asin() / width).ceil());
     panels[0] * panels[1]
 }
 

@@ -1,21 +1,29 @@
 use super::lattice::Lattice;
-use super::lookup::{BANDS, HEADER, KernelKind, SpectralTable};
+use super::lookup::{HEADER, KernelKind, SpectralTable};
+use super::packed::PackedTable;
+use super::progress::Progress;
 use super::spectrum::Spectrum;
-use super::spline::{cubic, prefilter};
+use super::spline::prefilter;
 use super::{TableError, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// Largest table that is built.
-const LIMIT_MB: f64 = 2048.0;
+/// Most floats that a table's offsets can address.
+const FLOATS_MAX: usize = u32::MAX as usize;
 /// Knots beyond either end of the κ range, so that the spline's ends do not matter (0.27⁶ ≈ 4e-4 of their error).
-const EXTRA_KNOTS: i64 = 6;
-/// Spacing of knots in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline on a
-/// wave of `a` radians a knot is about `(a/2π)⁴`. Found by measuring [`TableReport::relative_error`].
-const KNOT_SPACING: f64 = 6.0;
+pub(super) const EXTRA_KNOTS: i64 = 6;
+/// Spacing of knots tried first, in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline
+/// on a wave of `a` radians a knot is about `(a/2π)⁴`. As wide as any relief has been seen to allow.
+const KNOT_SPACING: f64 = 13.0;
+/// Least part of the first spacing that is tried: rounding floors the error near 1e-6.
+const REFINEMENT_MIN: f64 = 0.2;
+/// Part of the target that a refined table aims at, and how much closer its knots may be at once.
+const AIM: f64 = 0.7;
+const REFINEMENT: std::ops::RangeInclusive<f64> = 0.4..=0.95;
 
 /// Power density in µm² below which errors are no longer taken as relative: a hundredth of that of a surface which
 /// scatters evenly over the disc of direction cosines, `λ²/π`, at the shortest wavelength.
@@ -23,7 +31,7 @@ pub const DENSITY_FLOOR_UM2: f64 =
     0.01 * (WAVELENGTH_MIN_NM * 1e-3) * (WAVELENGTH_MIN_NM * 1e-3) / std::f64::consts::PI;
 
 /// Frequencies looked at per κ when the error of a table is measured.
-const ERROR_SAMPLES: usize = 20_000;
+const ERROR_SAMPLES: usize = 4000;
 
 /// What building a table took and how good it is.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -48,47 +56,81 @@ pub struct TableReport {
 const FEW_NODES: usize = 4096;
 const FEW_NODES_SHARE: f64 = 0.1;
 
-/// Builds the table of `spectrum` to a relative error of `tolerance`.
+/// A table in both of its forms.
+pub struct Built {
+    /// What other tables are made of.
+    pub table: SpectralTable,
+    /// What is evaluated.
+    pub packed: PackedTable,
+    pub report: TableReport,
+}
+
+/// Share of what is left that a build is taken to be, since another with finer knots may follow.
+const BUILD_SHARE: f64 = 0.6;
+
+/// Builds the table of `spectrum` to a relative error of `tolerance`. [`BuildDemand::check`] tells before the spectrum is
+/// made whether that takes too much.
 ///
 /// # Errors
-/// [`TableError::TooLarge`] above 2 GB.
-pub fn build(spectrum: &Spectrum, tolerance: f64) -> Result<(SpectralTable, TableReport), TableError> {
+/// [`TableError::TooLarge`] beyond what a table can address.
+///
+/// [`BuildDemand::check`]: super::BuildDemand::check
+pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result<Built, TableError> {
     let start = Instant::now();
-    let target = error_share(spectrum, tolerance);
-    let first_spacing = KNOT_SPACING * target.powf(0.25);
+    let target = error_share(spectrum.lattice(), tolerance);
+    let first_spacing = first_spacing(spectrum.lattice(), tolerance);
     let mut spacing = first_spacing;
+    let mut progress = progress.clone();
     loop {
-        let build = Build::new(spectrum, spacing)?;
+        let build = Build { progress: progress.part(0.0, BUILD_SHARE), ..Build::new(spectrum, spacing)? };
         let table = build.table();
-        let relative_error = build.error(&table);
-        // Three tries of refinement are ample for a fourth-order method; rounding floors it near 1e-6.
-        if relative_error <= target || spacing < 0.4 * first_spacing {
+        let packed = PackedTable::new(&table, tolerance);
+        let relative_error = build.error(&table, &packed);
+        if relative_error <= target || spacing <= REFINEMENT_MIN * first_spacing {
             let report = TableReport {
-                bytes: table.bytes(),
+                bytes: packed.bytes(),
                 nodes: build.kept.len(),
                 kappa_knots: build.knots,
                 taps: (table.lattice.x.taps, table.lattice.y.taps),
                 relative_error,
                 build_seconds: start.elapsed().as_secs_f64(),
             };
-            return Ok((table, report));
+            progress.report(1.0);
+            return Ok(Built { table, packed, report });
         }
-        spacing *= (0.7 * target / relative_error).powf(0.25).clamp(0.5, 0.95);
+        let closer = (AIM * target / relative_error).powf(0.25).clamp(*REFINEMENT.start(), *REFINEMENT.end());
+        spacing = (spacing * closer).max(REFINEMENT_MIN * first_spacing);
+        progress = progress.part(BUILD_SHARE, 1.0);
     }
 }
 
-/// Size in bytes of the table that [`build`] would make of `spectrum` with the spacing of knots it tries first, beyond the
-/// largest that it builds as well. Refinement, where the first spacing misses the tolerance, may add to it.
-pub fn estimate_bytes(spectrum: &Spectrum, tolerance: f64) -> usize {
-    let build = Build::planned(spectrum, KNOT_SPACING * error_share(spectrum, tolerance).powf(0.25));
-    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
-    4 * (nodes + build.record_floats(build.knots)) + 4 * build.kept_floats()
+/// The part of `tolerance` that the splines of a table may take.
+fn error_share(lattice: &Lattice, tolerance: f64) -> f64 {
+    let nodes = lattice.x.nodes().saturating_mul(lattice.y.nodes());
+    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { lattice.spline_share() }
 }
 
-/// The part of `tolerance` that the splines of a table may take.
-fn error_share(spectrum: &Spectrum, tolerance: f64) -> f64 {
-    let nodes = spectrum.lattice().x.nodes() * spectrum.lattice().y.nodes();
-    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { spectrum.lattice().spline_share() }
+/// The spacing of knots that is tried first, in units of 1/(half bandwidth).
+pub(super) fn first_spacing(lattice: &Lattice, tolerance: f64) -> f64 {
+    KNOT_SPACING * error_share(lattice, tolerance).powf(0.25)
+}
+
+/// Largest κ of a table in rad/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
+pub(super) fn kappa_range() -> f64 {
+    TAU * 2e3 / WAVELENGTH_MIN_NM
+}
+
+/// Distance of knots in rad/µm for a relief of half range `half_range_um`, `spacing` in units of 1/(half bandwidth).
+pub(super) fn knot_step(kernel: KernelKind, half_range_um: f64, spacing: f64) -> f64 {
+    // Powers are correlations of screens: twice the bandwidth of amplitudes.
+    let bandwidth = if kernel == KernelKind::Power { 2.0 * half_range_um } else { half_range_um };
+    if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_range()) } else { kappa_range() }
+}
+
+/// Floats of a record whose last knot in use is `last_knot`: eight coefficients from the multiple of four at or
+/// below it can be read, whole fours.
+pub(super) fn record_floats(kernel: KernelKind, last_knot: usize) -> usize {
+    HEADER + (last_knot / 4 * 4 + 8) * kernel.components()
 }
 
 /// A node that some pair of directions can reach.
@@ -109,31 +151,31 @@ struct Build<'a> {
     knots: usize,
     /// Symmetric about the middle: the mirror of `kept[i]` is `kept[len − 1 − i]`.
     kept: Vec<Kept>,
+    /// Of the knots.
+    progress: Progress,
 }
 
 impl<'a> Build<'a> {
     fn new(spectrum: &'a Spectrum, spacing: f64) -> Result<Self, TableError> {
         let build = Self::planned(spectrum, spacing);
-        let needed_mb = (build.kept_floats() * 4) as f64 / 1e6;
-        if needed_mb > LIMIT_MB {
-            return Err(TableError::TooLarge { needed_mb, limit_mb: LIMIT_MB });
+        let (needed, limit) = (build.kept_floats(), FLOATS_MAX);
+        if needed >= limit {
+            let mb = |floats: usize| 4e-6 * floats as f64;
+            return Err(TableError::TooLarge { needed_mb: mb(needed), limit_mb: mb(limit) });
         }
         Ok(build)
     }
 
-    /// What would be built, however large.
     fn planned(spectrum: &'a Spectrum, spacing: f64) -> Self {
         let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
-        let kappa_max = TAU * frequency_max;
+        let kappa_max = kappa_range();
         let kernel = spectrum.kernel();
         let h = spectrum.half_range_um();
-        // Powers are correlations of screens: twice the bandwidth of amplitudes.
-        let bandwidth = if kernel == KernelKind::Power { 2.0 * h } else { h };
-        let kappa_step = if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_max) } else { kappa_max };
+        let kappa_step = knot_step(kernel, h, spacing);
         let kappa_knee = if h > 0.0 { 1.0 / h } else { kappa_max };
         let knots = (kappa_max / kappa_step).ceil() as usize + 1;
         let kept = reachable(spectrum.lattice(), frequency_max, kappa_step);
-        Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept }
+        Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept, progress: Progress::none() }
     }
 
     /// Floats of all records of kept nodes.
@@ -141,63 +183,45 @@ impl<'a> Build<'a> {
         self.kept.iter().map(|kept| self.record_floats(kept.last_knot)).sum()
     }
 
-    /// Floats of a record whose last knot in use is `last_knot`: eight coefficients from the multiple of four at or
-    /// below it can be read, whole fours.
     fn record_floats(&self, last_knot: usize) -> usize {
-        HEADER + (last_knot / 4 * 4 + 8) * self.kernel.components()
+        record_floats(self.kernel, last_knot)
     }
 
     fn table(&self) -> SpectralTable {
         let (at_zero, curves) = self.curves();
         let components = self.kernel.components();
-        let longest = self.record_floats(self.knots);
         let mut offsets = vec![0u32; self.spectrum.lattice().x.nodes() * self.spectrum.lattice().y.nodes()];
-        let mut length = longest;
+        // A start of 0 means no record.
+        let mut length = 1;
         let mut spans = Vec::with_capacity(self.kept.len());
         for kept in &self.kept {
-            offsets[kept.index] = (length / 4) as u32;
+            offsets[kept.index] = length as u32;
             spans.push(self.record_floats(kept.last_knot));
             length += self.record_floats(kept.last_knot);
         }
         let mut records = vec![0f32; length];
         let mut pieces = Vec::with_capacity(spans.len());
-        let mut rest = &mut records[longest..];
+        let mut rest = &mut records[1..];
         for span in spans {
             let (piece, tail) = rest.split_at_mut(span);
             pieces.push(piece);
             rest = tail;
         }
-        let band_sums = pieces
-            .into_par_iter()
-            .enumerate()
-            .with_min_len(256)
-            .map(|(node, record)| {
-                let mut coefficients: Vec<Vec<f64>> = (0..components)
-                    .map(|part| curves.iter().map(|knot| knot[node * components + part] as f64).collect())
-                    .collect();
-                coefficients.iter_mut().for_each(|c| prefilter(c));
+        pieces.into_par_iter().enumerate().with_min_len(256).for_each(|(node, record)| {
+            let (zero, coefficients) = record.split_at_mut(HEADER);
+            zero.copy_from_slice(&[at_zero[node].re as f32, at_zero[node].im as f32]);
+            let mut curve = Vec::with_capacity(curves.len());
+            for part in 0..components {
+                curve.clear();
+                curve.extend(curves.iter().map(|knot| f64::from(knot[node * components + part])));
+                prefilter(&mut curve);
                 // Coefficient 0 of a record belongs to the knot −1.
-                let inner: Vec<&[f64]> = coefficients.iter().map(|c| &c[EXTRA_KNOTS as usize - 1..]).collect();
-                let bands = self.band_means(at_zero[node], &inner);
-                for (to, from) in record.iter_mut().zip(bands) {
-                    *to = from as f32;
+                let inner = &curve[EXTRA_KNOTS as usize - 1..];
+                for (to, from) in coefficients.iter_mut().skip(part).step_by(components).zip(inner) {
+                    *to = *from as f32;
                 }
-                record[BANDS] = at_zero[node].re as f32;
-                record[BANDS + 1] = at_zero[node].im as f32;
-                for (i, to) in record[HEADER..].chunks_exact_mut(components).enumerate() {
-                    for (to, from) in to.iter_mut().zip(&inner) {
-                        *to = from.get(i).copied().unwrap_or(0.0) as f32;
-                    }
-                }
-                bands
-            })
-            .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]));
-        for kept in &self.kept {
-            let start = 4 * offsets[kept.index] as usize;
-            for (p, sum) in records[start..start + BANDS].iter_mut().zip(band_sums) {
-                *p = if sum > 0.0 { (*p as f64 / sum) as f32 } else { 0.0 };
             }
-        }
+        });
         SpectralTable {
             lattice: self.spectrum.lattice().clone(),
             kernel: self.kernel,
@@ -223,11 +247,14 @@ impl<'a> Build<'a> {
             }
         }
         // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel.
+        let done = AtomicUsize::new(0);
         let mut knots: Vec<Vec<Complex64>> = (0..=last)
             .into_par_iter()
             .map(|k| {
                 let kappa = if k == 0 { small } else { k as f64 * self.kappa_step };
                 let scaled = self.scaled(kappa, &at_zero);
+                let before = done.fetch_add(1, Ordering::Relaxed);
+                self.progress.report((before + 1) as f64 / (last + 1) as f64);
                 if k > 0 {
                     return scaled;
                 }
@@ -278,38 +305,8 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Mean power of a node in each κ band from its spline coefficients (the first belongs to the knot −1).
-    fn band_means(&self, at_zero: Complex64, coefficients: &[&[f64]]) -> [f64; BANDS] {
-        let width = self.kappa_max / BANDS as f64;
-        let points = ((2.0 * width / self.kappa_step).ceil() as usize).clamp(4, 64);
-        std::array::from_fn(|band| {
-            let sum: f64 = (0..points)
-                .map(|p| {
-                    let kappa = (band as f64 + (p as f64 + 0.5) / points as f64) * width;
-                    let t = kappa / self.kappa_step;
-                    let first = t as usize;
-                    let part =
-                        |c: &[f64]| -> f64 { (first..first + 4).map(|i| c[i] * cubic(t - i as f64 + 1.0)).sum() };
-                    match self.kernel {
-                        KernelKind::Power => {
-                            let squares = kappa * kappa + self.kappa_knee * self.kappa_knee;
-                            let linear = self.kappa_knee * self.kappa_knee * at_zero.im;
-                            (at_zero.re + kappa * (linear + kappa * part(coefficients[0])) / squares).max(0.0)
-                        }
-                        KernelKind::Amplitude => {
-                            let factor = kappa / Complex64::new(kappa, self.kappa_knee);
-                            let scaled = Complex64::new(part(coefficients[0]), part(coefficients[1]));
-                            (at_zero + factor * scaled).norm_sqr()
-                        }
-                    }
-                })
-                .sum();
-            sum / points as f64
-        })
-    }
-
     /// See [`TableReport::relative_error`].
-    fn error(&self, table: &SpectralTable) -> f64 {
+    fn error(&self, table: &SpectralTable, packed: &PackedTable) -> f64 {
         if self.spectrum.half_range_um() == 0.0 {
             return 0.0;
         }
@@ -329,11 +326,9 @@ impl<'a> Build<'a> {
                 if TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) > self.kappa_max {
                     return None;
                 }
-                let mean = table.lookup(f, kappa, |_, _, means| {
-                    means[..BANDS].iter().map(|&p| f64::from(p)).sum::<f64>() / BANDS as f64
-                });
+                let mean = packed.mean(f, [0.0, table.kappa_limit(f)]);
                 let truth = table.combine([px, py], |index| nodes[index]);
-                Some((mean.value - truth).abs() / truth.max(mean.proposal).max(DENSITY_FLOOR_UM2))
+                Some((packed.density(f, kappa) - truth).abs() / truth.max(mean).max(DENSITY_FLOOR_UM2))
             }));
         }
         errors.sort_by(f64::total_cmp);

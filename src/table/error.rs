@@ -1,12 +1,17 @@
+use super::estimate::Rough;
 use thiserror::Error;
 
 /// Why tables were not built.
 #[derive(Debug, PartialEq, Error)]
 pub enum TableError {
+    /// The build would take more memory, in GB, or more time, in minutes on two cores, than its limit allows.
     #[error(
-        "the tables would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a larger tolerance, \
-         a smaller tile, or coarser pixels"
+        "building the tables would take about {} GB and {} min on two cores, and the limit is {} GB and {} min: {advice}",
+        Rough(*needed_gb), Rough(*needed_minutes), Rough(*limit_gb), Rough(*limit_minutes)
     )]
+    TooMuch { needed_gb: f64, needed_minutes: f64, limit_gb: f64, limit_minutes: f64, advice: String },
+    /// A table that 32-bit offsets cannot address.
+    #[error("the table would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB that it can address")]
     TooLarge { needed_mb: f64, limit_mb: f64 },
     #[error("{name} is {value}; accepted: {accepted}")]
     OutOfRange { name: &'static str, value: f64, accepted: &'static str },

@@ -34,15 +34,20 @@ pub struct Lattice {
 
 impl Lattice {
     /// The share of a tolerance that splines in κ may take: all on the native lattice, where joining the nodes is exact
-    /// but for tails far below the tolerance; else half, since that error comes on top.
+    /// but for tails far below the tolerance; else a tenth, since that error comes on top, and since a taper leaves deep gaps
+    /// in κ, in which a percentile over all κ is no comfort.
     pub(super) fn spline_share(&self) -> f64 {
         let native = |axis: &LatticeAxis| axis.inverse_variance == 0.0;
-        if native(&self.x) && native(&self.y) { 1.0 } else { 0.5 }
+        if native(&self.x) && native(&self.y) { 1.0 } else { 0.1 }
     }
 }
 
 /// How much further down the tails of orders are followed where the tile is a grating and look-ups are few.
 const GRATING_MARGIN: f64 = 400.0;
+
+/// Most pixels that an axis is planned with. So many are refused before anything is built; the bound keeps the numbers of
+/// the plan within range.
+const PIXELS_MAX: f64 = 1e12;
 
 /// What an axis has to serve.
 pub(super) struct AxisDemand {
@@ -81,7 +86,7 @@ impl AxisDemand {
         let (pixels, sigma, inverse_variance) = if native {
             (self.pixels, tile_um / (2.0 * PI * self.window_um), 0.0)
         } else {
-            let pixels = smooth_size((period / self.pixel_um).ceil().max(8.0) as usize);
+            let pixels = smooth_size((period / self.pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize);
             let joining_um = pixels as f64 * self.pixel_um / (2.0 * PI * gridded_sigma);
             (pixels, gridded_sigma, self.window_um.powi(-2) - joining_um.powi(-2))
         };
@@ -117,15 +122,51 @@ impl LatticeAxis {
     }
 }
 
-/// The least size of at least `minimum` with no prime factor above 5, for which transforms are fast.
+/// The least size of at least `minimum` with no prime factor above 5, for which transforms are fast; `minimum` itself where
+/// that is beyond what counts.
 pub(super) fn smooth_size(minimum: usize) -> usize {
-    let smooth = |mut n: usize| {
-        for p in [2, 3, 5] {
-            while n % p == 0 {
-                n /= p;
-            }
+    let powers = |base: usize| std::iter::successors(Some(1_usize), move |power| power.checked_mul(base));
+    let mut least = minimum.checked_next_power_of_two().unwrap_or(minimum);
+    for five in powers(5).take_while(|power| *power < minimum) {
+        for three in powers(3).map_while(|power| power.checked_mul(five)).take_while(|product| *product < minimum) {
+            // The power of two that fills the rest.
+            let size = minimum.div_ceil(three).checked_next_power_of_two().and_then(|two| two.checked_mul(three));
+            least = size.map_or(least, |size| size.min(least));
         }
-        n == 1
-    };
-    (minimum.max(1)..).find(|&n| smooth(n)).unwrap_or(minimum)
+    }
+    // Products of threes and fives alone, and those that reach the minimum without a two.
+    for five in powers(5) {
+        if let Some(product) = powers(3).map_while(|power| power.checked_mul(five)).find(|p| *p >= minimum) {
+            least = least.min(product);
+        }
+        if five >= minimum {
+            break;
+        }
+    }
+    least.max(1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn smooth_sizes_are_the_least_there_are() {
+        let smooth = |mut n: usize| {
+            for p in [2, 3, 5] {
+                while n % p == 0 {
+                    n /= p;
+                }
+            }
+            n == 1
+        };
+        for minimum in (0..3000).chain([16_385, 65_537, 1_000_001]) {
+            let expected = (minimum.max(1)..).find(|&n| smooth(n)).unwrap();
+            assert_eq!(smooth_size(minimum), expected, "{minimum}");
+        }
+        // No search: the next one to 10¹² + 1 is 1.3 ‰ further on, and nothing is beyond the largest number.
+        let large = smooth_size(1_000_000_000_001);
+        assert!(smooth(large) && large < 1_002_000_000_000, "{large}");
+        assert_eq!(smooth_size(usize::MAX), usize::MAX);
+    }
 }

@@ -4,12 +4,9 @@ use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Number of κ bands for which every node keeps its mean power; they make the proposal of the sampler.
-pub const BANDS: usize = 6;
-
-/// Floats at the head of a node's record: the band means, then two about κ = 0: of a power its value and slope there, of an
-/// amplitude the real and imaginary part of its value.
-pub const HEADER: usize = 8;
+/// Floats at the head of a node's record, about κ = 0: of a power its value and slope there, of an amplitude the real and
+/// imaginary part of its value.
+pub const HEADER: usize = 2;
 
 /// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
 pub(super) const TAPS_MAX: usize = 40;
@@ -33,22 +30,14 @@ impl KernelKind {
     }
 }
 
-/// What one look-up answers.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Density {
-    /// Power density `S(f; κ)` in µm², never negative.
-    pub value: f64,
-    /// Density of the sampler's proposal over f, in µm²; it integrates to one over all f.
-    pub proposal: f64,
-}
-
-/// `S(f; κ)` of one surface as a table; see the [module](super) for the formulae.
+/// `S(f; κ)` of one surface node by node, as other tables are made of it; see the [module](super) for the formulae.
 ///
 /// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of `Q(κ)`, with
 /// `P(κ) = P(0) + (κκ₀²·P'(0) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
-/// and imaginary part in turn). `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ. Coefficient `i` belongs to the knot `(i − 1)·kappa_step`. Records begin on multiples of four floats and are
-/// padded so that eight coefficients from any multiple of four up to the last knot in use can be read.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+/// and imaginary part in turn). `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ.
+/// Coefficient `i` belongs to the knot `(i − 1)·kappa_step`; eight of them can be read from any multiple of four up to the
+/// last knot in use.
+#[derive(Clone, Debug)]
 pub struct SpectralTable {
     pub(super) lattice: Lattice,
     pub(super) kernel: KernelKind,
@@ -56,8 +45,7 @@ pub struct SpectralTable {
     pub(super) kappa_max: f64,
     pub(super) kappa_step: f64,
     pub(super) kappa_knee: f64,
-    /// Start of each node's record in units of four floats, row-major from node `(−reach, −reach)`; nodes out of
-    /// reach share the record of zeros at 0.
+    /// Start of each node's record, row-major from node `(−reach, −reach)`; 0 of nodes out of reach.
     pub(super) offsets: Vec<u32>,
     pub(super) records: Vec<f32>,
 }
@@ -93,21 +81,6 @@ impl SpectralTable {
         self.kappa_knee
     }
 
-    /// Record starts, in units of four floats (see the type's documentation).
-    pub fn offsets(&self) -> &[u32] {
-        &self.offsets
-    }
-
-    /// The records.
-    pub fn records(&self) -> &[f32] {
-        &self.records
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.records.as_slice()) + size_of_val(self.offsets.as_slice())
-    }
-
     /// The nodes that a pair of directions can reach, row by row: their numbers along x and y and their records.
     pub fn kept_nodes(&self) -> Vec<(i64, i64, &[f32])> {
         let columns = self.lattice.x.nodes();
@@ -116,7 +89,7 @@ impl SpectralTable {
             .iter()
             .enumerate()
             .filter(|(_, offset)| **offset != 0)
-            .map(|(index, offset)| (index, 4 * *offset as usize))
+            .map(|(index, offset)| (index, *offset as usize))
             .collect();
         starts.push((0, self.records.len()));
         let number = |index: usize| {
@@ -132,9 +105,9 @@ impl SpectralTable {
             .collect()
     }
 
-    /// Standard deviation of the proposal's Gaussian about a node, in nodes, along x and y. Amplitudes are squared,
-    /// so theirs is narrower than the joining Gaussian by √2.
-    pub fn proposal_sigma(&self) -> (f64, f64) {
+    /// Standard deviation of the Gaussian of a node's power, in nodes, along x and y. Amplitudes are squared, so theirs is
+    /// narrower than the joining Gaussian by √2.
+    pub fn power_sigma(&self) -> (f64, f64) {
         let narrower = match self.kernel {
             KernelKind::Power => 1.0,
             KernelKind::Amplitude => 0.5f64.sqrt(),
@@ -142,103 +115,10 @@ impl SpectralTable {
         (self.lattice.x.sigma * narrower, self.lattice.y.sigma * narrower)
     }
 
-    /// Normalisation of the proposal, µm².
-    pub fn proposal_norm(&self) -> f64 {
-        let (sx, sy) = self.proposal_sigma();
-        self.lattice.x.period_um * self.lattice.y.period_um / (TAU * sx * sy)
-    }
-
-    /// Where among the bands the power at `kappa` (rad/µm) is read; see [`BandReading::new`].
-    pub fn band_position(&self, kappa: f64) -> f64 {
-        kappa / self.kappa_max * BANDS as f64 - 0.5
-    }
-
-    /// `S(f; κ)` and the proposal's density at the frequency `f` (cycles/µm) and `kappa` (rad/µm), where `draw`
-    /// gives the weight of a node in the proposal from its column and row, counted from the first, and its band means.
-    #[inline]
-    pub fn lookup(&self, f: [f64; 2], kappa: f64, draw: impl Fn(usize, usize, &[f32]) -> f64) -> Density {
-        let curve = NodeCurve::new(self, kappa);
-        let (mut power, mut amplitude, mut proposal) = (0.0, Complex64::ZERO, 0.0);
-        self.joined(f, |column, row, e, record| {
-            let drawn = draw(column, row, record);
-            match self.kernel {
-                KernelKind::Power => {
-                    power += e * curve.power(record);
-                    proposal += e * drawn;
-                }
-                KernelKind::Amplitude => {
-                    amplitude += e * curve.amplitude(record);
-                    proposal += e * e * drawn;
-                }
-            }
-        });
-        let value = match self.kernel {
-            // A spline may undershoot a zero of the power by the tolerance.
-            KernelKind::Power => power.max(0.0),
-            KernelKind::Amplitude => amplitude.norm_sqr(),
-        };
-        let value = if self.knows(f) { self.norm * value } else { 0.0 };
-        Density { value, proposal: self.proposal_norm() * proposal }
-    }
-
-    /// `S(f; κ)` in µm² alone.
-    #[inline]
-    pub fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        self.lookup(f, kappa, |_, _, _| 0.0).value
-    }
-
-    /// The proposal's density alone; arguments as of [`SpectralTable::lookup`].
-    pub fn proposal(&self, f: [f64; 2], draw: impl Fn(usize, usize, &[f32]) -> f64) -> f64 {
-        let mut sum = 0.0;
-        self.joined(f, |column, row, e, record| {
-            let e = if self.kernel == KernelKind::Power { e } else { e * e };
-            sum += e * draw(column, row, record);
-        });
-        self.proposal_norm() * sum
-    }
-
     /// Whether the pixels say anything about a frequency (cycles/µm); `S` is zero elsewhere.
     pub fn knows(&self, f: [f64; 2]) -> bool {
         let known = |axis: &LatticeAxis, f: f64| (f * axis.period_um).abs() <= axis.cutoff;
         known(&self.lattice.x, f[0]) && known(&self.lattice.y, f[1])
-    }
-
-    /// Mean of `S(f; κ)` in µm² over the κ that outgoing directions span, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: what an error
-    /// of `S` is small or large against. `f` in cycles/µm, the wavelength in µm.
-    pub fn hemisphere_mean(&self, f: [f64; 2], cos_i: f64, wavelength_um: f64) -> f64 {
-        let unit = TAU / wavelength_um * BANDS as f64 / self.kappa_max;
-        let (low, high) = (unit * cos_i, unit * (cos_i + 1.0));
-        let weights: [f64; BANDS] = std::array::from_fn(|b| {
-            let top = if b + 1 == BANDS { f64::INFINITY } else { b as f64 + 1.0 };
-            (high.min(top) - low.max(b as f64)).max(0.0) / unit
-        });
-        self.proposal(f, |_, _, means| weights.iter().zip(means).map(|(w, &p)| w * f64::from(p)).sum())
-    }
-
-    /// Column and row, counted from the first, of the first node that a look-up at `f` (cycles/µm) reads.
-    #[inline]
-    pub fn first_node(&self, f: [f64; 2]) -> [usize; 2] {
-        let first = |axis: &LatticeAxis, f: f64| (axis.first_tap(f * axis.period_um) + axis.reach as i64) as usize;
-        [first(&self.lattice.x, f[0]), first(&self.lattice.y, f[1])]
-    }
-
-    /// Visits the nodes around `f` (cycles/µm): column, row, Gaussian and record.
-    #[inline]
-    fn joined(&self, f: [f64; 2], mut visit: impl FnMut(usize, usize, f64, &[f32])) {
-        let (x, y) = (&self.lattice.x, &self.lattice.y);
-        let (px, py) = (f[0] * x.period_um + x.reach as f64, f[1] * y.period_um + y.reach as f64);
-        let [column, row] = self.first_node(f);
-        let mut ex = [0.0; TAPS_MAX];
-        for (i, e) in ex.iter_mut().enumerate().take(x.taps) {
-            *e = gaussian(px - (column + i) as f64, x.sigma);
-        }
-        for row in row..row + y.taps {
-            let ey = gaussian(py - row as f64, y.sigma);
-            let offsets = &self.offsets[row * x.nodes() + column..][..x.taps];
-            for (i, (&offset, ex)) in offsets.iter().zip(ex).enumerate() {
-                visit(column + i, row, ey * ex, &self.records[4 * offset as usize..]);
-            }
-        }
     }
 }
 
@@ -269,7 +149,7 @@ impl SpectralTable {
             let ey = gaussian(py - jy as f64, y.sigma);
             let row = (jy + y.reach as i64) as usize * x.nodes() + first_column;
             for (ex, offset) in across.iter().zip(&self.offsets[row..row + x.taps]) {
-                let (e, start) = ((ey * ex) as f32, 4 * *offset as usize);
+                let (e, start) = ((ey * ex) as f32, *offset as usize);
                 if start > 0 && e > 0.0 {
                     for (sum, value) in sum.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;
@@ -277,6 +157,21 @@ impl SpectralTable {
                 }
             }
         }
+    }
+
+    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. What evaluates is [`super::PackedTable`]; this is for
+    /// integrals over tables that are not packed.
+    pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
+        if !self.knows(f) {
+            return 0.0;
+        }
+        let curve = NodeCurve::new(self, kappa);
+        let position = [f[0] * self.lattice.x.period_um, f[1] * self.lattice.y.period_um];
+        self.combine(position, |index| match self.offsets[index] as usize {
+            0 => Complex64::ZERO,
+            start if self.kernel == KernelKind::Power => curve.power(&self.records[start..]).into(),
+            start => curve.amplitude(&self.records[start..]),
+        })
     }
 
     /// `S` at `position` (in nodes) from node values given by their row-major number, in place of the records.
@@ -351,7 +246,7 @@ impl NodeCurve {
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let scaled: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();
-        record[BANDS] as f64 + self.linear * record[BANDS + 1] as f64 + self.factor.re * scaled
+        record[0] as f64 + self.linear * record[1] as f64 + self.factor.re * scaled
     }
 
     /// A node's amplitude at this κ from its record; zero beyond the record's end.
@@ -359,6 +254,6 @@ impl NodeCurve {
         let Some(c) = record[HEADER..].get(2 * self.first..2 * self.first + 8) else { return Complex64::ZERO };
         let pairs = self.weights.iter().zip(c.chunks_exact(2));
         let scaled: Complex64 = pairs.map(|(w, c)| Complex64::new(c[0] as f64, c[1] as f64) * w).sum();
-        Complex64::new(record[BANDS] as f64, record[BANDS + 1] as f64) + self.factor * scaled
+        Complex64::new(record[0] as f64, record[1] as f64) + self.factor * scaled
     }
 }

@@ -16,19 +16,22 @@
 
 mod build;
 mod error;
+mod estimate;
 mod lattice;
-mod leaves;
 mod lookup;
+mod packed;
+mod progress;
 mod spectrum;
 mod spline;
 pub(crate) use spline::cubic;
 
-pub use build::{DENSITY_FLOOR_UM2, TableReport, build, estimate_bytes};
+pub use build::{Built, DENSITY_FLOOR_UM2, TableReport, build};
 pub use error::TableError;
+pub use estimate::{BUILD_LIMIT, BuildDemand, Estimate, LIMIT_BYTES, LIMIT_SECONDS, Purpose};
 pub use lattice::{Lattice, LatticeAxis};
-pub(crate) use leaves::pick;
-pub use leaves::{BandReading, LEAVES_MET_MAX, LeafAxis, Leaves, OrderChoice};
-pub use lookup::{BANDS, Density, HEADER, KernelKind, NodeCurve, SpectralTable};
+pub use lookup::{HEADER, KernelKind, NodeCurve, SpectralTable};
+pub use packed::{Format, PackedLayout, PackedTable, TableView};
+pub use progress::Progress;
 pub use spectrum::{Model, Spectrum, Tiling};
 pub(crate) use spectrum::{lag_grid, taper};
 

@@ -20,6 +20,16 @@ pub enum Model {
     Patch,
 }
 
+impl Model {
+    /// How node values combine.
+    pub(super) fn kernel(self) -> KernelKind {
+        match self {
+            Self::Ensemble => KernelKind::Power,
+            Self::Patch => KernelKind::Amplitude,
+        }
+    }
+}
+
 /// Whether the tile repeats (model.md §2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -63,18 +73,8 @@ impl Spectrum {
         tolerance: f64,
     ) -> Self {
         let (nx, ny) = field.size();
-        let (lx, ly) = field.extent_um();
-        // The power spectrum of the ensemble transforms autocorrelation times window autocorrelation, exp(−τ²/4s²).
-        let (window_um, support) = match model {
-            Model::Ensemble => (2f64.sqrt() * coherence_s_um, 0.6),
-            Model::Patch => (coherence_s_um, 0.5),
-        };
-        let is_grating = nx == 1 || ny == 1;
-        let axis = |pixels, pixel_um, extent_um: f64| {
-            let support_um = (tiling == Tiling::Aperiodic).then_some(support * extent_um);
-            AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max, is_grating }.plan()
-        };
-        let lattice = Lattice { x: axis(nx, field.dx_um(), lx), y: axis(ny, field.dy_um(), ly) };
+        let pixel_um = (field.dx_um(), field.dy_um());
+        let lattice = plan_lattice((nx, ny), pixel_um, model, tiling, coherence_s_um, frequency_max, tolerance);
         let tapers = (tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny)));
         let lag_grid = if tapers.is_some() { lag_grid(nx, ny) } else { (nx, ny) };
         let total = match (&tapers, model) {
@@ -115,10 +115,7 @@ impl Spectrum {
 
     /// How node values combine.
     pub fn kernel(&self) -> KernelKind {
-        match self.model {
-            Model::Ensemble => KernelKind::Power,
-            Model::Patch => KernelKind::Amplitude,
-        }
+        self.model.kernel()
     }
 
     /// The factor `norm` of the table's formula, in µm².
@@ -257,6 +254,29 @@ impl Spectrum {
             })
             .collect()
     }
+}
+
+/// The lattice that [`Spectrum::new`] takes, told from sizes alone.
+pub(super) fn plan_lattice(
+    (nx, ny): (usize, usize),
+    (dx_um, dy_um): (f64, f64),
+    model: Model,
+    tiling: Tiling,
+    coherence_s_um: f64,
+    frequency_max: f64,
+    tolerance: f64,
+) -> Lattice {
+    // The power spectrum of the ensemble transforms autocorrelation times window autocorrelation, exp(−τ²/4s²).
+    let (window_um, support) = match model {
+        Model::Ensemble => (2f64.sqrt() * coherence_s_um, 0.6),
+        Model::Patch => (coherence_s_um, 0.5),
+    };
+    let is_grating = nx == 1 || ny == 1;
+    let axis = |pixels: usize, pixel_um: f64| {
+        let support_um = (tiling == Tiling::Aperiodic).then_some(support * (pixels as f64 * pixel_um));
+        AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max, is_grating }.plan()
+    };
+    Lattice { x: axis(nx, dx_um), y: axis(ny, dy_um) }
 }
 
 /// Size of the grid on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.

@@ -47,12 +47,11 @@ impl Candidate {
     pub fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
         match &self.evaluator {
             Evaluator::Colour(method) => method.response(pair.sum()).map(|channel| factor * f64::from(channel)),
-            Evaluator::Steps(surface, sum) => {
-                surface.pair(pair.wi, pair.wo).map_or([0.0; 3], |pair| sum.rgb_of(|nm| pair.f(nm)))
-            }
+            Evaluator::Steps(surface, sum) => sum.rgb_of(|nm| surface.f(pair.wi, pair.wo, nm)),
             Evaluator::Adaptive(surface) => {
-                let [r, g, b, _] = surface.eval_pdf_integrated(pair.wi, pair.wo).rgb_y;
-                [r, g, b]
+                // Wavelengths at which nothing is red or blue make those weights negative.
+                let [r, g, b, _] = surface.integrated(pair.wi, pair.wo);
+                [r, g, b].map(|channel| channel.max(0.0))
             }
         }
     }
@@ -279,6 +278,7 @@ impl Builder<'_> {
                 tiling: self.options.tiling,
                 tolerance,
                 resolution,
+                build_limit: self.options.build_limit,
             };
             let made = ColourTable::build(self.field, &options).map_err(|source| BenchError::Method {
                 candidate: format!("colour table {options:?}"),

@@ -129,6 +129,7 @@ fn drawn(random: &mut Random) -> Result<Drawn, HeightFieldError> {
         conserve_energy: coin(),
         shadowing: coin(),
         tolerance,
+        build_limit: 1.0,
     };
     Ok(Drawn { field, options })
 }

@@ -172,7 +172,7 @@ fn locate_index(pixel: vec2<u32>) -> u32 {
 }
 
 fn locate_packed(pixel: vec2<u32>) -> u32 {
-    return pixel.y << 16u | pixel.x;
+    return (pixel.y << 16u) | pixel.x;
 }
 
 fn locate_unpacked(packed: u32) -> vec2<u32> {
@@ -249,7 +249,7 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     var to_skin = atomicAdd(&lists.skin, skins);
     var to_bare = locate_area() - atomicAdd(&lists.bare, count - skins);
     for (var i = 0u; i < count; i++) {
-        let is_skin = (skin >> i & 1u) != 0u;
+        let is_skin = ((skin >> i) & 1u) != 0u;
         to_bare -= u32(!is_skin);
         lists.entries[select(to_bare, to_skin, is_skin)] = locate_packed(vec2<u32>(column + i, row));
         to_skin += u32(is_skin);

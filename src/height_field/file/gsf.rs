@@ -1,5 +1,6 @@
 //! Gwyddion simple field: a text header, NUL padding to a multiple of four, 32-bit little-endian floats.
 
+use super::raw::known;
 use super::units::micrometres;
 use super::{Parsed, Raw, Values, channel};
 use crate::height_field::HeightField;
@@ -50,7 +51,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let height_unit = unit("ZUnits")?;
     let factor = height_unit.unwrap_or(1.0);
     let values: Vec<f64> =
-        data.chunks_exact(4).map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])) * factor).collect();
+        data.chunks_exact(4).map(|b| known(f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))) * factor).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let meaning = if height_unit.is_some() { Values::Micrometres } else { Values::Unknown };
     Ok(Raw { values, top_down: true, pixel_um, meaning, channel: None })

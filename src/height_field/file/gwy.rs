@@ -6,6 +6,7 @@
 
 use super::bytes::{Bytes, Number, data_length};
 use super::channel::{self, Channel};
+use super::raw::known;
 use super::units::micrometres;
 use super::{Parsed, Raw, Values};
 use ndarray::Array2;
@@ -179,7 +180,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (field, mask) = &fields[at];
     let (nx, ny) = field.size;
     let factor = micrometres(&field.unit_z)?;
-    let mut values: Vec<f64> = Number::F64.decode(field.data).iter().map(|value| value * factor).collect();
+    let mut values: Vec<f64> = Number::F64.decode(field.data).iter().map(|value| known(*value) * factor).collect();
     if let Some(mask) = mask {
         let mask = DataField::read(*mask)?;
         if mask.size != field.size {

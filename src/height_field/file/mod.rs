@@ -129,7 +129,7 @@ impl HeightField {
     ///
     /// # Errors
     /// A file that cannot be read, has an unknown extension, is truncated or not of its format; a scale that is missing,
-    /// out of range, or contradicts the file's own; a point without a finite height.
+    /// out of range, or contradicts the file's own; a point without a height: NaN, infinite, or from ±1e30 on.
     pub fn read(path: impl AsRef<Path>, scale: &FileScale) -> Result<Self, HeightFieldError> {
         let options = ReadOptions { scale: *scale, ..Default::default() };
         Ok(Self::read_with(path, &options)?.field)

@@ -19,6 +19,15 @@ pub(super) enum Values {
     Unknown,
 }
 
+/// Numbers from here on are no heights in any unit: programs write them where an instrument measured nothing.
+const NO_HEIGHT: f64 = 1e30;
+
+/// A number as a file holds it; NaN where it says that there is no height.
+pub(super) fn known(stored: f64) -> f64 {
+    // Written so that infinities and NaN are none either.
+    if stored.abs() < NO_HEIGHT { stored } else { f64::NAN }
+}
+
 /// A file as it is, in the order of its rows. NaN says that there is no height, whatever the format says it with.
 pub(super) struct Raw {
     pub values: Array2<f64>,
@@ -52,9 +61,8 @@ impl Raw {
 
     /// The height field, scaled, filled, and with its first row at the bottom.
     pub fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
-        if let Some(((row, column), &value)) = self.values.indexed_iter().find(|(_, v)| v.is_infinite()) {
-            return Err(HeightFieldError::NotFiniteInFile { path: path.to_owned(), row, column, value });
-        }
+        // Parsers that scale numbers have looked at them before; what a scale made too large is no height either.
+        self.values.mapv_inplace(known);
         let mut missing = self.values.indexed_iter().filter(|(_, v)| v.is_nan()).map(|(at, _)| at);
         let first = missing.next();
         let filled = first.map_or(0, |_| 1 + missing.count());

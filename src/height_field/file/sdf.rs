@@ -5,6 +5,7 @@
 //! by the largest number.
 
 use super::bytes::{Bytes, Number, data_length};
+use super::raw::known;
 use super::{Parsed, Raw, Values, channel};
 use ndarray::Array2;
 use std::collections::HashMap;
@@ -45,7 +46,7 @@ impl Header {
             Number::F32 => (f64::from(f32::MIN), BCR_LARGEST.0),
             Number::F64 => (f64::MIN, BCR_LARGEST.1),
         };
-        value.is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
+        known(value).is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
     }
 
     fn raw(self, stored: Vec<f64>) -> Parsed {

@@ -1,6 +1,7 @@
 //! TIFF: grey pages of 8, 16 or 32 bits, or floats.
 
 use super::channel::{self, Channel};
+use super::raw::known;
 use super::units::micrometres;
 use super::{Parsed, Raw, Values};
 use ndarray::Array2;
@@ -86,6 +87,18 @@ fn pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result<Opti
     Ok(is_measure.then(|| (1e6 / (x * per_metre), 1e6 / (y * per_metre))))
 }
 
+/// The number that stands for no height, in the tag that geographers use.
+fn no_data(pages: &mut Pages, length: usize) -> Option<f64> {
+    let entry = pages.image_ifd().find_entry(Tag::GdalNodata)?;
+    if entry.count() > length as u64 {
+        return None;
+    }
+    match pages.find_tag(Tag::GdalNodata).ok()?? {
+        Value::Ascii(text) => text.trim().trim_end_matches('\0').parse().ok(),
+        _ => None,
+    }
+}
+
 /// Goes to the page that is wanted, by number from 0.
 fn turn(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
     let Some(wanted) = wanted else { return Ok(None) };
@@ -128,6 +141,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     };
     let description = Description::of(&mut pages, bytes.len());
     let pixel_um = pixel_um(&mut pages, description.as_ref())?;
+    let no_data = no_data(&mut pages, bytes.len());
     // A negative of a picture, not heights.
     if integer(&mut pages, Tag::PhotometricInterpretation)? == Some(0) {
         return Err("its white is zero; black has to be".to_owned());
@@ -142,6 +156,10 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
             return Err("its samples are signed integers or half floats; unsigned ones or floats are needed".to_owned());
         }
     };
+    let single = matches!(colour, ColorType::Gray(32)) && full.is_none();
+    // As a 32-bit float holds it, where the heights are such.
+    let no_data = no_data.map(|value| if single { f64::from(value as f32) } else { value });
+    let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { known(value) }).collect();
     let size = (height as usize, width as usize);
     let mut values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
     let meaning = match (description.and_then(|description| description.heights()), full) {

@@ -5,6 +5,7 @@
 
 use super::bytes::{Number, data_length};
 use super::channel::{self, Channel};
+use super::raw::known;
 use super::{Parsed, Raw, Values};
 use ndarray::Array2;
 use roxmltree::{Document, Node};
@@ -115,7 +116,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     // One bit a point, the lowest of each byte first.
     let is_valid = |at: usize| valid.as_ref().is_none_or(|bits| bits[at / 8] >> (at % 8) & 1 == 1);
     let heights = (first..first + points)
-        .map(|at| if is_valid(at) { (stored[at] * scale_m + offset_m) * UM_PER_M } else { f64::NAN });
+        .map(|at| if is_valid(at) { (known(stored[at]) * scale_m + offset_m) * UM_PER_M } else { f64::NAN });
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     Ok(Raw {
         values,

@@ -9,17 +9,18 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Cells along a side and planes of wavelength, and places in a sum up to which each grid is used.
-const GRIDS: [(u32, u32, usize); 4] = [(48, 16, 400), (32, 12, 1500), (24, 10, 12_000), (16, 6, usize::MAX)];
-/// Places between the nodes of every cell that are looked at.
-const SAMPLES: usize = 3;
+const GRIDS: [(u32, u32, usize); 4] = [(48, 12, 400), (32, 10, 1500), (24, 8, 6000), (12, 5, usize::MAX)];
+/// Directions between the nodes of every cell that are looked at, and of those about the horizon, beyond this radius of the disc: there
+/// narrow orders make ridges that their own direction does not take away, since both directions are grazing.
+const SAMPLES: usize = 2;
+const RIM_SAMPLES: usize = 4;
+const RIM_RADIUS: f64 = 0.6;
+/// Times what is lacking at a place by which its nodes are raised: more may be lacking beside it.
+const OVERSHOOT: f64 = 1.5;
 /// Albedo up to which nothing is divided: quadrature is good to about this.
 pub(super) const ALBEDO_MAX: f64 = 1.0003;
 /// Steps towards the least divisor, each of which is one.
 const STEPS: usize = 6;
-/// Widest node, as a standard deviation in direction cosines at the longest wavelength, of which no part is reflected from
-/// beside the mirror direction at grazing, where the excess would grow as 1/cos²θ.
-const GRAZING_SIGMA: f64 = 0.02;
-
 /// How much the division changes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoReport {
@@ -58,13 +59,11 @@ impl AlbedoTable {
 pub(super) fn layout(gathered: &Gathered) -> AlbedoLayout {
     let places = gathered.places();
     let (cells, planes, _) = GRIDS.into_iter().find(|grid| places <= grid.2).unwrap_or(GRIDS[GRIDS.len() - 1]);
-    let wide = 1e-3 * WAVELENGTH_MAX_NM * gathered.sigma_f() > GRAZING_SIGMA;
     AlbedoLayout {
         cells,
         planes,
         wavelength_min_nm: WAVELENGTH_MIN_NM as f32,
         planes_per_nm: ((f64::from(planes) - 1.0) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM)) as f32,
-        horizon: if wide { 0.0 } else { 1.0 },
     }
 }
 
@@ -107,7 +106,7 @@ impl Nodes {
                 return 0.0;
             }
             let nm = layout.wavelength_nm((i / in_plane) as f64);
-            ((least(gathered, known, wi, nm) - 1.0) * layout.cosines(wi[2])) as f32
+            ((least(gathered, known, wi, nm) - 1.0) * wi[2] * wi[2]) as f32
         };
         let count = in_plane * layout.planes as usize;
         Self { layout, values: (0..count).into_par_iter().map(value).collect() }
@@ -126,20 +125,23 @@ impl Nodes {
     /// Raises nodes until nothing at the places looked at between them lies below what [`least`] asks for.
     fn raise(&mut self, gathered: &Gathered, known: &AlbedoTable) {
         let (cells, planes) = (self.layout.cells as usize, self.layout.planes as usize);
-        let count = cells * cells * (planes - 1) * SAMPLES;
         let nodes = &*self;
-        let asked: Vec<_> = (0..count)
+        let asked: Vec<_> = (0..cells * cells * (planes - 1) * RIM_SAMPLES)
             .into_par_iter()
-            .filter_map(|i| {
-                let cell = [i / SAMPLES % cells, i / SAMPLES / cells % cells, i / SAMPLES / cells / cells];
+            .flat_map_iter(|i| {
+                let (cell, k) = (i / RIM_SAMPLES, i % RIM_SAMPLES);
+                let cell = [cell % cells, cell / cells % cells, cell / cells / cells];
                 let inside = scattered(i);
                 let (wi, radius) = nodes.layout.direction([0, 1].map(|c| cell[c] as f64 + inside[c]));
-                if radius >= 1.0 {
-                    return None;
-                }
-                let nm = nodes.layout.wavelength_nm(cell[2] as f64 + inside[2]);
-                let asked = (least(gathered, Some(known), wi, nm) - 1.0) * nodes.layout.cosines(wi[2]);
-                (asked > 0.0).then(|| (nodes.corners(cell, inside), asked))
+                let looked_at = radius < 1.0 && (k < SAMPLES || radius > RIM_RADIUS && gathered.has_ridges());
+                let [low, at, high] = [0.0, inside[2], 1.0].map(|t| nodes.layout.wavelength_nm(cell[2] as f64 + t));
+                let grazing = if looked_at { gathered.grazing_wavelengths(wi, [low, high]) } else { Vec::new() };
+                let wavelengths = grazing.into_iter().chain(looked_at.then_some(at));
+                let place = move |nm: f64| {
+                    let asked = (least(gathered, Some(known), wi, nm) - 1.0) * wi[2] * wi[2];
+                    (nodes.corners(cell, [inside[0], inside[1], (nm - low) / (high - low)]), asked)
+                };
+                wavelengths.map(place).filter(|(_, asked)| *asked > 0.0).collect::<Vec<_>>()
             })
             .collect();
         raise(&mut self.values, asked);
@@ -156,15 +158,15 @@ impl Nodes {
     }
 }
 
-/// Raises nodes by the least that brings every place up to what is asked there: places as nodes with their weights.
+/// Raises nodes so that every place has at least what is asked there: places as nodes with their weights.
 pub(super) fn raise<const K: usize>(values: &mut [f32], asked: impl IntoIterator<Item = ([(usize, f64); K], f64)>) {
     let mut most = vec![0f32; values.len()];
     for (corners, asked) in asked {
         let have: f64 = corners.iter().map(|&(node, weight)| weight * f64::from(values[node])).sum();
         let squares: f64 = corners.iter().map(|corner| corner.1 * corner.1).sum();
         for (node, weight) in corners {
-            // Times their weights these sum to what is lacking.
-            most[node] = most[node].max(((asked - have) * weight / squares) as f32);
+            // Times their weights these sum to what is lacking, times the overshoot.
+            most[node] = most[node].max((OVERSHOOT * (asked - have) * weight / squares) as f32);
         }
     }
     values.iter_mut().zip(most).for_each(|(value, by)| *value += by);
@@ -174,12 +176,11 @@ pub(super) fn raise<const K: usize>(values: &mut [f32], asked: impl IntoIterator
 fn mean(gathered: &Gathered, layout: &AlbedoLayout, built: Option<&AlbedoTable>) -> [f64; 2] {
     let (side, in_plane) = (layout.side(), layout.in_plane());
     let at = |i: usize| {
-        // Every other node of every other plane.
         let (wi, radius) = layout.direction([(i % side) as f64, (i % in_plane / side) as f64]);
         if radius >= 1.0 || i % 2 == 1 || i / in_plane % 2 == 1 {
             return [0.0; 3];
         }
-        // Solid angle of a node, up to a constant, times cosθ.
+        // Every other node of every other plane. Solid angle of a node, up to a constant, times cosθ.
         let weight = wi[2].powf(1.5);
         let (mut before, mut after) = (0.0, 0.0);
         let nm = layout.wavelength_nm((i / in_plane) as f64);
@@ -208,7 +209,7 @@ fn report(unscaled: &Nodes, mean: [f64; 2]) -> AlbedoReport {
     let side = layout.side();
     let steep = unscaled.values.iter().enumerate().filter_map(|(i, &value)| {
         let (wi, _) = layout.direction([(i % side) as f64, (i % layout.in_plane() / side) as f64]);
-        (wi[2] > COS_85_DEGREES).then(|| 1.0 + f64::from(value) / layout.cosines(wi[2]))
+        (wi[2] > COS_85_DEGREES).then(|| 1.0 + f64::from(value) / (wi[2] * wi[2]))
     });
     AlbedoReport {
         albedo_max_unscaled: steep.fold(1.0, f64::max),

@@ -6,9 +6,9 @@ use super::grid::{Place, place};
 use super::{AlbedoLayout, bf16_above};
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
+use crate::reflectance::Vec3;
 use crate::reflectance::integrated::WavelengthWeights;
 use crate::reflectance::surface::Options;
-use crate::reflectance::Vec3;
 use crate::table::{KernelKind, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -44,7 +44,7 @@ impl ColourAlbedoTable {
         let (side, cells) = (layout.side(), layout.cells as usize);
         let node = |i: usize| {
             let (wi, radius) = layout.direction([(i % side) as f64, (i / side) as f64]);
-            if layout.is_beyond(radius) { [0.0; BANDS] } else { excesses(&gathered, &layout, wi) }
+            if layout.is_beyond(radius) { [0.0; BANDS] } else { excesses(&gathered, wi) }
         };
         let nodes: Vec<[f64; BANDS]> = (0..layout.in_plane()).into_par_iter().map(node).collect();
         let mut values: [Vec<f32>; BANDS] = std::array::from_fn(|band| nodes.iter().map(|v| v[band] as f32).collect());
@@ -57,7 +57,8 @@ impl ColourAlbedoTable {
                 let (wi, radius) = layout.direction([x as f64 + tx, y as f64 + ty]);
                 let weights = [(1.0 - tx) * (1.0 - ty), tx * (1.0 - ty), (1.0 - tx) * ty, tx * ty];
                 let nodes = corners(x, y);
-                (radius < 1.0).then(|| (std::array::from_fn::<_, 4, _>(|k| (nodes[k], weights[k])), excesses(&gathered, &layout, wi)))
+                (radius < 1.0)
+                    .then(|| (std::array::from_fn::<_, 4, _>(|k| (nodes[k], weights[k])), excesses(&gathered, wi)))
             })
             .collect();
         for (band, values) in values.iter_mut().enumerate() {
@@ -104,8 +105,8 @@ impl ColourAlbedoTable {
     }
 }
 
-/// `(A − 1)` of every band times the layout's cosines, never negative.
-fn excesses(gathered: &Gathered, layout: &AlbedoLayout, wi: Vec3) -> [f64; BANDS] {
+/// `(A − 1)` of every band times cos²θ, never negative.
+fn excesses(gathered: &Gathered, wi: Vec3) -> [f64; BANDS] {
     let step = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / WAVELENGTHS as f64;
     let (mut albedo, mut total) = ([0.0; BANDS], [0.0; BANDS]);
     for k in 0..WAVELENGTHS {
@@ -120,7 +121,7 @@ fn excesses(gathered: &Gathered, layout: &AlbedoLayout, wi: Vec3) -> [f64; BANDS
     }
     std::array::from_fn(|band| {
         let albedo = albedo[band] / total[band];
-        if albedo > super::build::ALBEDO_MAX { (albedo - 1.0) * layout.cosines(wi[2]) } else { 0.0 }
+        if albedo > super::build::ALBEDO_MAX { (albedo - 1.0) * wi[2] * wi[2] } else { 0.0 }
     })
 }
 
@@ -136,7 +137,7 @@ impl<N: Numbers> ColourAlbedoView<N> {
     /// `1/max(1, A(wi), A(wo))` of red, green and blue, for directions of unit length above the surface.
     #[inline(always)]
     pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; BANDS] {
-        let [i, o] = [wi, wo].map(|w| self.excess(&place(self.layout.cells, self.layout.horizon, w), active));
+        let [i, o] = [wi, wo].map(|w| self.excess(&place(self.layout.cells, w), active));
         std::array::from_fn(|band| N::Real::lit(1.0) / (N::Real::lit(1.0) + i[band].max(o[band])))
     }
 
@@ -148,7 +149,7 @@ impl<N: Numbers> ColourAlbedoView<N> {
         let rows = [[low[0], low[1]], [low[2], low[3]], [high[0], high[1]]];
         rows.map(|rows| {
             let [near, far] = rows.map(|[left, right]| lerp(left, right, place.x));
-            lerp(near, far, place.y) * place.per_cosine
+            lerp(near, far, place.y) * place.per_squared_cosine
         })
     }
 }

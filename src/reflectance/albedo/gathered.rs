@@ -21,6 +21,11 @@ const PANEL_SIGMAS: f64 = 18.0;
 /// Standard deviations out to which a node wider than the spacing is spread over the grid.
 const SPREAD: f64 = 4.0;
 
+/// Cosine of an incidence below which orders are integrated finely: the obliquity factor then changes within them.
+const FINE_COSINE: f64 = 0.1;
+/// Standard deviations inside the horizon where the mean of `max(0, 1 − ρ)^(−½)` over a Gaussian is largest.
+const INSIDE: f64 = 0.77;
+
 /// See the module.
 pub(super) struct Gathered<'a> {
     table: &'a SpectralTable,
@@ -48,11 +53,8 @@ impl<'a> Gathered<'a> {
             false => 0,
         };
         let at = |jx: i64, jy: i64| [jx as f64 / x.period_um, jy as f64 / y.period_um];
-        let single = |&(jx, jy, record): &(i64, i64, &[f32])| Lobe {
-            f: at(jx, jy),
-            sigma_f: sigma,
-            record: record.to_vec(),
-        };
+        let single =
+            |&(jx, jy, record): &(i64, i64, &[f32])| Lobe { f: at(jx, jy), sigma_f: sigma, record: record.to_vec() };
         let singles = nodes[..count].iter().map(single).collect();
         let rest: Vec<_> = nodes[count..].iter().map(|&(jx, jy, record)| (at(jx, jy), record)).collect();
         let grid = (!rest.is_empty()).then(|| PowerGrid::new(&rest, sigma));
@@ -60,10 +62,30 @@ impl<'a> Gathered<'a> {
         Self { table, options, singles, grid, range_um: 2.0 / table.kappa_knee() }
     }
 
-    /// Widest standard deviation of a node in cycles/µm.
-    pub fn sigma_f(&self) -> f64 {
-        let (x, y) = (&self.table.lattice().x, &self.table.lattice().y);
-        (x.sigma / x.period_um).max(y.sigma / y.period_um)
+    /// Wavelengths in nm, between two, at which light from `wi` leaves just above the horizon in one of the stronger narrow orders: there its
+    /// mean of 1/cosθo peaks, and with it the albedo.
+    pub fn grazing_wavelengths(&self, wi: Vec3, [low_nm, high_nm]: [f64; 2]) -> Vec<f64> {
+        let middle_um = 0.5e-3 * (low_nm + high_nm);
+        let mut found = Vec::new();
+        for lobe in self.singles.iter().take(SINGLES) {
+            let [fx, fy] = lobe.f;
+            let sigma = middle_um * lobe.sigma_f[0].max(lobe.sigma_f[1]);
+            let (a, b) = (fx * fx + fy * fy, fx * wi[0] + fy * wi[1]);
+            let radius = 1.0 - INSIDE * sigma;
+            // |λf − wi| = radius along the surface.
+            let discriminant = b * b - a * (wi[0] * wi[0] + wi[1] * wi[1] - radius * radius);
+            if a > 0.0 && discriminant >= 0.0 {
+                let root = discriminant.sqrt();
+                let both = [1e3 * (b - root) / a, 1e3 * (b + root) / a];
+                found.extend(both.into_iter().filter(|nm| (low_nm..=high_nm).contains(nm)));
+            }
+        }
+        found
+    }
+
+    /// Whether there are narrow orders, which make ridges of the albedo where they leave along the surface.
+    pub fn has_ridges(&self) -> bool {
+        !self.singles.is_empty()
     }
 
     /// About how many places [`Gathered::visit`] takes, at most.
@@ -88,7 +110,7 @@ impl<'a> Gathered<'a> {
         let phase = TAU / wavelength_um * self.range_um;
         let setting = Setting { wi, wavelength_um, known, phase, cut: false };
         for lobe in &self.singles {
-            lobe.integrate(&setting, false, |wo, area| {
+            lobe.integrate(&setting, wi[2] < FINE_COSINE, |wo, area| {
                 if let Some(pair) = Pair::new(wi, wo) {
                     let curve = NodeCurve::new(self.table, pair.kappa(wavelength_um));
                     visit(wo, area * curve.power(&lobe.record) * self.options.angular_factor(&pair));
@@ -151,9 +173,8 @@ impl PowerGrid {
             (at as usize, at.fract())
         });
         let columns = 2 * self.reach[0] + 1;
-        let value = |dx: usize, dy: usize| {
-            curve.power(&self.records[((iy + dy) * columns + ix + dx) * self.len..][..self.len])
-        };
+        let value =
+            |dx: usize, dy: usize| curve.power(&self.records[((iy + dy) * columns + ix + dx) * self.len..][..self.len]);
         let row = |dy: usize| (1.0 - tx) * value(0, dy) + tx * value(1, dy);
         ((1.0 - ty) * row(0) + ty * row(1)).max(0.0)
     }

@@ -19,13 +19,13 @@ pub(crate) struct Place<N: Numbers> {
     /// Fractions towards the next node along x and y.
     pub x: N::Real,
     pub y: N::Real,
-    /// Reciprocal of what the tabulated excess was multiplied by.
-    pub per_cosine: N::Real,
+    /// 1/cos²θ, which the tabulated excess is multiplied by.
+    pub per_squared_cosine: N::Real,
 }
 
 /// Where in a grid of `cells` along a side a direction of unit length lies.
 #[inline(always)]
-pub(super) fn place<N: Numbers>(cells: u32, horizon: f32, w: [N::Real; 3]) -> Place<N> {
+pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> Place<N> {
     let lit = |value: f64| N::Real::lit(value);
     let cos = w[2].clip(lit(COSINE_MIN), lit(1.0));
     let scale = lit(1.0) / ((lit(1.0) + cos.sqrt()) * (lit(1.0) + cos)).sqrt();
@@ -36,9 +36,8 @@ pub(super) fn place<N: Numbers>(cells: u32, horizon: f32, w: [N::Real; 3]) -> Pl
         (N::index(cell), at - cell)
     };
     let ((ix, x), (iy, y)) = (along(w[0]), along(w[1]));
-    let horizon = f64::from(horizon);
-    let per_cosine = lit(1.0) / (cos * cos.fma(lit(1.0 - horizon), lit(horizon)));
-    Place { cell: iy * N::Index::lit(cells) + ix, x, y, per_cosine }
+    let per_squared_cosine = lit(1.0) / (cos * cos);
+    Place { cell: iy * N::Index::lit(cells) + ix, x, y, per_squared_cosine }
 }
 
 impl AlbedoLayout {
@@ -70,11 +69,5 @@ impl AlbedoLayout {
     /// Wavelength in nm at a place in planes.
     pub(super) fn wavelength_nm(&self, plane: f64) -> f64 {
         f64::from(self.wavelength_min_nm) + plane / f64::from(self.planes_per_nm)
-    }
-
-    /// What the excess at a cosine is multiplied by.
-    pub(super) fn cosines(&self, cos: f64) -> f64 {
-        let horizon = f64::from(self.horizon);
-        cos * (horizon + (1.0 - horizon) * cos)
     }
 }

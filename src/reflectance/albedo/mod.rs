@@ -43,14 +43,12 @@ pub struct AlbedoLayout {
     /// Wavelength of the first plane in nm, and planes per nm.
     pub wavelength_min_nm: f32,
     pub planes_per_nm: f32,
-    /// 1 where the excess of the albedo grows as 1/cosθ towards the horizon, 0 where as 1/cos²θ (see [`AlbedoTable`]).
-    pub horizon: f32,
 }
 
 /// The divisor of the reflectance as a table.
 ///
-/// A node holds `E = (A − 1)·cosθ·(h + (1 − h)·cosθ)`, with `h` the layout's `horizon`: zero where nothing is to be divided, and finite at
-/// the horizon, where `A` has a pole. A cell is a packet of four words, so that one read serves a look-up: the corners
+/// A node holds `(A − 1)·cos²θ`: zero where nothing is to be divided, and finite at the horizon, where `A` has a pole (of the first order if
+/// nodes are narrow, of the second where they are wider than cosθ). A cell is a packet of four words, so that one read serves a look-up: the corners
 /// (x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1) of its lower plane of wavelength and then of its upper, each the upper half of a number of
 /// single precision, rounded up.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -88,7 +86,7 @@ impl AlbedoTable {
         AlbedoView { layout: self.layout, words: &self.words }
     }
 
-    /// `1/max(1, A(wi), A(wo))` in double precision; 1 for directions at the normal if nothing is divided there. The wavelength is in nm.
+    /// `1/max(1, A(wi), A(wo))` in double precision, the wavelength in nm.
     pub fn factor(&self, wi: super::Vec3, wo: super::Vec3, wavelength_nm: f64) -> f64 {
         self.view::<f64>().factor(wi, wo, wavelength_nm, true)
     }
@@ -125,7 +123,7 @@ impl<N: Numbers> AlbedoView<N> {
     /// Where in the grid a direction lies.
     #[inline(always)]
     pub(crate) fn place(&self, w: [N::Real; 3]) -> Place<N> {
-        place(self.layout.cells, self.layout.horizon, w)
+        place(self.layout.cells, w)
     }
 
     /// `A − 1`.
@@ -143,7 +141,7 @@ impl<N: Numbers> AlbedoView<N> {
             let [near, far] = [0, 1].map(|row| lerp(corners[first + row][0], corners[first + row][1], place.x));
             lerp(near, far, place.y)
         });
-        lerp(low, high, l - plane) * place.per_cosine
+        lerp(low, high, l - plane) * place.per_squared_cosine
     }
 }
 

@@ -251,3 +251,73 @@ fn scans_are_the_same_as_picture_and_as_field() {
         assert!(largest_difference(&picture, &field) < 2.0 * FLOAT_UM, "{name}");
     }
 }
+
+/// Reads with a film over holes: where they were, in the field's own rows, and how many the refusal counts without.
+fn holes_of(path: &std::path::Path, scale: FileScale) -> usize {
+    let refused = HeightField::read(path, &scale).unwrap_err().to_string();
+    let options = ReadOptions { scale, fill: Fill::Laplace, ..Default::default() };
+    let read = HeightField::read_with(path, &options).unwrap();
+    assert!(refused.contains(&format!("{} of {} points", read.filled, read.field.heights_um().len())), "{refused}");
+    assert!(
+        read.field.heights_um().iter().all(|h| h.abs() < 10.0),
+        "{}: {:?}",
+        path.display(),
+        read.field.heights_um()
+    );
+    read.filled
+}
+
+#[test]
+fn numbers_that_no_instrument_measures_are_holes() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut heights = sample().heights_um().clone();
+    for (place, nothing) in [([0, 0], 1e38), ([2, 3], -3.4e38), ([4, 6], 1.1e30)] {
+        heights[place] = nothing;
+    }
+    let field = HeightField::new(heights, 0.065, 0.11).unwrap();
+    for (name, scale) in [("a.exr", NO_SCALE), ("a.npy", scale(0.065, None))] {
+        let path = folder.path().join(name);
+        field.write(&path).unwrap();
+        assert_eq!(holes_of(&path, scale), 3, "{name}");
+    }
+    for text in ["1 2\n3 1e38\n", "1 -inf\n3 4\n", "1 2\n1e30 4\n", "1 2\n-1.70141e38 4\n", "1 1e999\n2 3\n"] {
+        let (_folder, path) = in_folder("a.txt", text.as_bytes());
+        assert_eq!(holes_of(&path, scale(0.1, None)), 1, "{text}");
+    }
+    let (_folder, path) = in_folder("a.xyz", samples::xyz().replace("0.125", "1e38").as_bytes());
+    assert_eq!(holes_of(&path, NO_SCALE), 2);
+    // Before the unit makes them smaller: 1e38 fm are 1e29 µm.
+    let mut gsf = gsf_of("fm", "um", "");
+    let end = gsf.len();
+    gsf[end - 4..].copy_from_slice(&1e38_f32.to_le_bytes());
+    let (_folder, path) = in_folder("a.gsf", &gsf);
+    assert_eq!(holes_of(&path, NO_SCALE), 1);
+    let values = [0.5, -0.25, 1.0, 1e35, 0.75, 0.25];
+    let container = samples::component("/0/data", b'o', &samples::data_field("um", "um", &values));
+    let gwy = [b"GWYP".to_vec(), samples::object("GwyContainer", &[container])].concat();
+    let (_folder, path) = in_folder("a.gwy", &gwy);
+    assert_eq!(holes_of(&path, NO_SCALE), 1);
+    let (_folder, path) = in_folder("a.sdf", samples::sdf_text("1e31").as_bytes());
+    assert_eq!(holes_of(&path, NO_SCALE), 1);
+}
+
+#[test]
+fn the_number_that_a_tiff_names_is_no_height() {
+    use ::tiff::encoder::{TiffEncoder, colortype};
+    use ::tiff::tags::Tag;
+    let mut grey = std::io::Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut grey).unwrap();
+    let mut page = encoder.new_image::<colortype::Gray16>(3, 2).unwrap();
+    page.encoder().write_tag(Tag::GdalNodata, "65535 ").unwrap();
+    page.write_data(&[0, 65535, 3, 65534, 65535, 6]).unwrap();
+    let (_folder, path) = in_folder("a.tif", grey.get_ref());
+    assert_eq!(holes_of(&path, scale(0.1, 0.4)), 2);
+    let mut floats = std::io::Cursor::new(Vec::new());
+    let mut encoder = TiffEncoder::new(&mut floats).unwrap();
+    let mut page = encoder.new_image::<colortype::Gray32Float>(3, 2).unwrap();
+    // Not a number that 32 bits hold exactly.
+    page.encoder().write_tag(Tag::GdalNodata, "-9999.9").unwrap();
+    page.write_data(&[0.1, -9999.9, 0.3, 0.4, 0.5, -9999.9]).unwrap();
+    let (_folder, path) = in_folder("b.tif", floats.get_ref());
+    assert_eq!(holes_of(&path, scale(0.1, None)), 2);
+}

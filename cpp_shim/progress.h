@@ -1,0 +1,11 @@
+// What Mitsuba's log is told while tables are built.
+#pragma once
+
+#include "rust/cxx.h"
+
+namespace sunbeam {
+
+/// Writes a line to Mitsuba's log at the level Info. Only for the thread that Mitsuba called the plugin from.
+void log_info(rust::Str line);
+
+} // namespace sunbeam

@@ -1,0 +1,44 @@
+"""The plot of times to an error."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+from .benchmark_scenes import REFERENCE
+from .time_to_error import VARIANTS
+
+COLOURS = dict(zip(VARIANTS, ("tab:blue", "tab:orange", "tab:cyan", "tab:red")))
+
+plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
+
+
+def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
+    """Seconds to the error on a logarithmic axis, a row for each scene and relief: filled for the diffraction, hollow
+    for Mitsuba's own material, one colour for each variant."""
+    rows = list(dict.fromkeys((c["scene"], w["name"]) for c in cells for w in c["ways"] if w["name"] != REFERENCE))
+    figure, ax = plt.subplots(figsize=(8, 0.7 * len(rows) + 1.4))
+    for cell in cells:
+        by_name = {way["name"]: way["seconds_to_error"] for way in cell["ways"]}
+        colour, place = COLOURS[cell["variant"]], 0.18 * (VARIANTS.index(cell["variant"]) - 1.5)
+        for name, seconds in by_name.items():
+            if name == REFERENCE:
+                continue
+            y = rows.index((cell["scene"], name)) + place
+            ax.plot([by_name[REFERENCE], seconds], [y, y], color=colour, lw=1, alpha=0.5)
+            ax.plot(by_name[REFERENCE], y, "o", color=colour, markerfacecolor="white", ms=5)
+            ax.plot(seconds, y, "o", color=colour, ms=5)
+    for variant, colour in COLOURS.items():
+        ax.plot([], [], "o", color=colour, label=variant)
+    ax.plot([], [], "o", color="grey", markerfacecolor="white", label=REFERENCE)
+    ax.set(xscale="log", xlabel=f"seconds to {aim:.0%} of noise, {side} × {side} pixels", ylim=(len(rows) - 0.5, -0.5))
+    ax.set_yticks(range(len(rows)), [f"{scene}, {name}" if scene != name else scene for scene, name in rows])
+    ax.grid(axis="x", alpha=0.3)
+    ax.legend(fontsize=8, frameon=False, loc="center left", bbox_to_anchor=(1, 0.5))
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)

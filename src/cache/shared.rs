@@ -1,0 +1,75 @@
+//! Values in use, so that what is asked for again is neither built nor held twice.
+
+use std::collections::HashMap;
+use std::hash::Hash;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+
+/// Values by key, held weakly: a value goes when the last that uses it does.
+pub struct Shared<K, T>(Mutex<Option<HashMap<K, Slot<T>>>>);
+
+type Slot<T> = Arc<Mutex<Weak<T>>>;
+
+impl<K: Eq + Hash, T> Shared<K, T> {
+    pub const fn new() -> Self {
+        Self(Mutex::new(None))
+    }
+
+    /// The value of `key`: the one in use, or what `make` gives. Whoever asks for it meanwhile waits.
+    ///
+    /// # Errors
+    /// As `make`.
+    pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
+        // A panic of `make` leaves nothing half done behind, so a poisoned lock is as good as another.
+        let slot = {
+            let mut slots = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            let slots = slots.get_or_insert_with(HashMap::new);
+            slots.retain(|_, slot| Arc::strong_count(slot) > 1 || slot.try_lock().is_ok_and(|s| s.strong_count() > 0));
+            Arc::clone(slots.entry(key).or_default())
+        };
+        let mut held = slot.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(value) = held.upgrade() {
+            return Ok(value);
+        }
+        let value = Arc::new(make()?);
+        *held = Arc::downgrade(&value);
+        Ok(value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    #[test]
+    fn values_in_use_are_shared_and_others_go() {
+        let shared = Shared::<u32, String>::new();
+        let get = |key| shared.get(key, || Ok::<_, Infallible>(format!("made for {key}"))).unwrap();
+        let (a, b, c) = (get(1), get(1), get(2));
+        assert!(Arc::ptr_eq(&a, &b) && !Arc::ptr_eq(&a, &c));
+        assert_eq!(*c, "made for 2");
+        let kept = || shared.0.lock().unwrap().as_ref().map_or(0, HashMap::len);
+        assert_eq!(kept(), 2);
+        drop((a, b));
+        assert_eq!(shared.get(2, || Err("not asked")).unwrap().as_str(), "made for 2");
+        assert_eq!(kept(), 1);
+        assert_eq!(shared.get(1, || Err("asked again")), Err("asked again"));
+        assert_eq!(*get(1), "made for 1");
+    }
+
+    #[test]
+    fn those_who_ask_at_once_get_one_value() {
+        let shared = Shared::<u32, u32>::new();
+        let made = Mutex::new(0);
+        let make = || {
+            std::thread::sleep(std::time::Duration::from_millis(20));
+            *made.lock().unwrap() += 1;
+            Ok::<_, Infallible>(7)
+        };
+        let values: Vec<_> = std::thread::scope(|scope| {
+            let asked: Vec<_> = (0..4).map(|_| scope.spawn(|| shared.get(0, make).unwrap())).collect();
+            asked.into_iter().map(|one| one.join().unwrap()).collect()
+        });
+        assert_eq!((values.len(), *made.lock().unwrap()), (4, 1));
+    }
+}

@@ -1,0 +1,126 @@
+//! The functions of Dr.Jit that tracing needs, as `cpp_shim/jit.h` gives them: indices in, indices out, nothing throws.
+//!
+//! cxx compiles both sides from the declarations here and in the header, so that a mismatch does not build. What a loop
+//! calls back is here too; a panic in it does not enter C++, but waits in [`Loop::panicked`] until C++ has left.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+pub use ffi::*;
+
+#[cxx::bridge(namespace = "sunbeam::jit")]
+mod ffi {
+    unsafe extern "C++" {
+        include!("jit.h");
+
+        fn retain(index: u32) -> u32;
+        fn release(index: u32);
+
+        fn constant_f32(backend: u32, value: f32) -> u32;
+        fn constant_f64(backend: u32, value: f64) -> u32;
+        fn constant_u32(backend: u32, value: u32) -> u32;
+        fn constant_bool(backend: u32, value: bool) -> u32;
+
+        fn add(a: u32, b: u32) -> u32;
+        fn sub(a: u32, b: u32) -> u32;
+        fn mul(a: u32, b: u32) -> u32;
+        fn div(a: u32, b: u32) -> u32;
+        fn min(a: u32, b: u32) -> u32;
+        fn max(a: u32, b: u32) -> u32;
+        fn fma(a: u32, b: u32, c: u32) -> u32;
+        fn neg(a: u32) -> u32;
+        fn abs(a: u32) -> u32;
+        fn sqrt(a: u32) -> u32;
+        fn floor(a: u32) -> u32;
+        fn ceil(a: u32) -> u32;
+        fn exp2(a: u32) -> u32;
+        fn log2(a: u32) -> u32;
+
+        fn lt(a: u32, b: u32) -> u32;
+        fn le(a: u32, b: u32) -> u32;
+        fn bit_and(a: u32, b: u32) -> u32;
+        fn bit_or(a: u32, b: u32) -> u32;
+        fn bit_not(a: u32) -> u32;
+        fn shl(a: u32, by: u32) -> u32;
+        fn shr(a: u32, by: u32) -> u32;
+        fn select(mask: u32, yes: u32, no: u32) -> u32;
+
+        fn to_f32(a: u32) -> u32;
+        fn to_f64(a: u32) -> u32;
+        fn to_u32(a: u32) -> u32;
+        fn f32_from_bits(a: u32) -> u32;
+
+        fn gather(source: u32, at: u32, mask: u32, indices: &mut [u32]);
+
+        /// # Safety
+        /// `name` ends with a zero and is never freed: kernels keep it.
+        unsafe fn run_loop<'a>(backend: u32, name: *const c_char, steps: &mut Loop<'a>) -> bool;
+
+        fn keep_error(message: &str);
+        fn take_error() -> String;
+    }
+
+    extern "Rust" {
+        type Loop<'a>;
+        /// Appends new references to the state's variables.
+        unsafe fn read<'a>(self: &Loop<'a>, indices: &mut Vec<u32>);
+        /// Replaces the state's variables by these, which are borrowed.
+        unsafe fn write<'a>(self: &mut Loop<'a>, indices: &[u32]);
+        /// The variable that says whether there is another step, borrowed; 0 if that failed.
+        unsafe fn condition<'a>(self: &mut Loop<'a>) -> u32;
+        /// Takes a step; false if that failed.
+        unsafe fn body<'a>(self: &mut Loop<'a>) -> bool;
+    }
+}
+
+/// What a loop does with its state.
+pub trait Steps {
+    fn read(&self, visit: &mut dyn FnMut(u32));
+    fn write(&mut self, indices: &[u32]);
+    fn condition(&mut self) -> u32;
+    fn step(&mut self);
+}
+
+/// A loop that C++ runs.
+pub struct Loop<'a> {
+    steps: &'a mut dyn Steps,
+    panic: Option<Box<dyn Any + Send>>,
+}
+
+impl<'a> Loop<'a> {
+    pub fn new(steps: &'a mut dyn Steps) -> Self {
+        Self { steps, panic: None }
+    }
+
+    /// The payload of a panic that ended the loop.
+    pub fn panicked(self) -> Option<Box<dyn Any + Send>> {
+        self.panic
+    }
+
+    fn read(&self, indices: &mut Vec<u32>) {
+        self.steps.read(&mut |index| indices.push(retain(index)));
+    }
+
+    fn write(&mut self, indices: &[u32]) {
+        self.steps.write(indices);
+    }
+
+    fn condition(&mut self) -> u32 {
+        self.caught(0, |steps| steps.condition())
+    }
+
+    fn body(&mut self) -> bool {
+        self.caught(false, |steps| {
+            steps.step();
+            true
+        })
+    }
+
+    fn caught<T>(&mut self, failed: T, call: impl FnOnce(&mut dyn Steps) -> T) -> T {
+        // After a panic the state is not used again: the loop ends, and the panic goes on.
+        catch_unwind(AssertUnwindSafe(|| call(self.steps))).unwrap_or_else(|payload| {
+            self.panic = Some(payload);
+            failed
+        })
+    }
+}

@@ -1,0 +1,17 @@
+//! What tests of tracing need beside `jit`.
+
+pub use ffi::*;
+
+#[cxx::bridge(namespace = "sunbeam::jit")]
+mod ffi {
+    unsafe extern "C++" {
+        include!("jit_tests.h");
+
+        fn llvm_backend() -> u32;
+        fn upload(backend: u32, words: &[u32]) -> u32;
+        fn download(index: u32, words: &mut [u32]) -> bool;
+        fn set_symbolic_loops(on: bool);
+        fn references(index: u32) -> u32;
+        fn all_variables() -> String;
+    }
+}

@@ -1,0 +1,292 @@
+//! Orders drawn one by one by what each of them reflects; for surfaces of few orders.
+//!
+//! The weight of the order `j` is `P_j(κ_j)·O·cosθi·cosθo/cosθo` in the direction of its middle, times the part of its Gaussian
+//! that is above the horizon. All orders that may propagate are gone through, by density and by sample.
+
+use crate::numeric::math::normal_quantile;
+use crate::numeric::{Index, Number, Numbers, Real};
+use crate::reflectance::Obliquity;
+use crate::table::{KernelKind, LatticeAxis, NodeCurve, SpectralTable};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{LOG2_E, TAU};
+
+/// Intervals in κ between which powers are linear, at least and at most.
+const INTERVALS: (usize, usize) = (32, 128);
+/// Places in an interval where its powers are read.
+const POINTS: usize = 8;
+/// How far beyond the horizon orders are drawn from, in standard deviations. At two, weights reach 8000.
+const REACH: f64 = 5.0;
+/// Steepness of a logistic function that is above the integral of the normal distribution where that is small, in powers of two.
+const PART_STEEPNESS: f64 = -2.45;
+/// Sets the mean depth of what an order beyond the horizon has above it.
+const DEPTH: f64 = 0.8;
+const COS_MIN: f64 = 1e-4;
+/// Power of an order below which it is not drawn. Much smaller numbers slow processors down.
+const POWER_MIN: f64 = 1e-15;
+/// A Gaussian is not taken below two to this power, for the same reason.
+const EXPONENT_MIN: f64 = -64.0;
+
+/// Where the words of orders have what, in plain numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrdersLayout {
+    /// Along x and y.
+    pub axes: [OrdersAxis; 2],
+    /// Intervals in κ. Words are powers of single precision, `[order along y][order along x][interval][end]`.
+    pub intervals: u32,
+    pub intervals_per_kappa: f64,
+    pub obliquity: Obliquity,
+}
+
+/// One axis of the lattice of orders.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct OrdersAxis {
+    pub period_um: f64,
+    /// Number of the order at the origin, counted from the first.
+    pub origin: u32,
+    pub nodes: u32,
+    /// Standard deviation of an order's Gaussian in nodes.
+    pub sigma: f64,
+}
+
+impl OrdersAxis {
+    fn new(axis: &LatticeAxis, sigma: f64) -> Self {
+        Self { period_um: axis.period_um, origin: axis.reach as u32, nodes: axis.nodes() as u32, sigma }
+    }
+
+    /// Most orders that are gone through at a wavelength.
+    pub(super) fn propagating(&self, wavelength_um: f64) -> f64 {
+        (2.0 * self.period_um / wavelength_um + 2.0 * REACH * self.sigma + 1.0).min(f64::from(self.nodes))
+    }
+}
+
+pub(super) fn axes(table: &SpectralTable) -> [OrdersAxis; 2] {
+    let (lattice, (sx, sy)) = (table.lattice(), table.power_sigma());
+    [OrdersAxis::new(&lattice.x, sx), OrdersAxis::new(&lattice.y, sy)]
+}
+
+/// The layout and the words of a table's orders.
+pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayout, Vec<u32>) {
+    let axes = axes(table);
+    let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS.0, INTERVALS.1);
+    let step = table.kappa_max() / intervals as f64;
+    let curves: Vec<NodeCurve> =
+        (0..intervals * POINTS).map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS as f64 * step)).collect();
+    let mut words = vec![0u32; 2 * intervals * (axes[0].nodes * axes[1].nodes) as usize];
+    for (jx, jy, record) in table.kept_nodes() {
+        let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
+        if !table.knows(f) {
+            continue;
+        }
+        let power = |curve: &NodeCurve| match table.kernel() {
+            KernelKind::Power => curve.power(record).max(0.0),
+            KernelKind::Amplitude => curve.amplitude(record).norm_sqr(),
+        };
+        let powers: Vec<f64> = curves.iter().map(power).collect();
+        // Means about each end of an interval, over as much as an interval to either side.
+        let ends: Vec<f64> = (0..=intervals)
+            .map(|end| {
+                let (mut sum, mut weights) = (0.0, 0.0);
+                let middle = end * POINTS;
+                for (i, power) in powers.iter().enumerate().take(middle + POINTS).skip(middle.saturating_sub(POINTS)) {
+                    let weight = 1.0 - ((i as f64 + 0.5 - middle as f64) / POINTS as f64).abs();
+                    sum += weight * power;
+                    weights += weight;
+                }
+                let mean = sum / weights;
+                if mean > POWER_MIN { mean } else { 0.0 }
+            })
+            .collect();
+        let (x, y) = ((jx + i64::from(axes[0].origin)) as usize, (jy + i64::from(axes[1].origin)) as usize);
+        let start = 2 * intervals * (y * axes[0].nodes as usize + x);
+        for (to, from) in words[start..].chunks_exact_mut(2).zip(ends.windows(2)) {
+            to[0] = (from[0] as f32).to_bits();
+            to[1] = (from[1] as f32).to_bits();
+        }
+    }
+    let intervals_per_kappa = 1.0 / step;
+    (OrdersLayout { axes, intervals: intervals as u32, intervals_per_kappa, obliquity }, words)
+}
+
+/// Orders to be read by one family of numbers.
+#[derive(Clone, Copy)]
+pub(super) struct OrdersView<N: Numbers> {
+    pub layout: OrdersLayout,
+    pub words: N::Words,
+}
+
+/// What does not depend on the order.
+struct Incidence<N: Numbers> {
+    wi: [N::Real; 3],
+    per_um: N::Real,
+    /// Direction cosines per order.
+    step: [N::Real; 2],
+    /// Standard deviation of an order in direction cosines, its reciprocal.
+    sigma: N::Real,
+    per_sigma: N::Real,
+    /// Orders gone through, counted from the first; along either axis from the one to before the other.
+    low: [N::Index; 2],
+    high: [N::Index; 2],
+}
+
+impl<N: Numbers> OrdersView<N> {
+    /// See [`super::SamplerView::pdf`].
+    #[inline(always)]
+    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+        let lit = N::Real::lit;
+        let at = self.incidence(wi, wavelength_nm);
+        let nm = N::widen(wavelength_nm);
+        // The whole and the fractional part of the position, so that distances from orders keep their digits.
+        let position = [0, 1].map(|i| {
+            let axis = &self.layout.axes[i];
+            let f = (N::widen(wi[i]) + N::widen(wo[i])) / nm;
+            let position = f * N::Double::lit(1e3 * axis.period_um);
+            let whole = position.floor();
+            (N::narrow(whole), N::narrow(position - whole))
+        });
+        let start = (at.low, [lit(0.0); 2]);
+        let (_, [total, hit]) = N::while_loop(
+            c"Density of orders",
+            start,
+            |(j, _)| at.more(j, active),
+            |(j, [total, hit])| {
+                let from = self.from_origin(j);
+                let weight = self.weight(&at, j, from, at.more(j, active));
+                let squared = [0, 1].map(|i| {
+                    let (whole, fraction) = position[i];
+                    let t = ((whole - from[i]) + fraction) * lit(1.0 / self.layout.axes[i].sigma);
+                    t * t
+                });
+                let exponent = (squared[0] + squared[1]) * lit(-0.5 * LOG2_E);
+                let gaussian = exponent.max(lit(EXPONENT_MIN)).exp2();
+                (at.next(j), [total + weight, weight.fma(gaussian, hit)])
+            },
+        );
+        let [x, y] = &self.layout.axes;
+        let norm = 1e6 * x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
+        let some = lit(0.0).lt(total) & active;
+        let per_area = lit(norm) / (wavelength_nm * wavelength_nm);
+        N::Real::select(some, wo[2] * per_area * hit / N::Real::select(some, total, lit(1.0)), lit(0.0))
+    }
+
+    /// See [`super::SamplerView::sample`].
+    #[inline(always)]
+    pub fn sample(
+        &self,
+        wi: [N::Real; 3],
+        wavelength_nm: N::Real,
+        [u, v]: [N::Real; 2],
+        active: N::Mask,
+    ) -> [N::Real; 3] {
+        let lit = N::Real::lit;
+        let at = self.incidence(wi, wavelength_nm);
+        // Each order takes the place of what was chosen before it by its share in all up to it. That takes one pass, and
+        // what is left of the random number is in [0, 1) always.
+        let start = (at.low, at.low, [lit(0.0), u]);
+        let (_, chosen, [total, u]) = N::while_loop(
+            c"Choice of an order",
+            start,
+            |(j, _, _)| at.more(j, active),
+            |(j, chosen, [total, u])| {
+                let weight = self.weight(&at, j, self.from_origin(j), at.more(j, active));
+                let sum = total + weight;
+                let share = weight / N::Real::select(lit(0.0).lt(sum), sum, lit(1.0));
+                let taken = u.lt(share);
+                let rest = N::Real::select(taken, u, u - share);
+                let of = N::Real::select(taken, share, lit(1.0) - share);
+                let u = (rest / N::Real::select(lit(0.0).lt(of), of, lit(1.0))).clip(lit(0.0), lit(super::BELOW_ONE));
+                let chosen = [0, 1].map(|i| N::Index::select(taken, j[i], chosen[i]));
+                (at.next(j), chosen, [sum, u])
+            },
+        );
+        let some = lit(0.0).lt(total) & active;
+        let (from, u) = (self.from_origin(chosen), [u, v]);
+        let nm = N::widen(wavelength_nm);
+        let place = [0, 1].map(|i| {
+            let axis = &self.layout.axes[i];
+            let by = normal_quantile(u[i]) * lit(axis.sigma);
+            let position = (N::widen(from[i]) + N::widen(by)) * N::Double::lit(1e-3 / axis.period_um);
+            N::narrow(position.fma(nm, -N::widen(wi[i])))
+        });
+        super::direction_above::<N>(place, some)
+    }
+
+    #[inline(always)]
+    fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real) -> Incidence<N> {
+        let lit = N::Real::lit;
+        let [x, y] = &self.layout.axes;
+        let per_um = lit(1e3) / wavelength_nm;
+        let um = wavelength_nm * lit(1e-3);
+        let edge = |i: usize, q: f64, by: f64| {
+            let axis = &self.layout.axes[i];
+            let place =
+                ((wi[i] + lit(q)) * per_um).fma(lit(axis.period_um), lit(f64::from(axis.origin) + by * axis.sigma));
+            place.ceil().clip(lit(0.0), lit(f64::from(axis.nodes)))
+        };
+        let low = [0, 1].map(|i| edge(i, -1.0, -REACH));
+        let high = [0, 1].map(|i| edge(i, 1.0, REACH));
+        // Nothing at all, where one axis has nothing.
+        let any = low[0].lt(high[0]) & low[1].lt(high[1]);
+        let high = [high[0], N::Real::select(any, high[1], low[1])];
+        let sigma = um * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
+        Incidence {
+            wi,
+            per_um,
+            step: [um * lit(1.0 / x.period_um), um * lit(1.0 / y.period_um)],
+            sigma,
+            per_sigma: lit(1.0) / sigma,
+            low: low.map(N::index),
+            high: high.map(N::index),
+        }
+    }
+
+    #[inline(always)]
+    fn from_origin(&self, j: [N::Index; 2]) -> [N::Real; 2] {
+        [0, 1].map(|i| N::real(j[i]) - N::Real::lit(f64::from(self.layout.axes[i].origin)))
+    }
+
+    /// The weight of an order.
+    #[inline(always)]
+    fn weight(&self, at: &Incidence<N>, j: [N::Index; 2], from: [N::Real; 2], active: N::Mask) -> N::Real {
+        let lit = N::Real::lit;
+        let [ax, ay] = [0, 1].map(|i| from[i] * at.step[i]);
+        let (x, y) = (ax - at.wi[0], ay - at.wi[1]);
+        // How far inside the horizon the order lies, and the part that is above it, in standard deviations.
+        let depth = (lit(1.0) - (x * x + y * y).sqrt()) * at.per_sigma;
+        let part = lit(1.0) / (lit(1.0) + (depth.clip(lit(-40.0), lit(40.0)) * lit(PART_STEEPNESS)).exp2());
+        let inside = lit(0.5) * (depth + depth.fma(depth, lit(DEPTH)).sqrt()) * at.sigma;
+        let inside = inside.min(lit(1.0));
+        let cos_o = (inside * (lit(2.0) - inside)).sqrt().max(lit(COS_MIN));
+        let w = at.wi[2] + cos_o;
+        let place = w * at.per_um * lit(TAU * self.layout.intervals_per_kappa);
+        let interval = place.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
+        let row = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
+        let index = row * N::Index::lit(self.layout.intervals) + N::index(interval);
+        let [low, high] = N::gather::<2>(self.words, index, active).map(N::from_bits);
+        let t = (place - interval).clip(lit(0.0), lit(1.0));
+        let power = (high - low).fma(t, low) * part;
+        match self.layout.obliquity {
+            Obliquity::Unit => power,
+            Obliquity::Stam => {
+                let w_squared = w * w;
+                let sum = ax * ax + ay * ay + w_squared;
+                power * sum * sum / (w_squared * cos_o)
+            }
+        }
+    }
+}
+
+impl<N: Numbers> Incidence<N> {
+    /// Whether an order is among those gone through.
+    #[inline(always)]
+    fn more(&self, j: [N::Index; 2], active: N::Mask) -> N::Mask {
+        j[1].lt(self.high[1]) & active
+    }
+
+    /// The next order: row by row.
+    #[inline(always)]
+    fn next(&self, [x, y]: [N::Index; 2]) -> [N::Index; 2] {
+        let one = N::Index::lit(1);
+        let within = (x + one).lt(self.high[0]);
+        [N::Index::select(within, x + one, self.low[0]), N::Index::select(within, y, y + one)]
+    }
+}

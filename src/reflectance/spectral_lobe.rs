@@ -1,0 +1,152 @@
+//! The diffracted lobe at given wavelengths: value, density and sampling, written once for all families of numbers.
+
+use super::albedo::{AlbedoLayout, AlbedoView};
+use super::geometry::{COSINE_MIN, obliquity, shadowing};
+use super::sampler::{SamplerLayout, SamplerView};
+use super::{Obliquity, UNIFORM_SHARE};
+use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
+use crate::numeric::{Number, Numbers, Real};
+use crate::table::{PackedLayout, TableView};
+use serde::{Deserialize, Serialize};
+
+/// Everything about a surface's lobe but the words of its tables.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct SpectralLayout {
+    pub table: PackedLayout,
+    pub sampler: SamplerLayout,
+    /// `None` where energy is not kept, or keeps itself.
+    pub albedo: Option<AlbedoLayout>,
+    pub obliquity: Obliquity,
+    pub shadowing: bool,
+}
+
+/// A surface's lobe over the words of its tables, in the order of the layout. Directions are unit vectors in the
+/// grating's frame; wherever one of them lies below the surface the answers are zero. `L` wavelengths in nm are carried at
+/// once.
+#[derive(Clone, Copy)]
+pub struct SpectralLobe<'a, N: Numbers> {
+    pub layout: &'a SpectralLayout,
+    pub words: [N::Words; 3],
+}
+
+impl<N: Numbers> SpectralLobe<'_, N> {
+    /// `f_r` in 1/sr at each wavelength, without cosine and Fresnel reflectance (model.md, the reflectance).
+    #[inline(always)]
+    pub fn eval<const L: usize>(
+        &self,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
+        wavelengths_nm: [N::Real; L],
+        active: N::Mask,
+    ) -> [N::Real; L] {
+        let active = active & above::<N>(wi) & above::<N>(wo);
+        let factor = self.angular_factor(wi, wo);
+        let [values] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
+            [N::Real::select(active, factor * self.spectral(wi, wo, nm, active), N::Real::lit(0.0))]
+        });
+        values
+    }
+
+    /// Density of [`SpectralLobe::sample`] in 1/sr: the mean over the wavelengths carried.
+    #[inline(always)]
+    pub fn pdf<const L: usize>(
+        &self,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
+        wavelengths_nm: [N::Real; L],
+        active: N::Mask,
+    ) -> N::Real {
+        let active = active & above::<N>(wi) & above::<N>(wo);
+        let sampler = self.sampler();
+        let [densities] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| [sampler.pdf(wi, wo, nm, active)]);
+        self.mixed(densities, active)
+    }
+
+    /// [`SpectralLobe::eval`] and [`SpectralLobe::pdf`] together.
+    #[inline(always)]
+    pub fn eval_pdf<const L: usize>(
+        &self,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
+        wavelengths_nm: [N::Real; L],
+        active: N::Mask,
+    ) -> ([N::Real; L], N::Real) {
+        let active = active & above::<N>(wi) & above::<N>(wo);
+        let (factor, sampler) = (self.angular_factor(wi, wo), self.sampler());
+        let [values, densities] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
+            let value = factor * self.spectral(wi, wo, nm, active);
+            [N::Real::select(active, value, N::Real::lit(0.0)), sampler.pdf(wi, wo, nm, active)]
+        });
+        (values, self.mixed(densities, active))
+    }
+
+    /// A direction for the wavelengths carried, from three numbers in [0, 1): the first picks the even share or one of the
+    /// wavelengths. The zero vector where there is none.
+    #[inline(always)]
+    pub fn sample<const L: usize>(
+        &self,
+        wi: [N::Real; 3],
+        wavelengths_nm: [N::Real; L],
+        u: [N::Real; 3],
+        active: N::Mask,
+    ) -> [N::Real; 3] {
+        let lit = N::Real::lit;
+        let active = active & above::<N>(wi);
+        let even = u[0].lt(lit(UNIFORM_SHARE));
+        let rest = (u[0] - lit(UNIFORM_SHARE)) * lit(L as f64 / (1.0 - UNIFORM_SHARE));
+        let hero =
+            (1..L).fold(wavelengths_nm[0], |nm, k| N::Real::select(rest.lt(lit(k as f64)), nm, wavelengths_nm[k]));
+        let drawn = self.sampler().sample(wi, hero, [u[1], u[2]], active & !even);
+        let (evenly, there) = square_to_hemisphere::<N>([u[1], u[2]]);
+        let zero = lit(0.0);
+        std::array::from_fn(|c| {
+            let wo = N::Real::select(even, N::Real::select(there, evenly[c], zero), drawn[c]);
+            N::Real::select(active, wo, zero)
+        })
+    }
+
+    /// `O·M`.
+    #[inline(always)]
+    fn angular_factor(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Real {
+        let least = N::Real::lit(COSINE_MIN);
+        let cosines = [wi[2].max(least), wo[2].max(least)];
+        let q = [wi[0] + wo[0], wi[1] + wo[1], cosines[0] + cosines[1]];
+        let factor = obliquity(self.layout.obliquity, q, cosines);
+        if self.layout.shadowing { factor * shadowing(q, cosines) } else { factor }
+    }
+
+    /// `S/λ²` times the energy factor.
+    #[inline(always)]
+    fn spectral(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
+        let wavelength_um = nm * N::Real::lit(1e-3);
+        let wavenumber = N::Double::lit(1e3) / N::widen(nm);
+        let frequency = std::array::from_fn(|axis| (N::widen(wi[axis]) + N::widen(wo[axis])) * wavenumber);
+        let kappa = (wi[2] + wo[2]) * N::Real::lit(std::f64::consts::TAU) / wavelength_um;
+        let table = TableView::<N> { layout: self.layout.table, words: self.words[0] };
+        let value = table.density(frequency, kappa, active) / (wavelength_um * wavelength_um);
+        match self.layout.albedo {
+            None => value,
+            Some(layout) => value * AlbedoView::<N> { layout, words: self.words[2] }.factor(wi, wo, nm, active),
+        }
+    }
+
+    #[inline(always)]
+    fn sampler(&self) -> SamplerView<N> {
+        SamplerView { layout: self.layout.sampler, words: self.words[1] }
+    }
+
+    /// The mean of the wavelengths' densities with the even share.
+    #[inline(always)]
+    fn mixed<const L: usize>(&self, densities: [N::Real; L], active: N::Mask) -> N::Real {
+        let lit = N::Real::lit;
+        let sum = densities.into_iter().fold(lit(0.0), |sum, density| sum + density);
+        let density = sum.fma(lit((1.0 - UNIFORM_SHARE) / L as f64), lit(UNIFORM_SHARE * SQUARE_PDF));
+        N::Real::select(active, density, lit(0.0))
+    }
+}
+
+/// Whether a direction lies above the surface.
+#[inline(always)]
+fn above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
+    N::Real::lit(0.0).lt(w[2])
+}

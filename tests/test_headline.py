@@ -1,0 +1,190 @@
+"""The benchmark's arithmetic on numbers whose outcome is known, and its smallest cell on the plugin."""
+
+import mitsuba as mi
+import numpy as np
+import pytest
+from conftest import use_variant
+
+from mitsuba_scenes.evaluation import bsdf_calls, headline, rgb_against_spectral, time_to_error
+from mitsuba_scenes.evaluation.benchmark_scenes import REFERENCE, scenes
+
+NOISE = 0.1
+# Of an error found from n values: 1/√(2n), four times over; n is 30,720 below.
+ERROR_TOLERANCE = 4 / np.sqrt(2 * 30_720)
+# The means of noise in L*a*b*, found from 12,288 pixels, in an approximation by small deviations.
+DELTA_E_TOLERANCE = 0.1
+
+
+def pictures(count, noise=NOISE, size=(64, 80), seed=1):
+    """Independent pictures of one thing whose brightness varies, with noise in proportion to it."""
+    rng = np.random.default_rng(seed)
+    truth = rng.uniform(0.5, 2.0, (*size, 3))
+    return truth * (1 + noise * rng.standard_normal((count, *size, 3)))
+
+
+@pytest.mark.parametrize("count", [2, 8])
+def test_the_noise_is_found_without_knowing_the_truth(count):
+    found = time_to_error.noise(pictures(count))["error"]
+    # The mean of two in place of the truth would give 0.7 of it, that of eight 0.94.
+    assert found == pytest.approx(NOISE, rel=ERROR_TOLERANCE)
+
+
+def test_the_standard_error_covers_the_errors_spread():
+    found = [time_to_error.noise(pictures(6, size=(8, 12), seed=seed)) for seed in range(200)]
+    spread = np.std([each["error"] for each in found])
+    # A standard error from six values is known to a third; the mean of 200 of them far better.
+    assert np.mean([each["error_std"] for each in found]) == pytest.approx(spread, rel=0.25)
+
+
+def test_dark_pixels_are_judged_by_the_mean():
+    truth = np.full((4, 4, 3), 1.0)
+    truth[0] = 1e-6
+    image = truth.copy()
+    image[0] += 0.01
+    floor = time_to_error.FLOOR * truth.mean()
+    found = time_to_error.relative_error(image, truth, np.ones((4, 4), bool))
+    assert found == pytest.approx(0.01 / floor / 2)
+
+
+def test_a_quarter_of_the_error_takes_sixteen_times_as_long():
+    assert time_to_error.seconds_to_error(3.0, 0.2, aim=0.05) == pytest.approx(48.0)
+    assert time_to_error.seconds_to_error(3.0, 0.05, aim=0.05) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(
+    ("fixed_s", "us_per_pixel", "expected"),
+    [(0, 1, (192, 128)), (0, 100, (48, 32)), (0, 1e5, (24, 16)), (0.05, 1, (192, 128)), (0.05, 40, (48, 32))],
+)
+def test_slow_materials_get_small_pictures(fixed_s, us_per_pixel, expected):
+    tried = []
+
+    def seconds_of(size):
+        tried.append(size)
+        return fixed_s + 1e-6 * us_per_pixel * size[0] * size[1]
+
+    assert time_to_error.settled(seconds_of, limit_s=0.4) == expected
+    assert tried[-1] == expected
+    # None but the smallest may take longer than the limit.
+    assert all(size == time_to_error.SIZES[0] or seconds_of(size) <= 0.4 for size in list(tried))
+
+
+def test_the_ratio_is_of_times_of_the_same_round_and_per_pixel():
+    # The machine slows down from round to round. The diffraction costs thrice as much a pixel, on a quarter of them.
+    slowness = np.array([1, 1.5, 2, 4, 9.0])
+    small, large = pictures(5, size=(4, 6)), pictures(5, size=(8, 12))
+    found = time_to_error.ways(
+        {
+            "x": [time_to_error.Render(image, 3 * slow, 6.0) for image, slow in zip(small, slowness)],
+            REFERENCE: [time_to_error.Render(image, 4 * slow, 8.0) for image, slow in zip(large, slowness)],
+        },
+        {"x": small, REFERENCE: pictures(5, noise=NOISE / 2, size=(4, 6))},
+    )
+    assert [way["name"] for way in found] == ["x", REFERENCE]
+    assert [way["time_ratio"]["median"] for way in found] == pytest.approx([3.0, 1.0])
+    assert [way["cpu_ratio"]["median"] for way in found] == pytest.approx([3.0, 1.0])
+    assert found[0]["seconds"] == pytest.approx(6.0 * time_to_error.NOMINAL_PIXELS / 24)
+    expected = 3 * (found[0]["error"] / found[1]["error"]) ** 2
+    assert found[0]["error_time_ratio"] == pytest.approx(expected)
+    # Twice the noise; there are few pixels.
+    assert found[0]["error_time_ratio"] == pytest.approx(12, rel=0.3)
+
+
+def test_the_empty_kernels_time_is_no_calls():
+    assert bsdf_calls.per_element_ns(3e-3, 1e-3, 1000) == pytest.approx(2000)
+    assert 0 < bsdf_calls.per_element_ns(1e-3, 1.1e-3, 1000) < 1
+    assert bsdf_calls.fitting_elements(bsdf_calls.KERNEL_S / 4096) == 4096
+    assert bsdf_calls.fitting_elements(1.0) == bsdf_calls.FEWEST
+    assert bsdf_calls.fitting_elements(0.0) == bsdf_calls.MOST
+
+
+def test_lab_is_that_of_the_tables():
+    # sRGB's primaries in L*a*b* under D65, to two decimals.
+    colours = np.array([[1.0, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
+    expected = [[100, 0, 0], [53.24, 80.09, 67.20], [87.74, -86.18, 83.18], [32.30, 79.19, -107.86], [0, 0, 0]]
+    assert rgb_against_spectral.lab(colours) == pytest.approx(np.array(expected), abs=0.01)
+    assert rgb_against_spectral.delta_e76(colours[0], colours[4]) == pytest.approx(100)
+
+
+def test_equal_pictures_have_no_difference_and_brighter_ones_do():
+    picture = pictures(1)[0]
+    halves = np.array([picture, picture])
+    found = rgb_against_spectral.difference(halves, halves)
+    assert (found["delta_e_mean"], found["noise_delta_e_mean"]) == (0, 0)
+    assert (found["energy_ratio"], found["channel_ratios"]) == (1, [1, 1, 1])
+    found = rgb_against_spectral.difference(1.1 * halves, halves)
+    assert found["energy_ratio"] == pytest.approx(1.1)
+    assert found["channel_ratios"] == pytest.approx([1.1] * 3)
+    assert found["noise_delta_e_mean"] == 0
+    assert 0 < found["delta_e_mean"] < found["delta_e_p95"]
+
+
+def test_noise_is_told_from_a_difference():
+    truth = np.random.default_rng(3).uniform(0.5, 2.0, (96, 128, 3))
+
+    def halves(seed):
+        return truth * (1 + 0.03 * np.random.default_rng(seed).standard_normal((2, *truth.shape)))
+
+    same = rgb_against_spectral.difference(halves(1), halves(2))
+    assert same["delta_e_mean"] == pytest.approx(same["noise_delta_e_mean"], rel=DELTA_E_TOLERANCE)
+    other = rgb_against_spectral.difference(halves(1) * [1.2, 1, 1], halves(2))
+    assert other["delta_e_mean"] > 2 * other["noise_delta_e_mean"]
+
+
+@pytest.mark.parametrize("variant", ["scalar_spectral", "llvm_ad_spectral"])
+def test_a_cell_without_time_still_has_its_rounds(variant):
+    use_variant(variant)
+    cell = time_to_error.measure(scenes()[0], variant, budget_s=0.0)
+    assert cell["rounds"] == time_to_error.ROUNDS_MIN
+    assert [way["name"] for way in cell["ways"]] == ["blazed", "xenopeltis", REFERENCE]
+    for way in cell["ways"]:
+        assert tuple(way["size"]) == time_to_error.SIZES[0]
+        assert 0 < way["error"] < 10
+        assert way["seconds"] > 0
+
+
+@pytest.mark.parametrize("name", ["snake", "disc", "scan"])
+def test_the_other_scenes_show_something(name):
+    use_variant("scalar_spectral")
+    scene = next(scene for scene in scenes() if scene.name == name)
+    bsdf = bsdf_of(scene)
+    image = time_to_error.render(scene.load(bsdf, (24, 16), spp=4), seed=0).image
+    assert np.all(np.isfinite(image))
+    assert image.mean() > 1e-3
+
+
+def bsdf_of(scene):
+    """Mitsuba's own in the variant in use: none of these tests is about ours."""
+    return mi.load_dict(scene.bsdfs()[REFERENCE])
+
+
+def test_calls_take_time():
+    use_variant("llvm_ad_rgb")
+    bsdf = bsdf_of(scenes()[0])
+    assert bsdf_calls.call_ns({"it": bsdf}, "sample")["it"] > bsdf_calls.per_element_ns(0, 0, 1)
+
+
+def test_the_report_has_a_line_for_each_figure():
+    way = {"name": REFERENCE, "seconds": 1.0, "time_ratio": {"median": 1.0}, "cpu_ratio": {"median": 1.0}, "error": 0.1}
+    cell = {"scene": "sphere", "variant": "scalar_rgb", "rounds": 3}
+    made = {
+        "nominal_pixels": 65_536,
+        "aim": 0.05,
+        "cells": [{**cell, "ways": [{**way, "seconds_to_error": 4.0, "error_time_ratio": 1.0}]}],
+        "calls": [{"variant": "llvm_ad_rgb", "name": "blazed", "ns": dict.fromkeys(bsdf_calls.CALLS, 12.5)}],
+        "first_renders": [
+            {"variant": "llvm_ad_rgb", "name": "blazed", "load_s": 0.1, "render_s": 2.25, "process_s": 3.0}
+        ],
+        "colours": [
+            {
+                "scene": "disc",
+                "material": "gold",
+                "delta_e_mean": 1.5,
+                "delta_e_p95": 3.0,
+                "noise_delta_e_mean": 0.2,
+                "energy_ratio": 0.987,
+            }
+        ],
+    }
+    text = "\n".join(headline.lines(made))
+    for figure in ("10.0%", "256x256", "12.5", "2.25", "0.987"):
+        assert figure in text
