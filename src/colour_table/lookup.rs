@@ -9,8 +9,8 @@ use std::f64::consts::LN_2;
 /// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
 pub const SUM_SQUARED_MAX: f32 = 4.001;
 
-/// What the words have added to each mantissa; see [`super::pack`].
-const EXCESS: f64 = super::pack::EXCESS as f64;
+/// Bits of a mantissa in [`super::pack`], half of whose range its words have added.
+const MANTISSA_BITS: u32 = super::pack::EXCESS.ilog2() + 1;
 
 /// A colour table as an evaluator reads it.
 #[derive(Clone, Copy, Debug)]
@@ -32,8 +32,7 @@ impl<N: Numbers> ColourView<N> {
         let turn = turns(u, v);
         let growth = f64::from(self.layout.growth);
         let stretched = squared.sqrt() * lit(growth / f64::from(self.layout.knee_radius));
-        let arsinh = (stretched + stretched.fma(stretched, lit(1.0)).sqrt()).log2() * lit(LN_2);
-        let position = arsinh * lit(1.0 / growth) - lit(0.5);
+        let position = (stretched + stretched.fma(stretched, lit(1.0)).sqrt()).log2() * lit(LN_2 / growth) - lit(0.5);
         let first = position.floor();
         let weights = lagrange_weights(position - first);
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);
@@ -72,23 +71,26 @@ impl<N: Numbers> ColourView<N> {
         let mut direction = N::Index::select(directions.le(beyond), beyond - directions, beyond);
         let start = offset + N::index(row);
         // The four heights side by side, which vectors of four serve; [channel][height].
-        let (mut sums, mut scales) = ([[lit(0.0); 4]; 3], [lit(0.0); 4]);
+        let mut sums = [[lit(0.0); 4]; 3];
         for across in across {
             let words = four_words::<N>(self.words, direction * heights + start, active);
-            let scale =
-                words.map(|word| N::from_bits(((word >> 27) + index(self.layout.exponent_offset)) << 23) * across);
-            for (c, sum) in sums.iter_mut().enumerate() {
-                let mantissa = words.map(|word| N::real((word >> (9 * c as u32)) & index(0x1ff)));
-                *sum = array::from_fn(|j| mantissa[j].fma(scale[j], sum[j]));
+            // A mantissa in the place of a float's makes `(1 + m/512)·2^e`, of which 1.5·2^e is the excess: exact, and no
+            // conversion of whole numbers.
+            let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
+            let excess = powers.map(|power| N::from_bits(power | index(1 << 22)));
+            let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
+            for (sum, in_place) in sums.iter_mut().zip(in_place) {
+                *sum = array::from_fn(|j| {
+                    let bits = (in_place(words[j]) & index(0x1ff << 14)) | powers[j];
+                    (N::from_bits(bits) - excess[j]).fma(across, sum[j])
+                });
             }
-            scales = array::from_fn(|j| scales[j] + scale[j]);
             let next = direction + index(1);
             direction = N::Index::select(next.lt(directions), next, index(0));
         }
         let squared = w * w;
         let shape = (squared + zero_squared) / (squared + knee_squared);
-        let along = along.map(|weight| weight * shape);
-        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| scales[j].fma(lit(-EXCESS), sum[j]).fma(along[j], total)))
+        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| along[j].fma(sum[j], total)) * shape)
     }
 }
 
