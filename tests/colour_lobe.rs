@@ -221,7 +221,7 @@ fn luminance_is_that_of_the_spectrum() {
     // The weights of each channel are scaled to white for themselves, by 0.2 % at most, and 0.4 % for the mantissas.
     const RELATIVE: f64 = 0.02;
     let case = &CASES[0];
-    let mut lobe = case.surfaces[0].1.lobe::<f64>();
+    let lobe = case.surfaces[0].1.lobe::<f64>();
     let (mut random, mut sum, mut off) = (Random::new(8), 0.0, 0.0);
     for _ in 0..300 {
         let (wi, wo) = (direction(random.between(0.0, 70.0), 0.0), direction(random.between(0.0, 70.0), 180.0));
