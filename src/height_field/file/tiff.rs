@@ -118,7 +118,49 @@ fn turn(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, Strin
     Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))
 }
 
+/// Bytes of one value of a type of tag.
+fn value_size(kind: u64) -> u64 {
+    match kind {
+        3 | 8 => 2,
+        4 | 9 | 11 | 13 => 4,
+        5 | 10 | 12 | 16 | 17 | 18 => 8,
+        _ => 1,
+    }
+}
+
+/// Refuses a tag with more values than the file can hold, before the decoder asks for memory for them. Whatever else is
+/// wrong with the directories, the decoder says.
+fn check_tags(bytes: &[u8]) -> Result<(), String> {
+    let is_little = bytes.starts_with(b"II");
+    let number = |at: usize, size: usize| -> Option<u64> {
+        let digits = bytes.get(at..at.checked_add(size)?)?;
+        let append = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
+        Some(if is_little { digits.iter().rev().fold(0, append) } else { digits.iter().fold(0, append) })
+    };
+    // Sizes of a count of entries, of an entry, and of an offset.
+    let (count_size, entry_size, offset_size) = if number(2, 2) == Some(43) { (8, 20, 8) } else { (2, 12, 4) };
+    let mut next = number(offset_size, offset_size);
+    let mut seen = 0;
+    while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
+        let Some(entries) = number(at, count_size).and_then(|count| usize::try_from(count).ok()) else { break };
+        for entry in 0..entries {
+            // Directories that lead back to each other would never end.
+            seen += entry_size;
+            let place = at + count_size + entry * entry_size;
+            let (Some(kind), Some(count)) = (number(place + 2, 2), number(place + 4, offset_size)) else { break };
+            if seen > bytes.len() || count.saturating_mul(value_size(kind)) > bytes.len() as u64 {
+                return Err(format!("a tag of {count} values does not fit into {} bytes", bytes.len()));
+            }
+        }
+        seen += count_size;
+        let end = entries.checked_mul(entry_size).and_then(|length| length.checked_add(at + count_size));
+        next = end.filter(|_| seen <= bytes.len()).and_then(|end| number(end, offset_size));
+    }
+    Ok(())
+}
+
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    check_tags(bytes)?;
     let mut limits = Limits::unlimited();
     limits.ifd_value_size = bytes.len();
     limits.decoding_buffer_size = bytes.len().saturating_mul(PACKING_MAX);
