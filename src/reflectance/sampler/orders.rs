@@ -149,7 +149,7 @@ impl<N: Numbers> OrdersView<N> {
             start,
             |(j, _)| at.more(j, active),
             |(j, [total, hit])| {
-                let from = self.from_origin(j);
+                let from = self.about_origin(j);
                 let weight = self.weight(&at, j, from, at.more(j, active));
                 let squared = [0, 1].map(|i| {
                     let (whole, fraction) = position[i];
@@ -187,7 +187,7 @@ impl<N: Numbers> OrdersView<N> {
             start,
             |(j, _, _)| at.more(j, active),
             |(j, chosen, [total, u])| {
-                let weight = self.weight(&at, j, self.from_origin(j), at.more(j, active));
+                let weight = self.weight(&at, j, self.about_origin(j), at.more(j, active));
                 let sum = total + weight;
                 let share = weight / N::Real::select(lit(0.0).lt(sum), sum, lit(1.0));
                 let taken = u.lt(share);
@@ -199,7 +199,7 @@ impl<N: Numbers> OrdersView<N> {
             },
         );
         let some = lit(0.0).lt(total) & active;
-        let (from, u) = (self.from_origin(chosen), [u, v]);
+        let (from, u) = (self.about_origin(chosen), [u, v]);
         let nm = N::widen(wavelength_nm);
         let place = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
@@ -240,7 +240,7 @@ impl<N: Numbers> OrdersView<N> {
     }
 
     #[inline(always)]
-    fn from_origin(&self, j: [N::Index; 2]) -> [N::Real; 2] {
+    fn about_origin(&self, j: [N::Index; 2]) -> [N::Real; 2] {
         [0, 1].map(|i| N::real(j[i]) - N::Real::lit(f64::from(self.layout.axes[i].origin)))
     }
 
