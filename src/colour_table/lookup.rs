@@ -30,9 +30,11 @@ impl<N: Numbers> ColourView<N> {
         // Nothing that is not finite is the sum of two unit vectors.
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
-        let growth = f64::from(self.layout.growth);
-        let stretched = squared.sqrt() * lit(growth / f64::from(self.layout.knee_radius));
-        let position = (stretched + stretched.fma(stretched, lit(1.0)).sqrt()).log2() * lit(LN_2 / growth) - lit(0.5);
+        // As the twin in WGSL has it, division by division: next to a bright order a rounding of the place among the rings shows.
+        let growth = lit(self.layout.growth.into());
+        let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.knee_radius.into());
+        let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
+        let position = arsinh / growth - lit(0.5);
         let first = position.floor();
         let weights = lagrange_weights(position - first);
         let efolds = w.fma(lit(1.0 / f64::from(self.layout.w_log)), lit(1.0)).log2() * lit(LN_2);

@@ -36,8 +36,13 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     // The square of a + ib has this real part, and 2·eta·k as its imaginary part.
     let real = lit(eta * eta - k * k) - sin_squared;
     let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
-    let a = ((length + real) * lit(0.5)).max(lit(0.0)).sqrt();
-    let b_squared = ((length - real) * lit(0.5)).max(lit(0.0));
+    // The larger of a and b by the sum that does not cancel, the other by their product.
+    let larger = ((length + real.abs()) * lit(0.5)).sqrt();
+    let smaller = lit(eta * k) / larger.max(lit(1e-15));
+    let inverted = real.lt(lit(0.0));
+    let a = R::select(inverted, smaller, larger);
+    let b = R::select(inverted, larger, smaller);
+    let b_squared = b * b;
     // Squares of differences rather than differences of squares, which would cancel for indices near one.
     let (less, more) = (cos - a, cos + a);
     let tiny = lit(1e-30);
