@@ -10,14 +10,23 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// Cells along a side and planes of wavelength, and places in a sum up to which each grid is used.
-const GRIDS: [(u32, u32, usize); 4] = [(48, 16, 400), (32, 10, 1500), (20, 8, 4000), (16, 6, usize::MAX)];
+const GRIDS: [(u32, u32, usize); 4] = [(48, 16, 400), (32, 10, 1000), (20, 8, 4000), (16, 6, usize::MAX)];
 /// Passes over places between the nodes at most, each over others.
-const PASSES: usize = 3;
+const PASSES: usize = 4;
 /// Directions of every cell in a pass, and for every cell along a side those about the horizon, in a ring of this width in radii of the disc:
-/// there narrow orders make ridges that their own direction does not take away, since both directions are grazing.
+/// there narrow orders, if that is all there is, make ridges that their own direction does not take away, since both directions are grazing.
 const SAMPLES: usize = 1;
-const RIM_SAMPLES: usize = 32;
+const RIM_SAMPLES: usize = 8;
+const RIDGED_RIM_SAMPLES: usize = 32;
 const RIM_WIDTH: f64 = 0.4;
+/// Excess of an albedo that is let pass, and what is added besides what is lacking, as a share of that and of the divisor: what is found
+/// is seldom the top of a ridge.
+const NEGLIGIBLE: f64 = 3e-4;
+const OVERSHOOT: f64 = 0.2;
+const MARGIN: f64 = 0.003;
+/// Cosine below which divisors have a margin, and how large that is.
+const RIM_COSINE: f64 = 0.05;
+const RIM_MARGIN: f64 = 0.02;
 /// Albedo up to which nothing is divided: quadrature is good to about this.
 pub(super) const ALBEDO_MAX: f64 = 1.0003;
 /// Steps towards the least divisor, each of which is one.
@@ -53,6 +62,7 @@ impl AlbedoTable {
                 break;
             }
         }
+        nodes.widen_rim();
         let built = nodes.packed();
         let mean = mean(&gathered, &layout, Some(&built));
         Some((built, report(&guess, mean)))
@@ -131,7 +141,8 @@ impl Nodes {
     fn raise(&mut self, gathered: &Gathered, pass: usize) -> bool {
         let known = self.packed();
         let cells = self.layout.cells as usize;
-        let (gaps, in_disc, in_rim) = (self.layout.planes as usize - 1, SAMPLES * cells * cells, RIM_SAMPLES * cells);
+        let rim_samples = if gathered.has_ridges() { RIDGED_RIM_SAMPLES } else { RIM_SAMPLES };
+        let (gaps, in_disc, in_rim) = (self.layout.planes as usize - 1, SAMPLES * cells * cells, rim_samples * cells);
         let nodes = &*self;
         let asked: Vec<_> = (0..gaps * (in_disc + in_rim))
             .into_par_iter()
@@ -157,16 +168,32 @@ impl Nodes {
                 let within = radius < 1.0;
                 let grazing = if within { gathered.grazing_wavelengths(wi, [low, high]) } else { Vec::new() };
                 let place = move |nm: f64| {
-                    let asked = (least(gathered, Some(known), wi, nm) - 1.0) * wi[2] * wi[2];
                     let [x, y] = at.map(|at| (at as usize).min(cells - 1));
                     let inside = [at[0] - x as f64, at[1] - y as f64, (nm - low) / (high - low)];
-                    (nodes.corners([x, y, gap], inside), asked)
+                    let corners = nodes.corners([x, y, gap], inside);
+                    let have: f64 = corners.iter().map(|&(node, weight)| weight * f64::from(nodes.values[node])).sum();
+                    let t = least(gathered, Some(known), wi, nm);
+                    let lacking = (t - 1.0) * wi[2] * wi[2] - have;
+                    let excess = lacking / (have + wi[2] * wi[2]);
+                    (excess > NEGLIGIBLE)
+                        .then(|| (corners, have + (1.0 + OVERSHOOT) * lacking + MARGIN * t * wi[2] * wi[2]))
                 };
                 let wavelengths = grazing.into_iter().chain(within.then_some(between));
-                wavelengths.map(place).filter(|(_, asked)| *asked > 0.0).collect::<Vec<_>>()
+                wavelengths.filter_map(place).collect::<Vec<_>>()
             })
             .collect();
         raise(&mut self.values, asked)
+    }
+
+    /// Adds a margin to nodes about the horizon that divide, where `A` changes most from node to node and next to no light is lost by it.
+    fn widen_rim(&mut self) {
+        let (layout, side) = (self.layout, self.layout.side());
+        for (i, value) in self.values.iter_mut().enumerate().filter(|(_, value)| **value > 0.0) {
+            let (wi, _) = layout.direction([(i % side) as f64, (i % layout.in_plane() / side) as f64]);
+            if wi[2] < RIM_COSINE {
+                *value += (RIM_MARGIN * (f64::from(*value) + wi[2] * wi[2])) as f32;
+            }
+        }
     }
 
     fn packed(&self) -> AlbedoTable {

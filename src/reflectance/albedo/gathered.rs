@@ -17,8 +17,10 @@ const SINGLES: usize = 64;
 const SPACING_MIN: f64 = 0.22;
 const SPACING_SIGMAS: f64 = 0.7;
 /// Widest panels of 16 places in radians, and how many standard deviations of what the grid holds one may be wide.
-const PANEL_MAX: f64 = 1.05;
-const PANEL_SIGMAS: f64 = 30.0;
+const PANEL_MAX: f64 = 1.6;
+const PANEL_SIGMAS: f64 = 18.0;
+/// The same of many narrow nodes, none of them strong.
+const DENSE_PANEL_SIGMAS: f64 = 40.0;
 /// Steps in κ for each knot of the table's splines, linear between.
 const STEPS_A_KNOT: f64 = 3.0;
 /// Standard deviations out to which a node wider than the spacing is spread over the grid.
@@ -68,7 +70,8 @@ impl<'a> Gathered<'a> {
     pub fn grazing_wavelengths(&self, wi: Vec3, [low_nm, high_nm]: [f64; 2]) -> Vec<f64> {
         let middle_um = 0.5e-3 * (low_nm + high_nm);
         let mut found = Vec::new();
-        for lobe in self.singles.iter().take(SINGLES) {
+        let ridged = if self.has_ridges() { self.singles.as_slice() } else { &[] };
+        for lobe in ridged.iter().take(SINGLES) {
             let [fx, fy] = lobe.f;
             let sigma = middle_um * lobe.sigma_f[0].max(lobe.sigma_f[1]);
             let (a, b) = (fx * fx + fy * fy, fx * wi[0] + fy * wi[1]);
@@ -82,6 +85,11 @@ impl<'a> Gathered<'a> {
             }
         }
         found
+    }
+
+    /// Whether there are narrow orders alone: where one leaves along the surface the albedo has a ridge.
+    pub fn has_ridges(&self) -> bool {
+        self.grid.is_none()
     }
 
     /// About how many places [`Gathered::visit`] takes, at most.
@@ -114,8 +122,8 @@ impl<'a> Gathered<'a> {
             });
         }
         let Some(grid) = &self.grid else { return };
-        let widths =
-            grid.sigma.map(|sigma| (PANEL_SIGMAS * sigma * wavelength_um).min(PANEL_MAX).min(PHASE_PANEL / phase));
+        let sigmas = if self.singles.is_empty() { PANEL_SIGMAS } else { DENSE_PANEL_SIGMAS };
+        let widths = grid.sigma.map(|sigma| (sigmas * sigma * wavelength_um).min(PANEL_MAX).min(PHASE_PANEL / phase));
         for (wo, area) in hemisphere(known, widths, wi[2]) {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
