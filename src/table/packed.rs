@@ -8,8 +8,10 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Tolerance from which splines are kept in 16 bits: their steps, a 65 535th of a record's range, are then well below it.
+/// Tolerance from which splines are kept in 16 bits, and nodes above which: their steps, a 65 535th of a record's range, are
+/// then well below it. Few nodes are small anyway, and those of a grating cancel against what they are at κ = 0.
 const FIXED_TOLERANCE: f64 = 1e-4;
+const FIXED_NODES: usize = 4096;
 /// Nodes along x up to which a look-up visits those of a row without a loop.
 const UNROLLED_TAPS: u32 = 8;
 /// Places of a mean over κ.
@@ -90,7 +92,7 @@ impl PackedTable {
         let nodes = table.kept_nodes();
         let format = match table.kernel {
             KernelKind::Amplitude => Format::Complex,
-            KernelKind::Power if tolerance < FIXED_TOLERANCE => Format::Single,
+            KernelKind::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FIXED_NODES => Format::Single,
             KernelKind::Power => {
                 // A tile that repeats sends all its light into order zero at κ = 0.
                 let native = [&table.lattice.x, &table.lattice.y].iter().all(|axis| axis.cutoff.is_infinite());
