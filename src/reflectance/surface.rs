@@ -242,6 +242,9 @@ impl Surface {
     }
 }
 
+/// What reads the albedo table, and where it does for `wi` and `wo`.
+type PairAlbedo<'a> = (AlbedoView<Plain<'a, f64>>, [Place<Plain<'a, f64>>; 2]);
+
 /// A surface and a pair of directions, ready to answer for any wavelength.
 pub struct SurfacePair<'a> {
     surface: &'a Surface,
@@ -250,7 +253,7 @@ pub struct SurfacePair<'a> {
     pair: Pair,
     incidence: Incidence,
     angular_factor: f64,
-    albedo: Option<(AlbedoView<Plain<'a, f64>>, [Place<Plain<'a, f64>>; 2])>,
+    albedo: Option<PairAlbedo<'a>>,
 }
 
 impl SurfacePair<'_> {
