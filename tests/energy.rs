@@ -176,7 +176,7 @@ fn colours_are_divided_by_their_bands_albedo() {
     const RELATIVE: f64 = 0.02;
     let plain = Options { conserve_energy: false, ..Options::default() };
     let surface = build(&preset(Preset::Blazed), &plain);
-    let table = ColourAlbedoTable::build(surface.table(), &plain).unwrap();
+    let table = ColourAlbedoTable::build(&surface.table().unpacked(), &plain).unwrap();
     let mut random = Random::new(21);
     let mut divided = 0;
     for _ in 0..60 {
@@ -198,7 +198,7 @@ fn colours_are_divided_by_their_bands_albedo() {
     }
     assert!(divided > 10, "{divided}");
     let flat = build(&preset(Preset::Flat), &plain);
-    let flat = ColourAlbedoTable::build(flat.table(), &plain).unwrap();
+    let flat = ColourAlbedoTable::build(&flat.table().unpacked(), &plain).unwrap();
     assert_eq!(flat.view::<f64>().factor([0.0, 0.6, 0.8], [0.0, -0.6, 0.8], true), [1.0; 3]);
 }
 

@@ -175,10 +175,10 @@ def with_nan():
 PIXEL = {"pixel_size": 0.1}
 # File name, how it is written, further parameters, and what the message must say besides the file's name.
 BAD_FILES = [
-    ("nan.npy", lambda p: npy(p, with_nan()), PIXEL, ["row 3", "column 2", "finite"]),
+    ("nan.npy", lambda p: npy(p, with_nan()), PIXEL, ["row 3", "column 2", "fill"]),
     ("infinite.npy", lambda p: npy(p, np.full((2, 2), np.inf)), PIXEL, ["row 0", "4 of 4 points"]),
     ("nan.gsf", lambda p: p.write_bytes(gsf(with_nan())), {}, ["row 3", "column 2", "NaN"]),
-    ("nan.txt", lambda p: p.write_text("0 1\nnan 2\n"), PIXEL, ["finite"]),
+    ("nan.txt", lambda p: p.write_text("0 1\nnan 2\n"), PIXEL, ["row 1", "fill"]),
     ("words.txt", lambda p: p.write_text("0 1\n2 rough\n"), PIXEL, ["rough"]),
     ("ragged.txt", lambda p: p.write_text("0 1\n2\n"), PIXEL, ["text"]),
     ("empty.txt", lambda p: p.write_text(""), PIXEL, ["text"]),

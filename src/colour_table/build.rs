@@ -86,11 +86,14 @@ impl ColourTable {
             2e3 / WAVELENGTH_MIN_NM,
             options.tolerance,
         );
-        let table = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?.table;
+        let built = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?;
+        let (table, spectral_error) = (built.table, built.report.relative_error);
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
         progress.report(1.0);
-        Ok((assemble(&plan, rings, coherence_length_um, sigma, start), table))
+        let mut colours = assemble(&plan, rings, coherence_length_um, sigma, start);
+        colours.report.spectral_error = spectral_error;
+        Ok((colours, table))
     }
 }
 
@@ -326,6 +329,7 @@ fn assemble(
         directions: plan.rings.iter().map(|ring| ring.directions).max().unwrap_or(0),
         coherence_length_um,
         order_sigma_per_um: sigma,
+        spectral_error: 0.0,
         build_seconds: start.elapsed().as_secs_f64(),
     };
     ColourTable { layout, words, report }

@@ -95,6 +95,8 @@ pub struct ColourTableReport {
     pub coherence_length_um: f64,
     /// Standard deviation in cycles/µm of the narrowest feature, that of an order.
     pub order_sigma_per_um: f64,
+    /// Relative error of the spectral table that it is made of; see [`crate::table::TableReport`].
+    pub spectral_error: f64,
     /// Seconds for everything.
     pub build_seconds: f64,
 }

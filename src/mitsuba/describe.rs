@@ -55,10 +55,12 @@ pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     let bytes = report.table_bytes + report.sampler_bytes + report.albedo_bytes;
     let inside = if surface.reference().is_some() { "inside" } else { "apart" };
     format!(
-        "tables of colours of {:.2} MB, {origin} ({:.2} s to build), {} rings over {} µm of coherence, Fresnel reflectance {inside}",
+        "tables of colours of {:.2} MB, {origin} ({:.2} s to build), {} rings over {} µm of coherence, relative error {:.1e} of the \
+         spectra, Fresnel reflectance {inside}",
         bytes as f64 / 1e6,
         report.build_seconds,
         surface.table().report().rings,
         report.coherence_length_um,
+        surface.table().report().spectral_error,
     )
 }

@@ -76,6 +76,7 @@ impl ColourSurface {
         progress: &Progress,
     ) -> Result<Self, ColourTableError> {
         let start = Instant::now();
+        options.demand(field).check(options.build_limit)?;
         let reference = index.map(reference);
         let table_options = ColourTableOptions {
             coherence_length_um: options.coherence_length_um,
