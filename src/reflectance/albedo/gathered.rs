@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// Largest standard deviation, in direction cosines at the longest wavelength, of nodes that are integrated one by one.
-const NARROW: f64 = 0.03;
+const NARROW: f64 = 0.1;
 /// Nodes up to which all are integrated one by one, and how many otherwise, the strongest.
 const ALL_SINGLE: usize = 640;
 const SINGLES: usize = 64;
