@@ -19,9 +19,9 @@ WO_ATOL = 1e-3
 # Share of samples whose random number falls on the edge of an interval, or into one so short that stretching it leaves
 # few digits, and which so land elsewhere.
 EDGE_SHARE = 2e-3
-# Orders are gone through one by one, and the random number is stretched at each. A window of 1 µm then turns what digits
-# are lost into directions that are 1e-3 off (3 % of the samples, half a per cent by 1e-2), and one of 1 mm has orders so
-# narrow that a share of them near the horizon is known to few digits.
+# Orders are gone through one by one, and the random number is stretched at each. A window of 1 µm turns what digits
+# are lost into directions that are 1e-3 off (3 % of the samples; half a per cent are 1e-2 off), and one of 1 mm has
+# orders so narrow that the share of one near the horizon is known to few digits.
 WIDE_EDGE_SHARE = {"1 µm": 4e-2, "1 mm": 2e-2}
 # Colours are sums of about a hundred wavelengths of both signs, whose steps may differ by one: the midpoint rule errs
 # by 2e-4 of the peak there. Relative to luminance, since the channels cancel.
