@@ -46,7 +46,7 @@ fn check_bound(name: &str, surface: &Surface, queries: usize) {
     for _ in 0..queries {
         let (wi, nm) = (incident(&mut random), random.wavelength_nm());
         let albedo = surface.albedo(wi, nm).unwrap();
-        let factor = factor(&surface, wi, nm);
+        let factor = factor(surface, wi, nm);
         least_factor = least_factor.min(factor);
         sum_factor += factor / queries as f64;
         above += usize::from(albedo > ALBEDO_MAX);

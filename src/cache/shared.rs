@@ -9,7 +9,14 @@ pub struct Shared<K, T>(Mutex<Option<HashMap<K, Slot<T>>>>);
 
 type Slot<T> = Arc<Mutex<Weak<T>>>;
 
+impl<K: Eq + Hash, T> Default for Shared<K, T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<K: Eq + Hash, T> Shared<K, T> {
+    /// None in use.
     pub const fn new() -> Self {
         Self(Mutex::new(None))
     }

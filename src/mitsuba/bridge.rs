@@ -234,7 +234,7 @@ impl Surface {
     ) -> Result<[f32; 5], PluginError> {
         // Scalar variants of Mitsuba warn of every sample with a negative channel.
         let (words, gamut) = (self.all_words(), Gamut::Desaturate);
-        guard(|| Ok(self.answer::<Plain<f32>>(words, gamut, question, *wi, *other, *wavelengths_nm, true)))
+        guard(|| Ok(self.answer::<Plain<f32>>(words, gamut, question, [*wi, *other], *wavelengths_nm, true)))
     }
 
     fn trace(&self, question: Question, arguments: &ffi::Traced) -> Result<[u32; 5], PluginError> {
@@ -248,7 +248,7 @@ impl Surface {
                     Tables::Colours(..) => [wi[0]; 4],
                 };
                 let active = Var::borrowed(scope, arguments.active);
-                self.answer::<Traced>(words, Gamut::Keep, question, wi, other, nm, active)
+                self.answer::<Traced>(words, Gamut::Keep, question, [wi, other], nm, active)
                     .map(|variable| variable.owned(scope))
             })?;
             Ok(owned.map(Owned::into_index))
@@ -261,8 +261,7 @@ impl Surface {
         words: [N::Words; 3],
         gamut: Gamut,
         question: Question,
-        wi: [N::Real; 3],
-        other: [N::Real; 3],
+        [wi, other]: [[N::Real; 3]; 2],
         wavelengths_nm: [N::Real; 4],
         active: N::Mask,
     ) -> [N::Real; 5] {
