@@ -80,6 +80,7 @@ impl SquareAxis {
 fn tent_weights(sigma: f64) -> Vec<f32> {
     const STEPS: usize = 16;
     const ROUNDS: usize = 300;
+    const IDLE_WEIGHT: f64 = 1e-12;
     let n = (TENT_REACH * sigma).ceil() as usize;
     let squares: Vec<f64> = (0..2 * n * STEPS)
         .map(|i| ((i as f64 + 0.5) / STEPS as f64 - n as f64) / sigma)
@@ -99,7 +100,9 @@ fn tent_weights(sigma: f64) -> Vec<f32> {
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);
     }
-    weights.into_iter().map(|weight| weight as f32).collect()
+    // Tents further out than serve for anything have vanished.
+    let idle = weights.iter().take_while(|weight| **weight < IDLE_WEIGHT).count();
+    weights[idle..weights.len() - idle].iter().map(|weight| *weight as f32).collect()
 }
 
 /// The layout and the words of a table's square.
