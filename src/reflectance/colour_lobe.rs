@@ -303,9 +303,10 @@ fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
     let zero = R::lit(0.0);
     let grey = luminance(colour).max(zero);
     let least = colour[0].min(colour[1]).min(colour[2]);
-    let share = R::select(least.lt(zero), grey / (grey - least), R::lit(1.0));
+    let outside = least.lt(zero);
+    let share = grey / (grey - least);
     // Rounding may leave a hair below zero.
-    colour.map(|channel| (channel - grey).fma(share, grey).max(zero))
+    colour.map(|channel| R::select(outside, (channel - grey).fma(share, grey).max(zero), channel))
 }
 
 /// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC 61966-2-1.

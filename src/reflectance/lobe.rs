@@ -3,6 +3,7 @@
 use super::Vec3;
 use super::geometry::direction_above;
 use super::quadrature::{HERMITE_3, HERMITE_5, LEGENDRE_6, LEGENDRE_16, hemisphere, in_panels};
+use std::borrow::Cow;
 use std::f64::consts::TAU;
 
 /// Standard deviation in direction cosines below which a lobe is not integrated across.
@@ -22,11 +23,12 @@ pub(super) const PHASE_PANEL: f64 = 30.0;
 const ACROSS_OF_COSINE: f64 = 0.3;
 
 /// Power `P(κ)` about the frequency `f` with a Gaussian spread.
-pub(super) struct Lobe {
+#[derive(Clone)]
+pub(super) struct Lobe<'a> {
     pub f: [f64; 2],
     pub sigma_f: [f64; 2],
     /// A record of the table, or a sum of such.
-    pub record: Vec<f32>,
+    pub record: Cow<'a, [f32]>,
 }
 
 /// What an integral over lobes depends on besides them.
@@ -41,7 +43,7 @@ pub(super) struct Setting {
     pub cut: bool,
 }
 
-impl Lobe {
+impl Lobe<'_> {
     /// Visits directions with their shares of the lobe's Gaussian in the plane of direction cosines, of which nothing
     /// lies beyond the horizon or where the table knows nothing.
     pub fn integrate(&self, setting: &Setting, fine: bool, mut visit: impl FnMut(Vec3, f64)) {
@@ -61,7 +63,7 @@ impl Lobe {
         let clear =
             1.0 - rho > CLEAR * widest && phase * widest * rho < PHASE_SIGMA * (1.0 - rho * rho).max(0.0).sqrt();
         // Half a per mille of 1/cosθo averaged over the Gaussian is 40 standard deviations inside in cos²θo.
-        let far = 1.0 - rho * rho > 40.0 * widest;
+        let far = 1.0 - rho * rho > if fine { 40.0 } else { 16.0 } * widest;
         if clear && far && (widest < SHARP || !fine) && whole == [true; 2] {
             if let Some(wo) = direction_above(q[0], q[1]) {
                 visit(wo, 1.0);
@@ -106,7 +108,7 @@ impl Lobe {
         let (ex, ey) = if rho > 1e-9 { (qx / rho, qy / rho) } else { (1.0, 0.0) };
         // Lobes gathered from an oblong tile are oblong.
         let (sigma, across) = ((ex * sx).hypot(ey * sy), (ey * sx).hypot(ex * sy));
-        let sharp = across < SHARP.min(ACROSS_OF_COSINE * setting.wi[2]);
+        let sharp = !fine || across < SHARP.min(ACROSS_OF_COSINE * setting.wi[2]);
         let across_rule: &[(f64, f64)] = match () {
             _ if sharp => &[(0.0, 1.0)],
             _ if across < WIDE => &HERMITE_3,

@@ -12,6 +12,7 @@ mod geometry;
 mod integrated;
 mod lobe;
 mod lobes;
+mod power_grid;
 mod quadrature;
 pub mod sampler;
 mod spectral_lobe;

@@ -272,7 +272,9 @@ impl Surface {
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
-        Some(Lobes::new(table)?.albedo(wi, wavelength_nm, &self.options, factor))
+        let mut albedo = 0.0;
+        Lobes::fine(table, &self.options)?.visit(wi, wavelength_nm, |wo, part| albedo += part * factor(wo));
+        Some(albedo)
     }
 }
 

@@ -1,280 +1,333 @@
-//! Fills an [`AlbedoTable`].
+//! Tabulates `A` from above.
 
-use super::gathered::Gathered;
-use super::{AlbedoLayout, AlbedoTable, bf16_above};
+use super::AlbedoLayout;
+use super::grid::{Place, place};
+use crate::numeric::Plain;
 use crate::reflectance::Vec3;
-use crate::reflectance::surface::{COS_85_DEGREES, Options};
-use crate::table::{KernelKind, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::reflectance::lobes::Lobes;
+use crate::reflectance::surface::COS_85_DEGREES;
+use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Cells along a side and planes of wavelength, and places in a sum up to which each grid is used.
-const GRIDS: [(u32, u32, usize); 4] = [(48, 16, 400), (32, 10, 1000), (20, 8, 4000), (16, 6, usize::MAX)];
-/// Passes over places between the nodes at most, each over others.
-const PASSES: usize = 4;
-/// Directions of every cell in a pass, and for every cell along a side those about the horizon, in a ring of this width in radii of the disc:
-/// there narrow orders, if that is all there is, make ridges that their own direction does not take away, since both directions are grazing.
-const SAMPLES: usize = 1;
-const RIM_SAMPLES: usize = 8;
-const RIDGED_RIM_SAMPLES: usize = 32;
-const RIM_WIDTH: f64 = 0.4;
-/// Excess of an albedo that is let pass, and what is added besides what is lacking, as a share of that and of the divisor: what is found
-/// is seldom the top of a ridge.
+/// How finely a table is made.
+#[derive(Clone, Copy)]
+pub(super) struct Fineness {
+    /// Most places in an integral that it is for.
+    places: usize,
+    /// Cells along a side and planes of wavelength; the one is even and the other odd, so that every other node makes a grid as well.
+    pub cells: u32,
+    pub planes: u32,
+    /// Directions in every cell, besides its corners, at which the table is not below what is asked for; and about the horizon for every cell
+    /// along a side.
+    samples: usize,
+    rim_samples: usize,
+}
+
+/// Integrals of few places are over narrow orders, where `A` has ridges; they are quick as well.
+const FINENESS: [Fineness; 4] = [
+    Fineness { places: 400, cells: 48, planes: 17, samples: 4, rim_samples: 192 },
+    Fineness { places: 1000, cells: 32, planes: 11, samples: 3, rim_samples: 96 },
+    Fineness { places: 4000, cells: 20, planes: 9, samples: 2, rim_samples: 24 },
+    Fineness { places: usize::MAX, cells: 16, planes: 7, samples: 2, rim_samples: 24 },
+];
+/// Width, in radii of the disc, of the ring that is about the horizon.
+const RIM_WIDTH: f64 = 0.3;
+/// What a divisor is raised by, as a share of it, since ridges go on between the places that are looked at: so much, and so much more at the
+/// horizon, where it bends most and next to no light is lost by it; less where the excess over one is less than this.
+const MARGIN: f64 = 0.006;
+const RIM_MARGIN: f64 = 0.04;
+const MARGIN_FROM: f64 = 0.05;
+/// Excess over one that is let pass: quadrature is good to about this.
 const NEGLIGIBLE: f64 = 3e-4;
-const OVERSHOOT: f64 = 0.2;
-const MARGIN: f64 = 0.003;
-/// Cosine below which divisors have a margin, and how large that is.
-const RIM_COSINE: f64 = 0.05;
-const RIM_MARGIN: f64 = 0.02;
-/// Albedo up to which nothing is divided: quadrature is good to about this.
-pub(super) const ALBEDO_MAX: f64 = 1.0003;
 /// Steps towards the least divisor, each of which is one.
 const STEPS: usize = 4;
+
 /// How much the division changes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct AlbedoReport {
-    /// Largest albedo before, over the nodes below 85°.
+    /// Largest albedo before, over directions below 85°.
     pub albedo_max_unscaled: f64,
     /// Mean of the albedo over incident directions weighted by cosθ and over wavelengths, before and after.
     pub albedo_mean_unscaled: f64,
     pub albedo_mean_scaled: f64,
 }
 
-impl AlbedoTable {
-    /// The table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
-    pub fn build(table: &SpectralTable, options: &Options) -> Option<(Self, AlbedoReport)> {
-        if table.kernel() != KernelKind::Power {
-            return None;
+/// Planes that are integrated together.
+pub(super) struct Group<const K: usize> {
+    /// Where each lies, from zero for the first plane to one for the last.
+    pub planes: [f64; K],
+    /// Wavelengths in nm with their weights in each plane, where they sum to one.
+    pub wavelengths: Vec<(f64, [f64; K])>,
+}
+
+/// What a table is built from. Its planes are as many groups of `K` as they make.
+pub(super) struct Source<'a, const K: usize> {
+    pub lobes: &'a Lobes<'a>,
+    pub fineness: Fineness,
+    /// The group at a place from zero for the first to one for the last.
+    pub group: &'a (dyn Fn(f64) -> Group<K> + Sync),
+}
+
+/// `(A − 1)·cos²θ` at the nodes of a grid, `[plane][y][x]`.
+pub(super) struct Nodes {
+    pub layout: AlbedoLayout,
+    pub values: Vec<f32>,
+}
+
+impl Fineness {
+    /// For a surface.
+    pub fn of(lobes: &Lobes) -> Self {
+        let places = lobes.places();
+        FINENESS.into_iter().find(|fineness| places <= fineness.places).unwrap_or(FINENESS[FINENESS.len() - 1])
+    }
+
+    /// For bands instead of wavelengths: ridges are washed out, and an integral takes as many times longer as it has wavelengths.
+    pub fn of_bands(lobes: &Lobes) -> Self {
+        Self { cells: if lobes.has_ridges() { 32 } else { 16 }, samples: 1, rim_samples: 16, ..Self::of(lobes) }
+    }
+}
+
+impl<const K: usize> Source<'_, K> {
+    /// The nodes of a table.
+    pub fn build(&self, layout: AlbedoLayout) -> Nodes {
+        let coarse = layout.coarse(K);
+        let albedo = self.nodes(coarse, None);
+        let divided = self.nodes(coarse, Some(&albedo));
+        let mut nodes = self.nodes(layout, Some(&divided));
+        // Light that leaves must not be divided by less than what is assumed here.
+        nodes.values.iter_mut().zip(divided.refined(layout)).for_each(|(value, least)| *value = value.max(least));
+        self.raise(&mut nodes);
+        nodes
+    }
+
+    /// The groups of a grid's planes.
+    fn groups(&self, layout: &AlbedoLayout) -> Vec<Group<K>> {
+        let groups = layout.planes as usize / K;
+        (0..groups).map(|i| (self.group)(i as f64 / (groups - 1).max(1) as f64)).collect()
+    }
+
+    /// What [`Source::least`] gives at the nodes of a grid; nodes that no cell of the disc has are zero.
+    fn nodes(&self, layout: AlbedoLayout, known: Option<&Nodes>) -> Nodes {
+        let in_plane = layout.in_plane();
+        let groups = self.groups(&layout);
+        let asked = (0..groups.len() * in_plane).into_par_iter().map(|i| {
+            let (wi, radius) = layout.node(i);
+            if layout.is_beyond(radius) { [0.0; K] } else { self.least(wi, &groups[i / in_plane], known) }
+        });
+        let asked: Vec<[f64; K]> = asked.collect();
+        let values = (0..layout.planes as usize).flat_map(|plane| {
+            asked[plane / K * in_plane..][..in_plane].iter().map(move |asked| asked[plane % K] as f32)
+        });
+        Nodes { layout, values: values.collect() }
+    }
+
+    /// The least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t`, from above, where `b` is what is known already; the albedo itself,
+    /// if above one, where nothing is. As `(t − 1)·cos²θi`.
+    fn least(&self, wi: Vec3, group: &Group<K>, known: Option<&Nodes>) -> [f64; K] {
+        let mut parts = Vec::new();
+        let mut albedo = [0.0; K];
+        for (nm, weights) in &group.wavelengths {
+            self.lobes.visit(wi, *nm, |wo, part| {
+                let part = weights.map(|weight| weight * part);
+                (0..K).for_each(|k| albedo[k] += part[k]);
+                parts.push((wo, part));
+            });
         }
-        let gathered = Gathered::new(table, options);
-        let layout = layout(&gathered);
-        let guess = Nodes::new(layout, &gathered, None);
-        if guess.values.iter().all(|&value| value == 0.0) {
-            let mean = mean(&gathered, &layout, None);
-            return Some((guess.packed(), report(&guess, mean)));
-        }
-        // Each is lower where the one before is higher; after two, nodes lie above what lets through the most.
-        let lower = Nodes::new(layout, &gathered, Some(&guess.packed()));
-        let mut nodes = Nodes::new(layout, &gathered, Some(&lower.packed()));
-        for pass in 0..PASSES {
-            if !nodes.raise(&gathered, pass) {
-                break;
+        let mut t = albedo.map(|albedo| albedo.max(1.0));
+        if let Some(known) = known
+            && albedo.iter().any(|&albedo| albedo > 1.0 + NEGLIGIBLE)
+        {
+            let divided: Vec<_> = parts
+                .into_iter()
+                .map(|(wo, part)| {
+                    let place = place::<Plain<f64>>(known.layout.cells, wo);
+                    let per = |k| part[k] / (1.0 + known.value(group.planes[k], &place) * place.per_squared_cosine);
+                    (part, std::array::from_fn::<f64, K, _>(per))
+                })
+                .collect();
+            for _ in 0..STEPS {
+                // Concave in t, and no more than t where t does, so that every step does if the first does.
+                let step = |k: usize| {
+                    divided
+                        .iter()
+                        .map(|(part, per)| {
+                            let most = t[k] * per[k];
+                            if part[k] > 0.0 { part[k].min(most) } else { part[k].max(most) }
+                        })
+                        .sum::<f64>()
+                };
+                t = std::array::from_fn(|k| step(k).max(1.0));
             }
         }
-        nodes.widen_rim();
-        let built = nodes.packed();
-        let mean = mean(&gathered, &layout, Some(&built));
-        Some((built, report(&guess, mean)))
-    }
-}
-
-/// The grid for a table.
-pub(super) fn layout(gathered: &Gathered) -> AlbedoLayout {
-    let places = gathered.places();
-    let (cells, planes, _) = GRIDS.into_iter().find(|grid| places <= grid.2).unwrap_or(GRIDS[GRIDS.len() - 1]);
-    AlbedoLayout {
-        cells,
-        planes,
-        wavelength_min_nm: WAVELENGTH_MIN_NM as f32,
-        planes_per_nm: ((f64::from(planes) - 1.0) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM)) as f32,
-    }
-}
-
-/// The least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t`, from above; the albedo itself, if above one, without `b`.
-fn least(gathered: &Gathered, known: Option<&AlbedoTable>, wi: Vec3, wavelength_nm: f64) -> f64 {
-    let mut parts = Vec::new();
-    let mut albedo = 0.0;
-    gathered.visit(wi, wavelength_nm, |wo, part| {
-        albedo += part;
-        parts.push((wo, part));
-    });
-    if albedo <= ALBEDO_MAX {
-        return 1.0;
-    }
-    let Some(known) = known else { return albedo };
-    let view = known.view::<f64>();
-    let parts: Vec<(f64, f64)> =
-        parts.into_iter().map(|(wo, part)| (part, part / view.albedo(wo, wavelength_nm, true))).collect();
-    let mut t = albedo;
-    for _ in 0..STEPS {
-        // Concave in t, and no more than t where t does, so that every step does if the first does.
-        t = parts.iter().map(|(part, divided)| part.min(t * divided)).sum::<f64>().max(1.0);
-    }
-    t
-}
-
-/// Excesses at the nodes, `[wavelength][y][x]`.
-struct Nodes {
-    layout: AlbedoLayout,
-    values: Vec<f32>,
-}
-
-impl Nodes {
-    /// What [`least`] gives at every node; nodes that no cell of the disc has are zero.
-    fn new(layout: AlbedoLayout, gathered: &Gathered, known: Option<&AlbedoTable>) -> Self {
-        let (side, in_plane) = (layout.side(), layout.in_plane());
-        let value = |i: usize| {
-            let (wi, radius) = layout.direction([(i % side) as f64, (i % in_plane / side) as f64]);
-            if layout.is_beyond(radius) {
-                return 0.0;
-            }
-            let nm = layout.wavelength_nm((i / in_plane) as f64);
-            ((least(gathered, known, wi, nm) - 1.0) * wi[2] * wi[2]) as f32
-        };
-        let count = in_plane * layout.planes as usize;
-        Self { layout, values: (0..count).into_par_iter().map(value).collect() }
-    }
-
-    /// Numbers of the eight nodes of a cell, with their weights at a place in it.
-    fn corners(&self, [x, y, l]: [usize; 3], [tx, ty, tl]: [f64; 3]) -> [(usize, f64); 8] {
-        let weight = |upper: usize, t: f64| if upper == 1 { t } else { 1.0 - t };
-        std::array::from_fn(|k| {
-            let (dx, dy, dl) = (k & 1, k >> 1 & 1, k >> 2);
-            let node = ((l + dl) * self.layout.side() + y + dy) * self.layout.side() + x + dx;
-            (node, weight(dx, tx) * weight(dy, ty) * weight(dl, tl))
+        let margin = MARGIN + RIM_MARGIN * (1.0 - wi[2]).powi(16);
+        t.map(|t| match t - 1.0 {
+            excess if excess > NEGLIGIBLE => (excess + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2],
+            _ => 0.0,
         })
     }
 
-    /// Raises nodes until nothing at the places of a pass lies below what [`least`] asks for; whether there was anything to raise. What is
-    /// raised lowers the albedos of all other directions.
-    fn raise(&mut self, gathered: &Gathered, pass: usize) -> bool {
-        let known = self.packed();
-        let cells = self.layout.cells as usize;
-        let rim_samples = if gathered.has_ridges() { RIDGED_RIM_SAMPLES } else { RIM_SAMPLES };
-        let (gaps, in_disc, in_rim) = (self.layout.planes as usize - 1, SAMPLES * cells * cells, rim_samples * cells);
-        let nodes = &*self;
-        let asked: Vec<_> = (0..gaps * (in_disc + in_rim))
-            .into_par_iter()
-            .flat_map_iter(|i| {
-                let known = &known;
-                let (k, gap) = (i / gaps, i % gaps);
-                let [a, b, mut l] = scattered(PASSES * i + pass);
-                // At an end of the range of wavelengths no second cell looks.
-                if (k + pass) % 2 == 0 && (gap == 0 || gap + 1 == gaps) {
-                    l = if gap == 0 { 0.0 } else { 1.0 };
-                }
-                let at = if k < in_disc {
-                    let cell = k / SAMPLES;
-                    [(cell % cells) as f64 + a, (cell / cells) as f64 + b]
-                } else {
-                    // More evenly in cosθ than the cells are.
-                    let radius = 1.0 - RIM_WIDTH * a * a;
-                    let (sin, cos) = (TAU * b).sin_cos();
-                    [cos, sin].map(|along| 0.5 * cells as f64 * (1.0 + radius * along))
-                };
-                let (wi, radius) = nodes.layout.direction(at);
-                let [low, between, high] = [0.0, l, 1.0].map(|l| nodes.layout.wavelength_nm(gap as f64 + l));
-                let within = radius < 1.0;
-                let grazing = if within { gathered.grazing_wavelengths(wi, [low, high]) } else { Vec::new() };
-                let place = move |nm: f64| {
-                    let [x, y] = at.map(|at| (at as usize).min(cells - 1));
-                    let inside = [at[0] - x as f64, at[1] - y as f64, (nm - low) / (high - low)];
-                    let corners = nodes.corners([x, y, gap], inside);
-                    let have: f64 = corners.iter().map(|&(node, weight)| weight * f64::from(nodes.values[node])).sum();
-                    let t = least(gathered, Some(known), wi, nm);
-                    let lacking = (t - 1.0) * wi[2] * wi[2] - have;
-                    let excess = lacking / (have + wi[2] * wi[2]);
-                    (excess > NEGLIGIBLE)
-                        .then(|| (corners, have + (1.0 + OVERSHOOT) * lacking + MARGIN * t * wi[2] * wi[2]))
-                };
-                let wavelengths = grazing.into_iter().chain(within.then_some(between));
-                wavelengths.filter_map(place).collect::<Vec<_>>()
-            })
-            .collect();
-        raise(&mut self.values, asked)
-    }
-
-    /// Adds a margin to nodes about the horizon that divide, where `A` changes most from node to node and next to no light is lost by it.
-    fn widen_rim(&mut self) {
-        let (layout, side) = (self.layout, self.layout.side());
-        for (i, value) in self.values.iter_mut().enumerate().filter(|(_, value)| **value > 0.0) {
-            let (wi, _) = layout.direction([(i % side) as f64, (i % layout.in_plane() / side) as f64]);
-            if wi[2] < RIM_COSINE {
-                *value += (RIM_MARGIN * (f64::from(*value) + wi[2] * wi[2])) as f32;
+    /// Raises nodes until the table is not below what is asked for at places between them.
+    fn raise(&self, nodes: &mut Nodes) {
+        let known = &*nodes;
+        let layout = nodes.layout;
+        let (cells, gaps) = (layout.cells as usize, (layout.planes as usize / K - 1).max(1));
+        let Fineness { samples, rim_samples, .. } = self.fineness;
+        let in_cells = samples * cells * cells;
+        let asked = |i: usize| {
+            let [a, b, towards] = scattered(i);
+            let (gap, k) = (i % gaps, i / gaps);
+            let at = if k < in_cells {
+                [(k / samples % cells) as f64 + a, (k / samples / cells) as f64 + b]
+            } else {
+                let (sin, cos) = (TAU * b).sin_cos();
+                [cos, sin].map(|along| 0.5 * cells as f64 * (1.0 + (1.0 - RIM_WIDTH * a * a) * along))
+            };
+            let (wi, radius) = layout.direction(at);
+            // A little beyond the range and brought back, since the last planes have a gap on one side alone.
+            let mut plane = ((gap as f64 + 1.5 * towards - 0.25) / gaps as f64).clamp(0.0, 1.0);
+            if i % 2 == 0
+                && let Some(nm) = self.lobes.grazing_nm(wi, i / 2)
+            {
+                plane = (nm - WAVELENGTH_MIN_NM) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
+            }
+            let group = (self.group)(plane);
+            let place = place::<Plain<f64>>(layout.cells, wi);
+            let asked = if radius < 1.0 { self.least(wi, &group, Some(known)) } else { [0.0; K] };
+            std::array::from_fn::<_, K, _>(|k| (layout.around(group.planes[k], &place), asked[k]))
+        };
+        let asked: Vec<_> = (0..gaps * (in_cells + rim_samples * cells)).into_par_iter().flat_map_iter(asked).collect();
+        let mut most = vec![0f32; nodes.values.len()];
+        for (around, asked) in asked {
+            let have: f64 = around.iter().map(|&(node, weight)| weight * f64::from(nodes.values[node])).sum();
+            let squares: f64 = around.iter().map(|corner| corner.1 * corner.1).sum();
+            for (node, weight) in around {
+                // Times their weights these sum to what is lacking.
+                most[node] = most[node].max(((asked - have) * weight / squares) as f32);
             }
         }
+        nodes.values.iter_mut().zip(&most).for_each(|(value, by)| *value += by);
     }
 
-    fn packed(&self) -> AlbedoTable {
-        let (cells, planes) = (self.layout.cells as usize, self.layout.planes as usize);
-        let half = |node: usize| bf16_above(self.values[node]);
-        let words = (0..cells * cells * (planes - 1)).flat_map(|i| {
-            let corners = self.corners([i % cells, i / cells % cells, i / cells / cells], [0.0; 3]);
-            [0, 2, 4, 6].map(|k| half(corners[k].0) | half(corners[k + 1].0) << 16)
-        });
-        AlbedoTable { layout: self.layout, words: words.collect() }
-    }
-}
-
-/// Raises nodes so that every place has at least what is asked there: places as nodes with their weights. Whether there was anything to
-/// raise.
-pub(super) fn raise<const K: usize>(
-    values: &mut [f32],
-    asked: impl IntoIterator<Item = ([(usize, f64); K], f64)>,
-) -> bool {
-    let mut most = vec![0f32; values.len()];
-    for (corners, asked) in asked {
-        let have: f64 = corners.iter().map(|&(node, weight)| weight * f64::from(values[node])).sum();
-        let squares: f64 = corners.iter().map(|corner| corner.1 * corner.1).sum();
-        for (node, weight) in corners {
-            // Times their weights these sum to what is lacking.
-            most[node] = most[node].max(((asked - have) * weight / squares) as f32);
-        }
-    }
-    values.iter_mut().zip(&most).for_each(|(value, by)| *value += by);
-    most.iter().any(|&by| by > 0.0)
-}
-
-/// Means before and after.
-fn mean(gathered: &Gathered, layout: &AlbedoLayout, built: Option<&AlbedoTable>) -> [f64; 2] {
-    let (side, in_plane) = (layout.side(), layout.in_plane());
-    let at = |i: usize| {
-        let (wi, radius) = layout.direction([(i % side) as f64, (i % in_plane / side) as f64]);
-        if radius >= 1.0 || i % 2 == 1 || i / in_plane % 2 == 1 {
-            return [0.0; 3];
-        }
-        // Every other node of every other plane. Solid angle of a node, up to a constant, times cosθ.
-        let weight = wi[2].powf(1.5);
-        let (mut before, mut after) = (0.0, 0.0);
-        let nm = layout.wavelength_nm((i / in_plane) as f64);
-        let view = built.map(|built| built.view::<f64>());
-        let place = view.as_ref().map(|view| view.place(wi));
-        gathered.visit(wi, nm, |wo, part| {
-            before += part;
-            let factor = match (&view, &place) {
-                (Some(view), Some(place)) => view.factor_at(place, &view.place(wo), nm, true),
-                _ => 1.0,
+    /// What a table changes, over every other node of its grid.
+    pub fn report(&self, built: &Nodes) -> AlbedoReport {
+        let layout = built.layout.coarse(K);
+        let in_plane = layout.in_plane();
+        let groups = self.groups(&layout);
+        let at = |i: usize| {
+            let (wi, radius) = layout.node(i);
+            let mut found = Found::default();
+            if radius >= 1.0 {
+                return found;
+            }
+            let group = &groups[i / in_plane];
+            let excess = |w: Vec3| {
+                let place = place::<Plain<f64>>(built.layout.cells, w);
+                group.planes.map(|plane| built.value(plane, &place) * place.per_squared_cosine)
             };
-            after += part * factor;
-        });
-        [weight, weight * before, weight * after]
-    };
-    let sums = (0..in_plane * layout.planes as usize)
-        .into_par_iter()
-        .map(at)
-        .reduce(|| [0.0; 3], |a, b| std::array::from_fn(|k| a[k] + b[k]));
-    [sums[1] / sums[0], sums[2] / sums[0]]
+            let from = excess(wi);
+            let (mut before, mut after) = ([0.0; K], [0.0; K]);
+            for (nm, weights) in &group.wavelengths {
+                self.lobes.visit(wi, *nm, |wo, part| {
+                    let to = excess(wo);
+                    for k in 0..K {
+                        before[k] += weights[k] * part;
+                        after[k] += weights[k] * part / (1.0 + from[k].max(to[k]));
+                    }
+                });
+            }
+            // Solid angle of a node, up to a constant, times cosθ.
+            let weight = wi[2].powf(1.5);
+            found.sums = [weight * K as f64, weight * before.iter().sum::<f64>(), weight * after.iter().sum::<f64>()];
+            if wi[2] > COS_85_DEGREES {
+                found.most = before.into_iter().fold(0.0, f64::max);
+            }
+            found
+        };
+        let found = (0..groups.len() * in_plane).into_par_iter().map(at).reduce(Found::default, Found::merged);
+        let [weights, before, after] = found.sums;
+        AlbedoReport {
+            albedo_max_unscaled: found.most,
+            albedo_mean_unscaled: before / weights,
+            albedo_mean_scaled: after / weights,
+        }
+    }
 }
 
-/// `unscaled` holds the albedos above one, as excesses.
-fn report(unscaled: &Nodes, mean: [f64; 2]) -> AlbedoReport {
-    let layout = &unscaled.layout;
-    let side = layout.side();
-    let steep = unscaled.values.iter().enumerate().filter_map(|(i, &value)| {
-        let (wi, _) = layout.direction([(i % side) as f64, (i % layout.in_plane() / side) as f64]);
-        (wi[2] > COS_85_DEGREES).then(|| 1.0 + f64::from(value) / (wi[2] * wi[2]))
-    });
-    AlbedoReport {
-        albedo_max_unscaled: steep.fold(1.0, f64::max),
-        albedo_mean_unscaled: mean[0],
-        albedo_mean_scaled: mean[1],
+/// Of some directions: sums of weights, and of albedos before and after times these; and the largest albedo before, below 85°.
+#[derive(Clone, Copy, Default)]
+struct Found {
+    sums: [f64; 3],
+    most: f64,
+}
+
+impl Found {
+    fn merged(self, other: Self) -> Self {
+        Self { sums: std::array::from_fn(|k| self.sums[k] + other.sums[k]), most: self.most.max(other.most) }
+    }
+}
+
+impl Nodes {
+    /// Interpolated between nodes and towards the next plane.
+    fn value(&self, plane: f64, place: &Place<Plain<f64>>) -> f64 {
+        self.layout.around(plane, place).iter().map(|&(node, weight)| weight * f64::from(self.values[node])).sum()
+    }
+
+    /// At the nodes of a grid of which these are every other, in planes as well where it has more of them.
+    fn refined(&self, layout: AlbedoLayout) -> Vec<f32> {
+        let (side, in_plane) = (layout.side(), layout.in_plane());
+        let halves = |at: usize| [at / 2, at / 2 + at % 2];
+        let value = |i: usize| {
+            let plane = i / in_plane;
+            let planes = if layout.planes == self.layout.planes { [plane; 2] } else { halves(plane) };
+            let (ys, xs) = (halves(i % in_plane / side), halves(i % side));
+            let row = |plane: usize, y: usize| (plane * self.layout.side() + y) * self.layout.side();
+            let rows = planes.into_iter().flat_map(|plane| ys.map(|y| row(plane, y)));
+            rows.flat_map(|row| xs.map(|x| self.values[row + x])).sum::<f32>() / 8.0
+        };
+        (0..in_plane * layout.planes as usize).map(value).collect()
+    }
+}
+
+impl AlbedoLayout {
+    /// The grid of every other node, in planes as well where there are several groups of `together` planes.
+    fn coarse(&self, together: usize) -> Self {
+        let by = if self.planes as usize > together { 2 } else { 1 };
+        let planes = (self.planes - 1) / by + 1;
+        Self { cells: self.cells / 2, planes, planes_per_nm: self.planes_per_nm / by as f32, ..*self }
+    }
+
+    /// A node's direction and distance from the middle of the disc, in radii, by its number.
+    fn node(&self, i: usize) -> (Vec3, f64) {
+        self.direction([(i % self.side()) as f64, (i % self.in_plane() / self.side()) as f64])
+    }
+
+    /// Number of the `k`-th of eight nodes of a cell: bits of `k` are steps along x, along y, and to the next plane, if there is one.
+    pub(super) fn corner(&self, [x, y, plane]: [usize; 3], k: usize) -> usize {
+        let plane = (plane + (k >> 2)).min(self.planes as usize - 1);
+        plane * self.in_plane() + (y + (k >> 1 & 1)) * self.side() + x + (k & 1)
+    }
+
+    /// The eight nodes around a place, in a plane and in the next, with their weights.
+    fn around(&self, plane: f64, place: &Place<Plain<f64>>) -> [(usize, f64); 8] {
+        let at = plane * f64::from(self.planes - 1);
+        // Rounding must not lead from one plane to the next.
+        let (plane, towards) =
+            if (at - at.round()).abs() < 1e-9 { (at.round(), 0.0) } else { (at.floor(), at.fract()) };
+        let (cells, in_cells) = (self.cells as usize, place.cell as usize);
+        let cell = [in_cells % cells, in_cells / cells, plane as usize];
+        std::array::from_fn(|k| {
+            let weight = |upper: usize, t: f64| if upper == 1 { t } else { 1.0 - t };
+            let share = weight(k & 1, place.x) * weight(k >> 1 & 1, place.y) * weight(k >> 2, towards);
+            (self.corner(cell, k), share)
+        })
     }
 }
 
 /// A point of an additive sequence, any few neighbours of which lie evenly in the unit cube (reciprocal powers of the root of
 /// x⁴ = x + 1).
-pub(super) fn scattered(i: usize) -> [f64; 3] {
+fn scattered(i: usize) -> [f64; 3] {
     [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
         .map(|step| (0.5 + step * i as f64).fract())
 }

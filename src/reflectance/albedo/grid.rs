@@ -65,9 +65,4 @@ impl AlbedoLayout {
     pub(super) fn is_beyond(&self, radius: f64) -> bool {
         radius > 1.0 + 8f64.sqrt() / f64::from(self.cells)
     }
-
-    /// Wavelength in nm at a place in planes.
-    pub(super) fn wavelength_nm(&self, plane: f64) -> f64 {
-        f64::from(self.wavelength_min_nm) + plane / f64::from(self.planes_per_nm)
-    }
 }

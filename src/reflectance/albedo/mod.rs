@@ -12,23 +12,27 @@
 //!
 //! because the integral over `t` falls with `t`, and at `t = max(1, A(wi))` it is the albedo of `f'`. That spares directions from which a
 //! narrow order leaves along the surface: the albedo has a pole there, of light that its own direction takes away anyway, and a table would
-//! spread it over whole cells. Raising `A` in one direction lowers what is asked for in all others.
+//! spread it over whole cells. What is asked for falls where `A` rises, so that any `B ≤ A` may stand for `A` in the integral.
 //!
-//! [`AlbedoTable`] holds `A` on a grid of direction and wavelength, raised until it is not below what is asked for at
-//! tens of thousands of places between its nodes. Elsewhere it can be, by little: see `docs/stability.md`.
+//! [`AlbedoTable`] holds `A` on a grid of direction and wavelength. A first grid, half as fine, holds the albedo; a second what is asked for
+//! with that in the integral, which is less; this is `B`. Nodes of the table have what is asked for with `B`, and are raised until the table
+//! is not below what is asked for at tens of thousands of places between them. At others it can be, by little: see `docs/stability.md`.
 
 mod build;
 mod colour;
-mod gathered;
 mod grid;
 
 pub use build::AlbedoReport;
+use build::{Fineness, Group, Source};
 pub use colour::{ColourAlbedoTable, ColourAlbedoView};
 pub(crate) use grid::Place;
 use grid::place;
 
+use super::lobes::Lobes;
+use super::surface::Options;
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
+use crate::table::{SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
 
 /// How the words of a table are arranged: `[wavelength][y][x]`, cell by cell.
@@ -57,6 +61,31 @@ pub struct AlbedoTable {
 }
 
 impl AlbedoTable {
+    /// The table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
+    pub fn build(table: &SpectralTable, options: &Options) -> Option<(Self, AlbedoReport)> {
+        let lobes = Lobes::quick(table, options)?;
+        let fineness = Fineness::of(&lobes);
+        let Fineness { cells, planes, .. } = fineness;
+        let per_nm = f64::from(planes - 1) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
+        let layout =
+            AlbedoLayout { cells, planes, wavelength_min_nm: WAVELENGTH_MIN_NM as f32, planes_per_nm: per_nm as f32 };
+        let group = |at: f64| {
+            let nm = WAVELENGTH_MIN_NM + at * (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
+            Group { planes: [at], wavelengths: vec![(nm, [1.0])] }
+        };
+        let source = Source { lobes: &lobes, fineness, group: &group };
+        let nodes = source.build(layout);
+        let cells = cells as usize;
+        let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
+            let half = |k: usize| {
+                let node = layout.corner([i % cells, i / cells % cells, i / cells / cells], k);
+                bf16_above(nodes.values[node])
+            };
+            [0, 2, 4, 6].map(|k| half(k) | half(k + 1) << 16)
+        });
+        Some((Self { layout, words: words.collect() }, source.report(&nodes)))
+    }
+
     /// Arrangement of [`AlbedoTable::words`].
     pub fn layout(&self) -> &AlbedoLayout {
         &self.layout
