@@ -109,7 +109,6 @@ fn a_patch_of_a_scan_that_stands_alone_is_within_the_tolerance() {
 }
 
 #[test]
-
 fn the_ensemble_of_a_scan_that_stands_alone_is_within_the_tolerance() {
     let mut all = true;
     let (scan, small) = (waves(100, 100, 0.065, 0.065, 0.4), waves(24, 18, 0.065, 0.07, 0.5));
@@ -122,6 +121,18 @@ fn the_ensemble_of_a_scan_that_stands_alone_is_within_the_tolerance() {
         all &= holds(&format!("waves Ensemble {length} µm"), &small, &options, 400);
     }
     assert!(all);
+}
+
+/// Beyond half the rate of the pixels a table says nothing, and there is no error to measure.
+#[test]
+fn the_stated_error_is_within_the_tolerance_where_pixels_are_coarse() {
+    let field = waves(40, 40, 0.13, 0.13, 0.5);
+    for model in MODELS {
+        let options = Options { conserve_energy: false, ..with(model, Tiling::Aperiodic, 20.0, 1e-3) };
+        let surface = Surface::new(&field, &options).unwrap();
+        let stated = surface.report().table.relative_error;
+        assert!(stated <= options.tolerance, "{model:?}: {stated}");
+    }
 }
 
 #[test]

@@ -34,7 +34,7 @@ pub(super) struct Reading {
     height: usize,
     first: usize,
     weights: [f32; 4],
-    linear: f32,
+    from_zero: [f32; 2],
     factor: [f32; 2],
     colour: [f32; 3],
 }
@@ -76,14 +76,14 @@ impl Path {
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
-                let (linear, factor) = curve.factors();
+                let (from_zero, factor) = curve.factors();
                 let reflected = scale * reflectance(wavelength_nm, (0.5 * ring.radius.hypot(w)).min(1.0));
                 readings.push(Reading {
                     place,
                     height,
                     first,
                     weights: weights.map(|weight| weight as f32),
-                    linear: linear as f32,
+                    from_zero: from_zero.map(|factor| factor as f32),
                     factor: [factor.re as f32, factor.im as f32],
                     colour: colour.map(|channel| (channel * reflected) as f32),
                 });
@@ -170,7 +170,8 @@ impl Reading {
             KernelKind::Power => {
                 for (lane, density) in density.iter_mut().enumerate() {
                     let spline: f32 = (0..4).map(|i| self.weights[i] * curve[i * LANES + lane]).sum();
-                    *density = (zero[lane] + self.linear * zero[LANES + lane] + self.factor[0] * spline).max(0.0);
+                    let at_zero = self.from_zero[0] * zero[lane] + self.from_zero[1] * zero[LANES + lane];
+                    *density = (at_zero + self.factor[0] * spline).max(0.0);
                 }
             }
             KernelKind::Amplitude => {

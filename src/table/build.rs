@@ -295,7 +295,8 @@ impl<'a> Build<'a> {
         match self.kernel {
             KernelKind::Power => pairs
                 .map(|(value, zero)| {
-                    ((value.re - zero.re) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * zero.im).into()
+                    let beyond = (value.re - zero.re) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * zero.im;
+                    (zero.re + beyond).into()
                 })
                 .collect(),
             KernelKind::Amplitude => {
@@ -323,7 +324,8 @@ impl<'a> Build<'a> {
                 let px = at(kept.index % x.nodes(), x.reach, 0.3 * x.sigma.min(1.0));
                 let py = at(kept.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));
                 let f = [px / x.period_um, py / y.period_um];
-                if TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) > self.kappa_max {
+                let occurs = TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) <= self.kappa_max;
+                if !occurs || !table.knows(f) {
                     return None;
                 }
                 let mean = packed.mean(f, [0.0, table.kappa_limit(f)]);

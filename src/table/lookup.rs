@@ -33,8 +33,9 @@ impl KernelKind {
 /// `S(f; κ)` of one surface node by node, as other tables are made of it; see the [module](super) for the formulae.
 ///
 /// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of `Q(κ)`, with
-/// `P(κ) = P(0) + (κκ₀²·P'(0) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
-/// and imaginary part in turn). `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ.
+/// `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
+/// and imaginary part in turn). Far beyond κ₀ the `Q` of a power is the power itself, so that nothing large cancels where
+/// it is small. `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ.
 /// Coefficient `i` belongs to the knot `(i − 1)·kappa_step`; eight of them can be read from any multiple of four up to the
 /// last knot in use.
 #[derive(Clone, Debug)]
@@ -209,8 +210,8 @@ pub struct NodeCurve {
     weights: [f64; 4],
     /// `κ²/(κ²+κ₀²)` or `κ/(κ + iκ₀)`, which undoes the scaling of the records.
     factor: Complex64,
-    /// `κκ₀²/(κ²+κ₀²)`.
-    linear: f64,
+    /// Of a power and its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
+    from_zero: [f64; 2],
 }
 
 impl NodeCurve {
@@ -226,9 +227,14 @@ impl NodeCurve {
             KernelKind::Power => Complex64::new(kappa * kappa / squares, 0.0),
             KernelKind::Amplitude => Complex64::new(kappa, -table.kappa_knee) * (kappa / squares),
         };
-        let linear = kappa * table.kappa_knee * table.kappa_knee / squares;
+        let fading = table.kappa_knee * table.kappa_knee / squares;
         // Coefficient first + i belongs to the knot first + i − 1.
-        Self { first, weights: std::array::from_fn(|i| cubic(t - (first + i) as f64 + 1.0)), factor, linear }
+        Self {
+            first,
+            weights: std::array::from_fn(|i| cubic(t - (first + i) as f64 + 1.0)),
+            factor,
+            from_zero: [fading, kappa * fading],
+        }
     }
 
     /// Number of the first of the four coefficients read, and their weights.
@@ -236,9 +242,9 @@ impl NodeCurve {
         (self.first, self.weights)
     }
 
-    /// Factors of the slope at κ = 0 (of powers) and of the spline in the record's formula.
-    pub(crate) fn factors(&self) -> (f64, Complex64) {
-        (self.linear, self.factor)
+    /// Factors of a power and its slope at κ = 0, and of the spline, in the record's formula.
+    pub(crate) fn factors(&self) -> ([f64; 2], Complex64) {
+        (self.from_zero, self.factor)
     }
 
     /// A node's power at this κ from its record (see [`SpectralTable`]); zero beyond the record's end. A spline may
@@ -246,7 +252,7 @@ impl NodeCurve {
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let scaled: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();
-        record[0] as f64 + self.linear * record[1] as f64 + self.factor.re * scaled
+        self.from_zero[0] * record[0] as f64 + self.from_zero[1] * record[1] as f64 + self.factor.re * scaled
     }
 
     /// A node's amplitude at this κ from its record; zero beyond the record's end.

@@ -333,7 +333,7 @@ impl<N: Numbers> TableView<N> {
                     first.le(number) & number.lt(first + int(layout.taps[axis]))
                 };
                 let [x, y] = position.map(N::narrow);
-                let joined = gaussian(x, 0) * gaussian(y, 1) * lit(layout.zero);
+                let joined = gaussian(x, 0) * gaussian(y, 1) * curve.from_zero[0] * lit(layout.zero);
                 let at_zero = N::Real::select(zero(column, 0) & zero(row, 1), joined, lit(0.0));
                 // A spline may undershoot a zero of the power by the tolerance.
                 (re + at_zero).max(lit(0.0))
@@ -371,7 +371,7 @@ impl<N: Numbers> TableView<N> {
             Format::FixedFromZero => {
                 let [start, scale, zero, slope] = N::gather::<4>(self.words, node, active);
                 let spline = self.fixed(curve, scale, |i| packet(start, i), active);
-                let at_zero = curve.linear.fma(N::from_bits(slope), N::from_bits(zero));
+                let at_zero = curve.at_zero(N::from_bits(zero), N::from_bits(slope));
                 [curve.factor[0].fma(spline, at_zero), lit(0.0)]
             }
             Format::Single => {
@@ -383,7 +383,7 @@ impl<N: Numbers> TableView<N> {
                         spline = weight.fma(N::from_bits(word), spline);
                     }
                 }
-                let at_zero = curve.linear.fma(N::from_bits(slope), N::from_bits(zero));
+                let at_zero = curve.at_zero(N::from_bits(zero), N::from_bits(slope));
                 [curve.factor[0].fma(spline, at_zero), lit(0.0)]
             }
             Format::Complex => {
@@ -425,8 +425,8 @@ struct Curve<N: Numbers> {
     weights: [N::Real; 8],
     /// `κ²/(κ²+κ₀²)` of powers, `κ/(κ + iκ₀)` of amplitudes, which undoes the scaling of the records.
     factor: [N::Real; 2],
-    /// `κκ₀²/(κ²+κ₀²)`.
-    linear: N::Real,
+    /// Of a power and its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
+    from_zero: [N::Real; 2],
 }
 
 impl<N: Numbers> Curve<N> {
@@ -440,7 +440,8 @@ impl<N: Numbers> Curve<N> {
         // Coefficient i belongs to the knot i − 1.
         let offset = t - N::real(packet << shift) + lit(1.0);
         let knee = lit(layout.kappa_knee * layout.kappa_knee);
-        let per_squares = kappa / kappa.fma(kappa, knee);
+        let squares = kappa.fma(kappa, knee);
+        let per_squares = kappa / squares;
         Self {
             packet,
             weights: std::array::from_fn(|i| cubic_b_spline(offset - lit(i as f64))),
@@ -448,7 +449,13 @@ impl<N: Numbers> Curve<N> {
                 Format::Complex => [kappa * per_squares, -per_squares * lit(layout.kappa_knee)],
                 _ => [kappa * per_squares, lit(0.0)],
             },
-            linear: knee * per_squares,
+            from_zero: [knee / squares, knee * per_squares],
         }
+    }
+
+    /// What a power and its slope at κ = 0 make of the power here.
+    #[inline(always)]
+    fn at_zero(&self, power: N::Real, slope: N::Real) -> N::Real {
+        self.from_zero[1].fma(slope, self.from_zero[0] * power)
     }
 }

@@ -44,6 +44,11 @@ pub enum Tiling {
 /// where it does not repeat.
 const TAPER_FRACTION: f64 = 0.25;
 
+/// Factor on the tolerance that the nodes of such a scan's ensemble are joined to. A single scan has deep gaps between its
+/// lobes. What the joining leaves of the lobes' power is small beside the lobes, but not beside what is in a gap. A patch needs
+/// no such factor: it joins amplitudes, whose ratio of lobe to gap is the root of that of powers.
+const GAP_SHARE: f64 = 0.125;
+
 /// Computes the node values of a [`Lattice`] at any κ.
 pub struct Spectrum {
     transform: OrderTransform,
@@ -272,6 +277,8 @@ pub(super) fn plan_lattice(
         Model::Patch => (coherence_s_um, 0.5),
     };
     let is_grating = nx == 1 || ny == 1;
+    let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
+    let tolerance = if has_gaps { GAP_SHARE * tolerance } else { tolerance };
     let axis = |pixels: usize, pixel_um: f64| {
         let support_um = (tiling == Tiling::Aperiodic).then_some(support * (pixels as f64 * pixel_um));
         AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max, is_grating }.plan()
