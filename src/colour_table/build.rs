@@ -61,9 +61,9 @@ impl ColourTable {
         progress: &Progress,
     ) -> Result<(Self, SpectralTable), ColourTableError> {
         let start = Instant::now();
-        in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
-        in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
-        in_range("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
+        TableError::unless_in("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
+        TableError::unless_in("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
+        TableError::unless_in("resolution", options.resolution, RESOLUTION, "0.25 to 4")?;
         let colours = SpectralToRgb::visible(1.0)?;
         let (plan, coherence_length_um) = fitting_plan(field, options);
         let (low, high) = field.range_um();
@@ -95,15 +95,6 @@ impl ColourTable {
         colours.report.spectral_error = spectral_error;
         Ok((colours, table))
     }
-}
-
-fn in_range(
-    name: &'static str,
-    value: f64,
-    range: std::ops::RangeInclusive<f64>,
-    accepted: &'static str,
-) -> Result<(), TableError> {
-    if range.contains(&value) { Ok(()) } else { Err(TableError::OutOfRange { name, value, accepted }) }
 }
 
 /// Standard deviation in cycles/µm of the narrowest feature of S, that of an order's Gaussian.

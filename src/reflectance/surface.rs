@@ -142,8 +142,8 @@ impl Surface {
     /// As [`Surface::new`].
     pub fn watched(field: &HeightField, options: &Options, progress: &Progress) -> Result<Self, TableError> {
         let start = std::time::Instant::now();
-        in_range("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
-        in_range("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
+        TableError::unless_in("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
+        TableError::unless_in("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
         let Built { table, packed, report: table_report } =
             build_table(field, options, &progress.part(0.0, TABLE_SHARE))?;
@@ -288,13 +288,4 @@ pub(super) fn build_table(field: &HeightField, options: &Options, progress: &Pro
     let s_um = options.coherence_length_um / 4.0;
     let spectrum = Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance);
     build(&spectrum, options.tolerance, progress)
-}
-
-fn in_range(
-    name: &'static str,
-    value: f64,
-    range: std::ops::RangeInclusive<f64>,
-    accepted: &'static str,
-) -> Result<(), TableError> {
-    if range.contains(&value) { Ok(()) } else { Err(TableError::OutOfRange { name, value, accepted }) }
 }

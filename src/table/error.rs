@@ -1,4 +1,5 @@
 use super::estimate::Rough;
+use std::ops::RangeInclusive;
 use thiserror::Error;
 
 /// Why tables were not built.
@@ -15,4 +16,19 @@ pub enum TableError {
     TooLarge { needed_mb: f64, limit_mb: f64 },
     #[error("{name} is {value}; accepted: {accepted}")]
     OutOfRange { name: &'static str, value: f64, accepted: &'static str },
+}
+
+impl TableError {
+    /// Refuses a number out of range, and says what is accepted.
+    ///
+    /// # Errors
+    /// [`TableError::OutOfRange`].
+    pub(crate) fn unless_in(
+        name: &'static str,
+        value: f64,
+        range: RangeInclusive<f64>,
+        accepted: &'static str,
+    ) -> Result<(), Self> {
+        if range.contains(&value) { Ok(()) } else { Err(Self::OutOfRange { name, value, accepted }) }
+    }
 }

@@ -41,7 +41,7 @@ use serde::{Deserialize, Serialize};
 pub struct AlbedoLayout {
     /// Cells along either side of the square about the disc of directions.
     pub cells: u32,
-    /// Nodes in wavelength, at least two; one where the table holds colours.
+    /// Nodes in wavelength, at least two; the bands where the table holds colours.
     pub planes: u32,
     /// Wavelength of the first plane in nm, and planes per nm.
     pub wavelength_min_nm: f32,
