@@ -22,7 +22,13 @@ impl Method for Wrong {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        MethodShader { name: "wrong", wgsl: self.0, uniform: vec![0; 16], storage: Vec::new() }
+        MethodShader {
+            name: "wrong",
+            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
+            wgsl: self.0,
+            uniform: vec![0; 16],
+            storage: Vec::new(),
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use gpu_support::{gpu, query, worst};
 use sunbeam::gpu::{Gpu, Optics, Query, Shader};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{Method, MethodKind, MethodOptions, Repeats, build};
-use sunbeam::reflectance::{Obliquity, Options, Pair};
+use sunbeam::reflectance::{ColourSurface, Obliquity, Options, Pair};
 use sunbeam::table::Model;
 use sunbeam::transform::Series;
 
@@ -45,7 +45,8 @@ fn twin(method: &dyn Method, queries: &[Query]) -> Vec<[f32; 3]> {
         let pair = Pair::new(query.wi.map(f64::from), query.wo.map(f64::from)).unwrap();
         let q = std::array::from_fn(|c| query.wi[c] + query.wo[c]);
         let factor = pair.obliquity(Obliquity::Stam) as f32;
-        method.response(q).map(|value| factor * value)
+        let (response, conserving) = (method.response(q), method.conserving(query.wi, query.wo));
+        std::array::from_fn(|c| factor * response[c] * conserving[c])
     };
     queries.iter().map(response).collect()
 }
@@ -54,24 +55,28 @@ fn compare(gpu: &Gpu, kind: MethodKind, name: Preset, options: &MethodOptions, c
     let field = preset(name);
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
     let method = build(kind, &field, &surface, options).unwrap();
+    compare_twins(gpu, &format!("{kind} of {name} with {options:?}"), &*method, count);
+}
+
+fn compare_twins(gpu: &Gpu, name: &str, method: &dyn Method, count: usize) {
     let queries = pairs(count);
-    let shader = Shader::new(gpu, &*method, &Optics::default()).unwrap();
+    let shader = Shader::new(gpu, method, &Optics::default()).unwrap();
     let answers = shader.evaluate(gpu, &queries).unwrap();
-    let expected = twin(&*method, &queries);
+    let expected = twin(method, &queries);
     let mean = expected.as_flattened().iter().map(|value| value.abs()).sum::<f32>() / (3 * count) as f32;
-    assert!(mean > 0.0, "{kind} of {name} answers nothing");
+    assert!(mean > 0.0, "{name} answers nothing");
     let floor = FLOOR * mean;
     let error = worst(&answers.reflectances, &expected, floor);
     eprintln!(
-        "{kind:5} {name:10} {count} pairs: {:8.1} ms in {} submissions, largest difference {error:.1e}",
+        "{name} {count} pairs: {:8.1} ms in {} submissions, largest difference {error:.1e}",
         answers.gpu_ms, answers.submissions
     );
-    assert!(error < TOLERANCE, "{kind} of {name} with {options:?}: {error}");
+    assert!(error < TOLERANCE, "{name}: {error}");
     // Directions a thousandth further along the tangent are others.
     let moved = |query: &Query| Query::new([query.wi[0] + 1e-3, query.wi[1], query.wi[2]], query.wo);
     let moved: Vec<Query> = queries.iter().map(moved).collect();
-    let error = worst(&answers.reflectances, &twin(&*method, &moved), floor);
-    assert!(error > TOLERANCE, "{kind} of {name} does not see a change of direction: {error}");
+    let error = worst(&answers.reflectances, &twin(method, &moved), floor);
+    assert!(error > TOLERANCE, "{name} does not see a change of direction: {error}");
 }
 
 #[test]
@@ -120,5 +125,35 @@ fn the_colour_table_is_its_twin() {
     let options = MethodOptions { resolution: 0.7, ..MethodOptions::default() };
     for name in [Preset::Flat, Preset::Blazed, Preset::Elaphe] {
         compare(&gpu, MethodKind::Table, name, &options, 4000);
+    }
+}
+
+#[test]
+fn the_table_conserves_energy_as_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for name in [Preset::Blazed, Preset::Elaphe] {
+        let (field, options) = (preset(name), MethodOptions::default());
+        let method = build(MethodKind::Table, &field, &Options::default(), &options).unwrap();
+        compare_twins(&gpu, &format!("table of {name}, energy conserved,"), &*method, 2000);
+        // As the path tracer has it, whose albedo is built of the same lobes.
+        let surface = ColourSurface::new(&field, &Options::default(), None).unwrap();
+        let view = surface.albedo().unwrap().view::<f32>();
+        let mut divided = 0;
+        for Query { wi, wo, .. } in pairs(500) {
+            let found = method.conserving(wi, wo);
+            assert_eq!(found, view.factor(wi, wo, true));
+            divided += usize::from(found[1] < 0.9);
+        }
+        assert!(divided > 50, "{divided}");
+    }
+}
+
+#[test]
+fn what_has_no_albedo_conserves_no_energy() {
+    let (field, options) = (preset(Preset::Blazed), MethodOptions::default());
+    let patch = Options { model: Model::Patch, conserve_energy: true, ..Options::default() };
+    for kind in MethodKind::ALL {
+        let refused = build(kind, &field, &patch, &options).err().unwrap().to_string();
+        assert!(refused.contains("conserve_energy"), "{kind}: {refused}");
     }
 }

@@ -120,6 +120,7 @@ impl Method for Count {
     fn shader(&self) -> sunbeam::methods::MethodShader<'_> {
         sunbeam::methods::MethodShader {
             name: "count",
+            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
             wgsl: "
                 struct Count { outer: u32, inner: u32 }
                 @group(1) @binding(0) var<uniform> limits: Count;

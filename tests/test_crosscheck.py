@@ -100,15 +100,18 @@ def test_the_table_of_methods_has_every_method(realtime_runs, files, relief, tmp
     use_variant("llvm_ad_spectral")
     found = methods.check(relief, files, run.LIGHTS[0], View(24, 16), 16, tmp_path)
     against = found["against_the_reference"]
-    assert list(against) == [*methods.METHODS, methods.SAME_RAYS, methods.ENERGY_KEPT]
+    assert list(against) == [*methods.METHODS, methods.SAME_RAYS, methods.ENERGY_KEPT, methods.TABLE_KEPT]
     assert all(against[name]["gpu_ms"] > 0 and against[name]["build_s"] >= 0 for name in methods.METHODS)
     # Along the same rays the table is the ensemble itself, and one spacing is not.
     flip = {name: figures[methods.SAME_RAYS]["flip"]["mean"] for name, figures in against.items()}
     assert flip[methods.SAME_RAYS] == 0.0
     assert flip["table"] < SAME_MODEL_FLIP < flip["stam"]
+    # With energy kept by wavelength there and by band here.
+    kept = against[methods.TABLE_KEPT]
+    assert kept[methods.ENERGY_KEPT]["flip"]["mean"] < SAME_MODEL_FLIP
     # Only the skin counts.
     assert 0 < against["flss"]["pixels"] < 24 * 16
-    assert len(methods.lines(found)) == 2 + len(against)
+    assert len(methods.lines(found)) == 3 + len(against)
     assert (tmp_path / "methods-rough.png").stat().st_size > 0
 
 

@@ -102,7 +102,9 @@ impl Reflector {
         let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.f(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = self.fresnel(&pair) * self.options.angular_factor(&pair);
-        method.response(sum(&pair)).map(|channel| factor * f64::from(channel))
+        let conserving = method.conserving(wi.map(|c| c as f32), wo.map(|c| c as f32));
+        let response = method.response(sum(&pair));
+        std::array::from_fn(|c| factor * f64::from(response[c] * conserving[c]))
     }
 
     fn fresnel(&self, pair: &Pair) -> f64 {

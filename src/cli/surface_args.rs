@@ -114,23 +114,24 @@ impl SurfaceArgs {
         if self.no_cache { Ok(Cache::off()) } else { Cache::from_env() }
     }
 
-    /// As [`SurfaceArgs::config`] for a method of colours. None of them scales energy, and the sources' know one window in a
+    /// As [`SurfaceArgs::config`] for a method of colours. Energy is conserved where that is asked for, by the colour table alone, and the sources' know one window in a
     /// fixed place over a tile that repeats: these are the defaults, and what asks for anything else is refused.
     pub fn realtime_config(&self, kind: MethodKind) -> Result<SurfaceConfig, Box<dyn Error>> {
-        let patch = kind.is_patch_only();
+        let (patch, conserve) = (kind.is_patch_only(), self.conserve_energy == Some(true));
         let wrong = [
             (patch && self.model == Some(Model::Ensemble), "one window in a fixed place", "--model", "patch"),
             (patch && self.tiling == Some(Tiling::Aperiodic), "a tile that repeats", "--tiling", "periodic"),
-            (self.conserve_energy == Some(true), "no energy scaling", "--conserve-energy", "false"),
+            (conserve && patch, "no albedo", "--conserve-energy", "false"),
+            (conserve && self.model == Some(Model::Patch), "no albedo of a patch", "--conserve-energy", "false"),
         ];
         if let Some((_, knows, flag, value)) = wrong.iter().find(|(wrong, ..)| *wrong) {
             return Err(format!("--method {kind} knows {knows}: {flag} must be {value}").into());
         }
-        let unscaled = Self { conserve_energy: Some(false), ..self.clone() };
+        let asked = Self { conserve_energy: Some(conserve), ..self.clone() };
         if patch {
-            return Ok(Self { model: Some(Model::Patch), tiling: Some(Tiling::Periodic), ..unscaled }.config()?);
+            return Ok(Self { model: Some(Model::Patch), tiling: Some(Tiling::Periodic), ..asked }.config()?);
         }
-        Ok(unscaled.config()?)
+        Ok(asked.config()?)
     }
 
     /// Whether the arguments name a surface.

@@ -13,7 +13,7 @@
 //! 4. *resolve*: pigment and light, for the same samples; the mean over a pixel's samples.
 //!
 //! Supersampling repeats the four for each place in a pixel, so memory does not grow with it. Light is direct sunlight
-//! only. Methods are single precision, and leave out the energy scaling `conserve_energy` of the tables.
+//! only. Methods are single precision, and all but the colour table leave out what conserves energy.
 //!
 //! `wi` is the direction to the light, `wo` that to the viewer, both in the grating's frame. Radiance is linear sRGB,
 //! not clamped; a white diffuse plane that faces the sun has 1.

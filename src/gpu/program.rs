@@ -13,7 +13,8 @@ const TRACE: &str = include_str!("wgsl/trace.wgsl");
 
 /// The program of [`super::Shader`].
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
-    [COMMON_WGSL, method.wgsl, PAIR, FRESNEL, OPTICS, QUERY, include_str!("wgsl/shade.wgsl")].join("\n")
+    [COMMON_WGSL, method.wgsl, method.conserving, PAIR, FRESNEL, OPTICS, QUERY, include_str!("wgsl/shade.wgsl")]
+        .join("\n")
 }
 
 /// Finds the triangle that each pixel sees.
@@ -42,7 +43,7 @@ pub(super) mod tests {
     use super::super::wgsl_operators::{Mixture, mixtures};
     use super::*;
     use crate::height_field::Preset;
-    use crate::methods::{MethodKind, MethodOptions, build};
+    use crate::methods::{MethodKind, MethodOptions, NOTHING_CONSERVED_WGSL, build};
     use crate::reflectance::Options;
     use crate::table::Model;
     use std::path::{Path, PathBuf};
@@ -58,6 +59,7 @@ pub(super) mod tests {
 
     pub const NO_RELIEF: MethodShader<'_> = MethodShader {
         name: "none",
+        conserving: NOTHING_CONSERVED_WGSL,
         wgsl: "fn response(q: vec3<f32>) -> vec3<f32> { return q; }",
         uniform: Vec::new(),
         storage: Vec::new(),
@@ -73,8 +75,10 @@ pub(super) mod tests {
             let method = build(kind, &field, &surface, &MethodOptions::default()).unwrap();
             (format!("shade, {kind}"), shade(&method.shader()))
         };
+        let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default()).unwrap();
         let others = [
             ("shade", shade(&NO_RELIEF)),
+            ("shade, energy conserved", shade(&conserving.shader())),
             ("raster", raster()),
             ("shadow", shadow()),
             ("locate", locate()),

@@ -4,7 +4,7 @@
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
 use super::orders::{OrderCounts, OrderGrid, Orders};
-use super::{Method, MethodError, MethodOptions, MethodShader, is_query, spectral_range_um};
+use super::{Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
@@ -91,6 +91,7 @@ impl Method for Flss {
         MethodShader {
             name: "flss",
             wgsl: WGSL,
+            conserving: NOTHING_CONSERVED_WGSL,
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

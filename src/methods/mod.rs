@@ -6,7 +6,8 @@
 //! precision throughout, as on the GPU; the oracle is [`crate::reflectance::Exact`].
 //!
 //! [`build`] makes one. The sources' methods evaluate a single window in a fixed place over a tile that repeats (`model = patch`,
-//! `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings. None scales energy.
+//! `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings, and alone
+//! conserves energy where it is asked to.
 
 mod bessel;
 mod colours;
@@ -43,6 +44,11 @@ pub trait Method: Send + Sync {
     /// where the method has no value by wavelength.
     fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
+    /// What the answer is multiplied by so that no energy is made, red, green and blue, for directions above the surface.
+    fn conserving(&self, _wi: [f32; 3], _wo: [f32; 3]) -> [f32; 3] {
+        [1.0; 3]
+    }
+
     /// The twin in WGSL with its data.
     fn shader(&self) -> MethodShader<'_>;
 }
@@ -57,11 +63,17 @@ pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'static str,
     pub wgsl: &'static str,
+    /// Defines `fn conserving(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of [`Method::conserving`].
+    pub conserving: &'static str,
     /// Bytes of the uniform struct.
     pub uniform: Vec<u8>,
     /// Bytes of the storage buffers.
     pub storage: Vec<Cow<'a, [u8]>>,
 }
+
+/// The twin of a [`Method::conserving`] that is one.
+pub const NOTHING_CONSERVED_WGSL: &str =
+    "fn conserving(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return vec3<f32>(1.0); }";
 
 /// WGSL that the methods' sources may use; compiled before them.
 pub const COMMON_WGSL: &str = include_str!("common.wgsl");

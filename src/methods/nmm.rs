@@ -16,7 +16,8 @@
 use super::colours::{self, Colours, colour_density};
 use super::orders::{OrderCounts, OrderGrid, Orders};
 use super::{
-    Method, MethodError, MethodOptions, MethodShader, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
+    Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM,
+    is_query, spectral_range_um,
 };
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
@@ -116,6 +117,7 @@ impl Method for Nmm {
         MethodShader {
             name: "nmm",
             wgsl: WGSL,
+            conserving: NOTHING_CONSERVED_WGSL,
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

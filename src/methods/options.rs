@@ -7,12 +7,13 @@ use super::nmm::Nmm;
 use super::orders::NEIGHBOURHOOD_MAX;
 use super::pq::Pq;
 use super::stam::Stam;
+use super::table::ConservingTable;
 use crate::colour::ColourError;
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, RESOLUTION};
 use crate::config::{COHERENCE_LENGTH_UM, MAX_LENGTH_UM, TOLERANCE};
 use crate::height_field::HeightField;
-use crate::reflectance::Options;
-use crate::table::{Model, TableError, Tiling};
+use crate::reflectance::{ColourAlbedoTable, Options};
+use crate::table::{Model, Progress, TableError, Tiling};
 use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -211,7 +212,7 @@ impl MethodOptions {
     }
 }
 
-/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's. Numbers of terms and
+/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's but for the albedo that conserves energy. Numbers of terms and
 /// orders that are not given follow from the surface's `tolerance`, a relative error.
 ///
 /// # Errors
@@ -229,7 +230,7 @@ pub fn build(
     in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")?;
     let unsupported =
         |parameter, found, accepted| Err(MethodError::Unsupported { method: kind.name(), parameter, found, accepted });
-    if surface.conserve_energy {
+    if surface.conserve_energy && (kind.is_patch_only() || surface.model == Model::Patch) {
         return unsupported("conserve_energy", "true", "false");
     }
     if kind.is_patch_only() && surface.model != Model::Patch {
@@ -247,7 +248,12 @@ pub fn build(
             let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
             let build_limit = surface.build_limit;
             let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
-            Box::new(ColourTable::build(field, &options)?)
+            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &Progress::none())?;
+            let albedo = surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface)).flatten();
+            match albedo {
+                Some(albedo) => Box::new(ConservingTable { table, albedo }),
+                None => Box::new(table),
+            }
         }
     })
 }

@@ -9,7 +9,10 @@
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
 use super::orders::{OrderCounts, OrderGrid, Orders};
-use super::{Method, MethodError, MethodOptions, MethodShader, REPEATS_MAX, Repeats, is_query, spectral_range_um};
+use super::{
+    Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, REPEATS_MAX, Repeats, is_query,
+    spectral_range_um,
+};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
@@ -134,6 +137,7 @@ impl Method for Pq {
         MethodShader {
             name: "pq",
             wgsl: WGSL,
+            conserving: NOTHING_CONSERVED_WGSL,
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

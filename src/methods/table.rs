@@ -1,7 +1,8 @@
 //! `table`, our own method: the [colour table](crate::colour_table), read with a few fetches.
 
-use super::{Method, MethodShader};
+use super::{Method, MethodShader, NOTHING_CONSERVED_WGSL};
 use crate::colour_table::{ColourTable, Ring};
+use crate::reflectance::ColourAlbedoTable;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
@@ -15,7 +16,8 @@ pub(super) struct TableUniform {
     pub w_log: f32,
     pub exponent_offset: u32,
     pub last_ring: u32,
-    pub _pad0: u32,
+    /// Cells along a side of the albedo's grid; zero where none is kept.
+    pub albedo_cells: u32,
     pub _pad1: u32,
     pub _pad2: u32,
     /// From the centre outwards; those after the last are empty.
@@ -53,23 +55,55 @@ impl Method for ColourTable {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        let layout = self.layout();
-        let mut uniform = Box::new(TableUniform {
-            knee_radius: layout.knee_radius,
-            growth: layout.growth,
-            w_log: layout.w_log,
-            exponent_offset: layout.exponent_offset,
-            last_ring: layout.last_ring,
-            ..Zeroable::zeroed()
-        });
-        for (place, ring) in uniform.rings.iter_mut().zip(self.rings()) {
-            *place = ring.into();
-        }
-        MethodShader {
-            name: "table",
-            wgsl: include_str!("table.wgsl"),
-            uniform: bytemuck::bytes_of(&*uniform).to_vec(),
-            storage: vec![Cow::Borrowed(bytemuck::cast_slice(self.samples()))],
-        }
+        shader(self, None)
+    }
+}
+
+/// The colour table divided by its albedo.
+pub(super) struct ConservingTable {
+    pub table: ColourTable,
+    pub albedo: ColourAlbedoTable,
+}
+
+impl Method for ConservingTable {
+    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+        self.table.response(q)
+    }
+
+    fn spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+        None
+    }
+
+    fn conserving(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        self.albedo.view::<f32>().factor(wi, wo, true)
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        shader(&self.table, Some(&self.albedo))
+    }
+}
+
+fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
+    let layout = table.layout();
+    let mut uniform = Box::new(TableUniform {
+        knee_radius: layout.knee_radius,
+        growth: layout.growth,
+        w_log: layout.w_log,
+        exponent_offset: layout.exponent_offset,
+        last_ring: layout.last_ring,
+        albedo_cells: albedo.map_or(0, |albedo| albedo.layout().cells),
+        ..Zeroable::zeroed()
+    });
+    for (place, ring) in uniform.rings.iter_mut().zip(table.rings()) {
+        *place = ring.into();
+    }
+    let words = [Some(table.samples()), albedo.map(ColourAlbedoTable::words)];
+    let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
+    MethodShader {
+        name: "table",
+        wgsl: include_str!("table.wgsl"),
+        uniform: bytemuck::bytes_of(&*uniform).to_vec(),
+        conserving: albedo.map_or(NOTHING_CONSERVED_WGSL, |_| include_str!("albedo.wgsl")),
+        storage,
     }
 }

@@ -17,7 +17,8 @@ struct Table {
     w_log: f32,
     exponent_offset: u32,
     last_ring: u32,
-    _pad0: u32,
+    // Of albedo.wgsl, zero without it.
+    albedo_cells: u32,
     _pad1: u32,
     _pad2: u32,
     // Here rather than in a storage buffer, which software adapters read word by word and pixel by pixel.

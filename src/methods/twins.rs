@@ -91,7 +91,7 @@ fn uniforms_lie_as_the_shaders_read_them() {
                     w_log,
                     exponent_offset,
                     last_ring,
-                    _pad0,
+                    albedo_cells,
                     _pad1,
                     _pad2,
                     rings

@@ -32,6 +32,7 @@ impl Method for White {
     fn shader(&self) -> MethodShader<'_> {
         MethodShader {
             name: "white",
+            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
             wgsl: "fn response(q: vec3<f32>) -> vec3<f32> { return vec3<f32>(1.0); }",
             uniform: vec![0; 16],
             storage: Vec::new(),
@@ -67,6 +68,7 @@ impl Method for Lobe {
     fn shader(&self) -> MethodShader<'_> {
         MethodShader {
             name: "lobe",
+            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
             wgsl: "
                 struct Lobe { sharpness: f32 }
                 @group(1) @binding(0) var<uniform> lobe: Lobe;
