@@ -23,7 +23,10 @@ fn what_a_method_does_not_know_or_heed_is_refused() {
         (&["eval", "--method", "pq", "--repeats", "2.5"], &["2.5", "whole number"]),
         (&["eval", "--method", "stam", "--preset", "flat"], &["no period", "period_um"]),
         (&["eval", "--method", "colour-table"], &["colour-table", "by wavelength", "table"]),
-        (&["brdf-map", "--method", "colour-table", "--model", "patch", "--conserve-energy", "true", "-o", "a.exr"], &["must be false"]),
+        (
+            &["brdf-map", "--method", "colour-table", "--model", "patch", "--conserve-energy", "true", "-o", "a.exr"],
+            &["must be false"],
+        ),
         (&["brdf-map", "--method", "colour-table", "--table-resolution", "9", "-o", "a.exr"], &["9", "0.25 to 4"]),
         (&["evaluate", "--theta-i", "90"], &["\"theta-i\"", "90"]),
         (&["evaluate", "--angles=-40,-50"], &["--angles", "-55,-40"]),
