@@ -23,7 +23,7 @@ SUPERSAMPLE = 4
 def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     """Writes both pictures and `both-renderers.png` into `output`; returns how they compare and what they took.
 
-    The realtime renderer has the colour table, the sun alone, and no energy scaling; Mitsuba is told the same.
+    The realtime renderer has the colour table, the sun alone, and keeps no energy here; Mitsuba is told the same.
     """
     light = Light(sun="directional", sky=0)
     skin = preset_skin(PRESET)

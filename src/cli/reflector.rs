@@ -36,7 +36,7 @@ pub struct Reflector {
 }
 
 impl Reflector {
-    /// Builds what the method needs: the tables, which the exact method takes its energy scaling from, or the orders of
+    /// Builds what the method needs: the tables, which the exact method takes its albedo from, or the orders of
     /// one of the sources' methods. The latter have no sampler of their own; `sampler` builds the tables too.
     pub fn new(
         args: &SurfaceArgs,
@@ -89,7 +89,7 @@ impl Reflector {
             }
     }
 
-    /// What the relief alone answers: `S/λ²` in 1/sr, `f_r` without `R·O·M` (an energy scaling, where there is one,
+    /// What the relief alone answers: `S/λ²` in 1/sr, `f_r` without `R·O·M` (what conserves energy, where it is asked for,
     /// stays in).
     pub fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };

@@ -114,7 +114,8 @@ impl SurfaceArgs {
         if self.no_cache { Ok(Cache::off()) } else { Cache::from_env() }
     }
 
-    /// As [`SurfaceArgs::config`] for a method of colours. Energy is conserved where that is asked for, by the colour table alone, and the sources' know one window in a
+    /// As [`SurfaceArgs::config`] for a method of colours. The colour table conserves energy where that is asked for; the
+    /// sources' methods never do, and know one window in a
     /// fixed place over a tile that repeats: these are the defaults, and what asks for anything else is refused.
     pub fn realtime_config(&self, kind: MethodKind) -> Result<SurfaceConfig, Box<dyn Error>> {
         let (patch, conserve) = (kind.is_patch_only(), self.conserve_energy == Some(true));

@@ -212,11 +212,12 @@ impl MethodOptions {
     }
 }
 
-/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's but for the albedo that conserves energy. Numbers of terms and
+/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's, but for the albedo
+/// where energy is conserved: that is of these options and holds for no others. Numbers of terms and
 /// orders that are not given follow from the surface's `tolerance`, a relative error.
 ///
 /// # Errors
-/// A number out of range, a model, tiling or energy scaling that the method does not know, or a relief that is more than it can
+/// A number out of range, a model, tiling or conservation of energy that the method does not know, or a relief that is more than it can
 /// hold in single precision; see [`MethodError`].
 pub fn build(
     kind: MethodKind,

@@ -129,12 +129,6 @@ pub struct AlbedoView<N: Numbers> {
 }
 
 impl<N: Numbers> AlbedoView<N> {
-    /// `A` of a direction of unit length above the surface at a wavelength in nm, both brought into the table's range; at least one.
-    #[inline(always)]
-    pub fn albedo(&self, w: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
-        N::Real::lit(1.0) + self.excess(&self.place(w), wavelength_nm, active)
-    }
-
     /// `1/max(1, A(wi), A(wo))`.
     #[inline(always)]
     pub fn factor(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {

@@ -3,7 +3,7 @@
 //! What a surface reflects into `df` is `S(f; κ)·G/(4 cosθi cosθo)` with `G = (|f|² + k²)²/k²` and `k = κ/2π`, where the
 //! obliquity factor is Stam's: `λ²G = 4·O·cosθi·cosθo` holds whatever the incidence. So the masses of nodes are the means of `P·G`
 //! over bands of κ. The disc of what propagates lies in the square `[wi − 1, wi + 1]/λ`, the mass of which is read from a
-//! [`SummedArea`]; samples in its corners are lost. The weight is left with the energy scaling, `1/cosθo`, and how `P` differs from
+//! [`SummedArea`]; samples in its corners are lost. The weight is left with what conserves energy, `1/cosθo`, and how `P` differs from
 //! its mean.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
