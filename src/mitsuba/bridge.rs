@@ -8,7 +8,7 @@ use super::traced::{Traced, Var, WordsVar};
 use crate::cache::{Cache, Origin};
 use crate::config::{BuildError, SurfaceConfig};
 use crate::guard::{Panic, guard};
-use crate::numeric::{Number, Numbers, Plain, Real};
+use crate::numeric::{Lanes, Numbers, Plain, Real};
 use crate::reflectance::{
     self, ColourSurface, ComplexIndex, Gamut, SpectralIndex, SpectralIndexError, SpectralLobe, luminance,
 };
@@ -232,9 +232,16 @@ impl Surface {
         other: &[f32; 3],
         wavelengths_nm: &[f32; 4],
     ) -> Result<[f32; 5], PluginError> {
-        // Scalar variants of Mitsuba warn of every sample with a negative channel.
-        let (words, gamut) = (self.all_words(), Gamut::Desaturate);
-        guard(|| Ok(self.answer::<Plain<f32>>(words, gamut, question, [*wi, *other], *wavelengths_nm, true)))
+        guard(|| {
+            let words = self.all_words();
+            if let (Tables::Spectral(tables), true) = (&self.tables, question != Question::Direction) {
+                let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words };
+                return Ok(side_by_side(&lobe, question, [*wi, *other], *wavelengths_nm));
+            }
+            // Scalar variants of Mitsuba warn of every sample with a negative channel.
+            let gamut = Gamut::Desaturate;
+            Ok(self.answer::<Plain<f32>>(words, gamut, question, [*wi, *other], *wavelengths_nm, true))
+        })
     }
 
     fn trace(&self, question: Question, arguments: &ffi::Traced) -> Result<[u32; 5], PluginError> {
@@ -255,7 +262,7 @@ impl Surface {
         })
     }
 
-    /// Asks the lobe. Renderers may round a wavelength to just outside the range.
+    /// Asks the lobe.
     fn answer<N: Numbers>(
         &self,
         words: [N::Words; 3],
@@ -269,8 +276,7 @@ impl Surface {
         let (values, density) = match &self.tables {
             Tables::Spectral(tables) => {
                 let lobe = SpectralLobe::<N> { layout: tables.0.layout(), words };
-                let nm =
-                    wavelengths_nm.map(|nm| nm.clip(N::Real::lit(WAVELENGTH_MIN_NM), N::Real::lit(WAVELENGTH_MAX_NM)));
+                let nm = wavelengths_nm.map(within_range);
                 match question {
                     Question::Value => (lobe.eval(wi, other, nm, active), zero),
                     Question::Density => ([zero; 4], lobe.pdf(wi, other, nm, active)),
@@ -296,6 +302,31 @@ impl Surface {
         let [a, b, c, d] = values;
         [a, b, c, d, density]
     }
+}
+
+/// The four wavelengths in the four lanes.
+fn side_by_side(
+    lobe: &SpectralLobe<Lanes>,
+    question: Question,
+    directions: [[f32; 3]; 2],
+    wavelengths_nm: [f32; 4],
+) -> [f32; 5] {
+    let [wi, wo] = directions.map(|w| w.map(Lanes::all));
+    let nm = [within_range(Lanes::each(wavelengths_nm))];
+    let active = Lanes::mask(true);
+    let zero = Lanes::all(0.0);
+    let ([values], densities) = match question {
+        Question::Value => (lobe.eval(wi, wo, nm, active), zero),
+        Question::Density => ([zero], lobe.pdf(wi, wo, nm, active)),
+        _ => lobe.eval_pdf(wi, wo, nm, active),
+    };
+    let [a, b, c, d] = values.to_array();
+    [a, b, c, d, 0.25 * densities.reduce_add()]
+}
+
+/// Renderers may round a wavelength to just outside the range.
+fn within_range<R: Real>(nm: R) -> R {
+    nm.clip(R::lit(WAVELENGTH_MIN_NM), R::lit(WAVELENGTH_MAX_NM))
 }
 
 /// A direction in the place of values.

@@ -104,7 +104,7 @@ macro_rules! binary {
 binary! {
     f32: Add add add; f32: Sub sub sub; f32: Mul mul mul; f32: Div div div;
     f64: Add add add; f64: Sub sub sub; f64: Mul mul mul; f64: Div div div;
-    u32: Add add add; u32: Sub sub sub; u32: Mul mul mul; u32: Div div div;
+    u32: Add add add; u32: Sub sub sub; u32: Mul mul mul;
     u32: BitAnd bitand bit_and; u32: BitOr bitor bit_or;
     bool: BitAnd bitand bit_and; bool: BitOr bitor bit_or;
 }
@@ -130,7 +130,7 @@ impl Not for Var<'_, bool> {
 
 impl<'s, T: Element> Number for Var<'s, T>
 where
-    Self: Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>,
+    Self: Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>,
 {
     type Mask = Var<'s, bool>;
 

@@ -1,17 +1,22 @@
-//! What an evaluator may do with numbers, so that it is written once: by value at once ([`Plain`]), or recorded as a kernel
-//! by a tracing compiler (the Mitsuba plugin's variables).
+//! What an evaluator may do with numbers, so that it is written once: by value at once ([`Plain`]), four values at once
+//! ([`Lanes`]), or recorded as a kernel by a tracing compiler (the Mitsuba plugin's variables).
 //!
 //! An evaluator is generic over [`Numbers`], a family of types that belong together. It may not branch on values: it selects,
 //! masks its reads, and loops through [`Numbers::while_loop`]. What its tables hold are words of 32 bits, read by
 //! [`Numbers::gather`]; [`math`] turns words into numbers, and has what the traits do not.
 
+mod lanes;
 pub mod math;
 mod plain;
 
+pub use lanes::{LaneMask, Lanes};
 pub use plain::Plain;
 
 use std::ffi::CStr;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
+
+/// Most values that [`Numbers::tabulated`] holds.
+const TABULATED_MAX: usize = 40;
 
 /// Variables that a loop carries. Tuples and arrays of them are such variables too.
 pub trait State: Copy {
@@ -20,13 +25,18 @@ pub trait State: Copy {
 
     /// Visits the handles of recorded variables, in a fixed order; numbers by value have none.
     fn each(&mut self, visit: &mut dyn FnMut(&mut u32));
+
+    /// Takes back what a step made of the lanes that had ended before. Other numbers by value end all at once, and recorded
+    /// loops see to that themselves.
+    #[inline(always)]
+    fn keep_lanes(&mut self, _old: Self, _changed: LaneMask) {}
 }
 
 /// Truth values.
 pub trait Mask: State + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
 
 /// What reals and indices share.
-pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> {
+pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
     type Mask: Mask;
     /// `self < other`; false where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
@@ -44,7 +54,7 @@ pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output =
 }
 
 /// Reals of single or double precision.
-pub trait Real: Number + Neg<Output = Self> {
+pub trait Real: Number + Div<Output = Self> + Neg<Output = Self> {
     fn lit(value: f64) -> Self;
     /// `self·b + c`, fused where that is fast.
     fn fma(self, b: Self, c: Self) -> Self;
@@ -58,7 +68,7 @@ pub trait Real: Number + Neg<Output = Self> {
     fn log2(self) -> Self;
 }
 
-/// Unsigned integers of 32 bits. Neither overflow nor division by zero is allowed.
+/// Unsigned integers of 32 bits. Overflow is not allowed.
 pub trait Index:
     Number + BitAnd<Output = Self> + BitOr<Output = Self> + Shl<u32, Output = Self> + Shr<u32, Output = Self>
 {
@@ -111,7 +121,7 @@ pub trait Numbers: Copy {
 }
 
 macro_rules! tuples {
-    ($($($t:ident)+;)+) => {$(
+    ($($($t:ident $i:tt)+;)+) => {$(
         #[allow(non_snake_case)]
         impl<$($t: State),+> State for ($($t,)+) {
             const COUNT: usize = 0 $(+ $t::COUNT)+;
@@ -120,15 +130,23 @@ macro_rules! tuples {
                 let ($($t,)+) = self;
                 $($t.each(visit);)+
             }
+            #[inline(always)]
+            fn keep_lanes(&mut self, old: Self, changed: LaneMask) {
+                $(self.$i.keep_lanes(old.$i, changed);)+
+            }
         }
     )+};
 }
-tuples! { A; A B; A B C; A B C D; A B C D E; A B C D E F; }
+tuples! { A 0; A 0 B 1; A 0 B 1 C 2; A 0 B 1 C 2 D 3; A 0 B 1 C 2 D 3 E 4; A 0 B 1 C 2 D 3 E 4 F 5; }
 
 impl<T: State, const N: usize> State for [T; N] {
     const COUNT: usize = N * T::COUNT;
     #[inline(always)]
     fn each(&mut self, visit: &mut dyn FnMut(&mut u32)) {
         self.iter_mut().for_each(|x| x.each(visit));
+    }
+    #[inline(always)]
+    fn keep_lanes(&mut self, old: Self, changed: LaneMask) {
+        self.iter_mut().zip(old).for_each(|(x, old)| x.keep_lanes(old, changed));
     }
 }

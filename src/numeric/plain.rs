@@ -8,9 +8,6 @@ use std::marker::PhantomData;
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<'a, F>(PhantomData<(&'a (), F)>);
 
-/// Most values that [`Numbers::tabulated`] holds.
-const TABULATED_MAX: usize = 40;
-
 macro_rules! stateless {
     ($($t:ty)+) => {$(
         impl State for $t {
@@ -151,7 +148,7 @@ macro_rules! real {
             }
             #[inline(always)]
             fn tabulated(count: u32, function: impl Fn(u32) -> $t) -> impl Fn(u32) -> $t {
-                let mut values = [0.0; TABULATED_MAX];
+                let mut values = [0.0; super::TABULATED_MAX];
                 for (i, value) in values.iter_mut().enumerate().take(count as usize) {
                     *value = function(i as u32);
                 }

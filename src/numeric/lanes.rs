@@ -1,0 +1,370 @@
+//! Four numbers of single precision by value, side by side: the wavelengths that a ray carries.
+
+use super::math::polynomial;
+use super::{Index, Mask, Number, Numbers, Real, State};
+use bytemuck::cast;
+use std::ffi::CStr;
+use std::marker::PhantomData;
+use wide::{CmpLe, CmpLt, f32x4, f64x4, i32x4, u32x4};
+
+/// Numbers that stand side by side.
+pub const LANES: usize = 4;
+
+/// Numbers four at a time over words that live for `'a`.
+#[derive(Clone, Copy, Debug)]
+pub struct Lanes<'a>(PhantomData<&'a ()>);
+
+/// Truth values of four lanes: all bits or none.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneMask(u32x4);
+
+impl LaneMask {
+    fn any(self) -> bool {
+        self.0.any()
+    }
+
+    /// The same for numbers of twice the size.
+    #[inline(always)]
+    fn wide(self) -> f64x4 {
+        cast(self.0.to_array().map(|lane| u64::from(lane) | u64::from(lane) << 32))
+    }
+
+    #[inline(always)]
+    fn of_wide(mask: f64x4) -> Self {
+        let lanes: [u64; LANES] = cast(mask);
+        Self(lanes.map(|lane| lane as u32).into())
+    }
+}
+
+impl std::ops::BitAnd for LaneMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitand(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+}
+
+impl std::ops::BitOr for LaneMask {
+    type Output = Self;
+    #[inline(always)]
+    fn bitor(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+}
+
+impl std::ops::Not for LaneMask {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        Self(self.0 ^ u32x4::splat(u32::MAX))
+    }
+}
+
+impl Mask for LaneMask {}
+
+impl State for LaneMask {
+    const COUNT: usize = 0;
+    #[inline(always)]
+    fn each(&mut self, _: &mut dyn FnMut(&mut u32)) {}
+    #[inline(always)]
+    fn keep_lanes(&mut self, old: Self, changed: LaneMask) {
+        *self = (*self & changed) | (old & !changed);
+    }
+}
+
+macro_rules! states {
+    ($($t:ty)+) => {$(
+        impl State for $t {
+            const COUNT: usize = 0;
+            #[inline(always)]
+            fn each(&mut self, _: &mut dyn FnMut(&mut u32)) {}
+            #[inline(always)]
+            fn keep_lanes(&mut self, old: Self, changed: LaneMask) {
+                *self = Self::select(changed, *self, old);
+            }
+        }
+    )+};
+}
+states! { f32x4 f64x4 u32x4 }
+
+impl Number for f32x4 {
+    type Mask = LaneMask;
+    #[inline(always)]
+    fn lt(self, other: Self) -> LaneMask {
+        LaneMask(cast(self.cmp_lt(other)))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> LaneMask {
+        LaneMask(cast(self.cmp_le(other)))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.fast_min(other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask, yes: Self, no: Self) -> Self {
+        cast::<u32x4, f32x4>(mask.0).blend(yes, no)
+    }
+}
+
+impl Number for f64x4 {
+    type Mask = LaneMask;
+    #[inline(always)]
+    fn lt(self, other: Self) -> LaneMask {
+        LaneMask::of_wide(self.cmp_lt(other))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> LaneMask {
+        LaneMask::of_wide(self.cmp_le(other))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        self.fast_min(other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        self.fast_max(other)
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask, yes: Self, no: Self) -> Self {
+        mask.wide().blend(yes, no)
+    }
+}
+
+impl Number for u32x4 {
+    type Mask = LaneMask;
+    #[inline(always)]
+    fn lt(self, other: Self) -> LaneMask {
+        LaneMask(self.cmp_lt(other))
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> LaneMask {
+        !LaneMask(self.cmp_gt(other))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self::select(self.lt(other), self, other)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self::select(other.lt(self), self, other)
+    }
+    #[inline(always)]
+    fn select(mask: LaneMask, yes: Self, no: Self) -> Self {
+        (yes & mask.0) | (no & (!mask).0)
+    }
+}
+
+/// Two to the power of −0.5 to 0.5, off by less than half a unit in the last place before rounding (the series of `eˣ`).
+const EXP2: [f64; 8] = [
+    1.0,
+    std::f64::consts::LN_2,
+    0.240_226_506_959_100_7,
+    0.055_504_108_664_821_58,
+    0.009_618_129_107_628_477,
+    0.001_333_355_814_642_844_3,
+    0.000_154_035_303_933_816_1,
+    0.000_015_252_733_804_059_84,
+];
+
+impl Real for f32x4 {
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        Self::splat(value as f32)
+    }
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        self * b + c
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f32x4::abs(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f32x4::sqrt(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        let towards_zero = f32x4::from_i32x4(self.fast_trunc_int());
+        let floor = towards_zero - (cast::<u32x4, f32x4>(self.lt(towards_zero).0) & Self::splat(1.0));
+        // From 2²³ on there are only whole numbers, and some are none of 32 bits.
+        Self::select(f32x4::abs(self).lt(Self::splat(8_388_608.0)), floor, self)
+    }
+    #[inline(always)]
+    fn ceil(self) -> Self {
+        -Real::floor(-self)
+    }
+    /// Zero below 2⁻¹²⁶.
+    #[inline(always)]
+    fn exp2(self) -> Self {
+        let there = Self::splat(-126.0).le(self);
+        let x = Number::min(Number::max(self, Self::splat(-126.0)), Self::splat(127.5));
+        let whole = Real::floor(x + Self::splat(0.5));
+        let part = polynomial(x - whole, &EXP2);
+        let exponent = (cast::<i32x4, u32x4>(whole.fast_trunc_int()) + u32x4::splat(127)) << 23_u32;
+        Self::select(there, part * cast::<u32x4, f32x4>(exponent), Self::splat(0.0))
+    }
+    #[inline(always)]
+    fn log2(self) -> Self {
+        self.to_array().map(f32::log2).into()
+    }
+}
+
+impl Real for f64x4 {
+    #[inline(always)]
+    fn lit(value: f64) -> Self {
+        Self::splat(value)
+    }
+    #[inline(always)]
+    fn fma(self, b: Self, c: Self) -> Self {
+        self * b + c
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64x4::abs(self)
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64x4::sqrt(self)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        self.to_array().map(f64::floor).into()
+    }
+    #[inline(always)]
+    fn ceil(self) -> Self {
+        self.to_array().map(f64::ceil).into()
+    }
+    #[inline(always)]
+    fn exp2(self) -> Self {
+        self.to_array().map(f64::exp2).into()
+    }
+    #[inline(always)]
+    fn log2(self) -> Self {
+        self.to_array().map(f64::log2).into()
+    }
+}
+
+impl Index for u32x4 {
+    #[inline(always)]
+    fn lit(value: u32) -> Self {
+        Self::splat(value)
+    }
+}
+
+impl Lanes<'_> {
+    /// The same number in all lanes.
+    #[inline(always)]
+    pub fn all(x: f32) -> f32x4 {
+        f32x4::splat(x)
+    }
+
+    /// A number in each lane.
+    #[inline(always)]
+    pub fn each(x: [f32; LANES]) -> f32x4 {
+        x.into()
+    }
+}
+
+impl<'a> Numbers for Lanes<'a> {
+    type Real = f32x4;
+    type Double = f64x4;
+    /// Conversions are those of signed integers: numbers stay below 2³¹.
+    type Index = u32x4;
+    type Mask = LaneMask;
+    type Words = &'a [u32];
+
+    const UNALIGNED: bool = true;
+
+    #[inline(always)]
+    fn mask(value: bool) -> LaneMask {
+        LaneMask(u32x4::splat(if value { u32::MAX } else { 0 }))
+    }
+    #[inline(always)]
+    fn gather<const W: usize>(table: &'a [u32], at: u32x4, mask: LaneMask) -> [u32x4; W] {
+        let (at, mask) = (at.to_array(), mask.0.to_array());
+        let packets: [[u32; W]; LANES] = std::array::from_fn(|lane| {
+            let start = W * at[lane] as usize;
+            match table.get(start..start + W).and_then(|rest| rest.first_chunk()) {
+                Some(words) if mask[lane] != 0 => *words,
+                _ => [0; W],
+            }
+        });
+        std::array::from_fn(|word| packets.map(|packet| packet[word]).into())
+    }
+    #[inline(always)]
+    fn from_bits(bits: u32x4) -> f32x4 {
+        cast(bits)
+    }
+    #[inline(always)]
+    fn widen(x: f32x4) -> f64x4 {
+        x.to_array().map(f64::from).into()
+    }
+    #[inline(always)]
+    fn narrow(x: f64x4) -> f32x4 {
+        x.to_array().map(|x| x as f32).into()
+    }
+    #[inline(always)]
+    fn real(i: u32x4) -> f32x4 {
+        f32x4::from_i32x4(cast(i))
+    }
+    #[inline(always)]
+    fn index(x: f32x4) -> u32x4 {
+        cast(x.fast_trunc_int())
+    }
+    #[inline(always)]
+    fn index_of_double(x: f64x4) -> u32x4 {
+        x.to_array().map(|x| x as u32).into()
+    }
+    #[inline(always)]
+    fn while_loop<S: State>(
+        _: &'static CStr,
+        mut state: S,
+        go_on: impl Fn(S) -> LaneMask,
+        step: impl Fn(S) -> S,
+    ) -> S {
+        loop {
+            let more = go_on(state);
+            if !more.any() {
+                return state;
+            }
+            let old = state;
+            state = step(old);
+            state.keep_lanes(old, more);
+        }
+    }
+    #[inline(always)]
+    fn tabulated(count: u32, function: impl Fn(u32x4) -> f32x4) -> impl Fn(u32x4) -> f32x4 {
+        let mut values = [f32x4::splat(0.0); super::TABULATED_MAX];
+        for (i, value) in values.iter_mut().enumerate().take(count as usize) {
+            *value = function(u32x4::splat(i as u32));
+        }
+        // Lanes that have not ended have the same number, and the others one below.
+        move |i| {
+            let lane = i.to_array().into_iter().fold(0, Ord::max);
+            values[lane as usize]
+        }
+    }
+    #[inline(always)]
+    fn each_lane<const L: usize, const R: usize>(
+        _: &'static CStr,
+        lanes: [f32x4; L],
+        active: LaneMask,
+        function: impl Fn(f32x4) -> [f32x4; R],
+    ) -> [[f32x4; L]; R] {
+        let mut results = [[f32x4::splat(0.0); L]; R];
+        if active.any() {
+            for (k, lane) in lanes.into_iter().enumerate() {
+                for (result, value) in results.iter_mut().zip(function(lane)) {
+                    result[k] = value;
+                }
+            }
+        }
+        results
+    }
+}
