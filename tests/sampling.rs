@@ -410,8 +410,7 @@ const GRATINGS: (f64, f64) = (0.5, 0.8);
 /// of the picture) is less this way. Powers are read at one κ for all directions, and corners of the square are lost.
 const SQUARES: (f64, f64) = (1.21, 1.3);
 /// 99.9th percentile over the mean.
-// 12.5 on the blazed grating at 85°, where dividing by the albedo halves the mean that it is relative to.
-const PERCENTILE: f64 = 14.0;
+const PERCENTILE: f64 = 12.0;
 /// Largest weight over the mean: `1/cosθo` has its pole at the horizon.
 const LARGEST: f64 = 40.0;
 

@@ -16,15 +16,15 @@ const INTERVALS: (usize, usize) = (32, 128);
 const POINTS: usize = 8;
 /// How far beyond the horizon orders are drawn from, in standard deviations. At two, weights reach 8000.
 const REACH: f64 = 5.0;
-/// Steepness of a logistic function that is above the integral of the normal distribution where that is small, in powers of two.
-const PART_STEEPNESS: f64 = -2.45;
-/// Sets the mean depth of what an order beyond the horizon has above it.
-const DEPTH: f64 = 0.8;
+/// How wide the step is that an order takes as it crosses the horizon, of its cosine and of the part above: squares of widths
+/// of cos²θ in standard deviations of the order. Chosen for even weights; algebraic, since there are many orders to go through.
+const COS_ROUNDING: f64 = 2.0;
+const PART_ROUNDING: f64 = 12.0;
 const COS_MIN: f64 = 1e-4;
 /// Power of an order below which it is not drawn. Much smaller numbers slow processors down.
 const POWER_MIN: f64 = 1e-15;
-/// A Gaussian is not taken below two to this power, for the same reason.
-const EXPONENT_MIN: f64 = -64.0;
+/// Standard deviations from an order within which it is drawn: a normal quantile ends at 5.4.
+const NEAR: f64 = 5.5;
 
 /// Where the words of orders have what, in plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -115,14 +115,14 @@ pub(super) struct OrdersView<N: Numbers> {
 }
 
 /// What does not depend on the order.
+#[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
     wi: [N::Real; 3],
     per_um: N::Real,
     /// Direction cosines per order.
     step: [N::Real; 2],
-    /// Standard deviation of an order in direction cosines, its reciprocal.
-    sigma: N::Real,
-    per_sigma: N::Real,
+    /// Of an order in direction cosines.
+    variance: N::Real,
     /// Orders gone through, counted from the first; along either axis from the one to before the other.
     low: [N::Index; 2],
     high: [N::Index; 2],
@@ -143,22 +143,28 @@ impl<N: Numbers> OrdersView<N> {
             let whole = position.floor();
             (N::narrow(whole), N::narrow(position - whole))
         });
-        let start = (at.low, [lit(0.0); 2]);
-        let (_, [total, hit]) = N::while_loop(
-            c"Density of orders",
-            start,
+        let all = (at.low, lit(0.0));
+        let (_, total) = N::while_loop(
+            c"Sum over orders",
+            all,
             |(j, _)| at.more(j, active),
-            |(j, [total, hit])| {
+            |(j, total)| (at.next(j), total + self.weight(&at, j, self.about_origin(j), at.more(j, active))),
+        );
+        let near = at.near(&self.layout.axes, position);
+        let (_, hit) = N::while_loop(
+            c"Density of orders",
+            (near.low, lit(0.0)),
+            |(j, _)| near.more(j, active),
+            |(j, hit)| {
                 let from = self.about_origin(j);
-                let weight = self.weight(&at, j, from, at.more(j, active));
+                let weight = self.weight(&near, j, from, near.more(j, active));
                 let squared = [0, 1].map(|i| {
                     let (whole, fraction) = position[i];
                     let t = ((whole - from[i]) + fraction) * lit(1.0 / self.layout.axes[i].sigma);
                     t * t
                 });
                 let exponent = (squared[0] + squared[1]) * lit(-0.5 * LOG2_E);
-                let gaussian = exponent.max(lit(EXPONENT_MIN)).exp2();
-                (at.next(j), [total + weight, weight.fma(gaussian, hit)])
+                (near.next(j), weight.fma(exponent.exp2(), hit))
             },
         );
         let [x, y] = &self.layout.axes;
@@ -232,8 +238,7 @@ impl<N: Numbers> OrdersView<N> {
             wi,
             per_um,
             step: [um * lit(1.0 / x.period_um), um * lit(1.0 / y.period_um)],
-            sigma,
-            per_sigma: lit(1.0) / sigma,
+            variance: sigma * sigma,
             low: low.map(N::index),
             high: high.map(N::index),
         }
@@ -250,12 +255,13 @@ impl<N: Numbers> OrdersView<N> {
         let lit = N::Real::lit;
         let [ax, ay] = [0, 1].map(|i| from[i] * at.step[i]);
         let (x, y) = (ax - at.wi[0], ay - at.wi[1]);
-        // How far inside the horizon the order lies, and the part that is above it, in standard deviations.
-        let depth = (lit(1.0) - (x * x + y * y).sqrt()) * at.per_sigma;
-        let part = lit(1.0) / (lit(1.0) + (depth.clip(lit(-40.0), lit(40.0)) * lit(PART_STEEPNESS)).exp2());
-        let inside = lit(0.5) * (depth + depth.fma(depth, lit(DEPTH)).sqrt()) * at.sigma;
-        let inside = inside.min(lit(1.0));
-        let cos_o = (inside * (lit(2.0) - inside)).sqrt().max(lit(COS_MIN));
+        // cos²θo, rounded off where the order's Gaussian lies across the horizon: the mean there of what is above it.
+        let squared = lit(1.0) - x * x - y * y;
+        let rounded = |by: f64| squared.fma(squared, at.variance * lit(by)).sqrt();
+        let cos_o = (lit(0.5) * (squared + rounded(COS_ROUNDING))).sqrt();
+        // The part above the horizon.
+        let share = (lit(0.5) * squared / rounded(PART_ROUNDING)) + lit(0.5);
+        let part = share * share * (lit(3.0) - share - share);
         let w = at.wi[2] + cos_o;
         let place = w * at.per_um * lit(TAU * self.layout.intervals_per_kappa);
         let interval = place.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
@@ -269,13 +275,27 @@ impl<N: Numbers> OrdersView<N> {
             Obliquity::Stam => {
                 let w_squared = w * w;
                 let sum = ax * ax + ay * ay + w_squared;
-                power * sum * sum / (w_squared * cos_o)
+                power * sum * sum / (w_squared * cos_o.max(lit(COS_MIN)))
             }
         }
     }
 }
 
 impl<N: Numbers> Incidence<N> {
+    /// The same with those orders alone that are drawn at a position, which is a whole number and a fraction along each axis.
+    #[inline(always)]
+    fn near(&self, axes: &[OrdersAxis; 2], position: [(N::Real, N::Real); 2]) -> Self {
+        let lit = N::Real::lit;
+        let edge = |i: usize, by: f64| {
+            let place = position[i].0 + (position[i].1 + lit(by)).ceil() + lit(f64::from(axes[i].origin));
+            N::index(place.clip(lit(0.0), lit(f64::from(axes[i].nodes))))
+        };
+        let low = [0, 1].map(|i| self.low[i].max(edge(i, -NEAR * axes[i].sigma)));
+        let high = [0, 1].map(|i| self.high[i].min(edge(i, NEAR * axes[i].sigma)));
+        let high = [high[0], N::Index::select(low[0].lt(high[0]), high[1], low[1])];
+        Self { low, high, ..*self }
+    }
+
     /// Whether an order is among those gone through.
     #[inline(always)]
     fn more(&self, j: [N::Index; 2], active: N::Mask) -> N::Mask {
