@@ -3,7 +3,7 @@
 //! The weight of the order `j` is `P_j(κ_j)·O·cosθi·cosθo/cosθo` in the direction of its middle, times the part of its Gaussian
 //! that is above the horizon. All orders that may propagate are gone through, by density and by sample.
 
-use crate::numeric::math::normal_quantile;
+use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::reflectance::Obliquity;
 use crate::table::{KernelKind, LatticeAxis, NodeCurve, SpectralTable};
@@ -31,7 +31,8 @@ const NEAR: f64 = 5.5;
 pub struct OrdersLayout {
     /// Along x and y.
     pub axes: [OrdersAxis; 2],
-    /// Intervals in κ. Words are powers of single precision, `[order along y][order along x][interval][end]`.
+    /// Intervals in κ. A word has the powers at both ends of one, the lower half first, each as the upper half of a number of
+    /// single precision, `[order along y][order along x][interval]`.
     pub intervals: u32,
     pub intervals_per_kappa: f64,
     pub obliquity: Obliquity,
@@ -71,7 +72,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
     let step = table.kappa_max() / intervals as f64;
     let curves: Vec<NodeCurve> =
         (0..intervals * POINTS).map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS as f64 * step)).collect();
-    let mut words = vec![0u32; 2 * intervals * (axes[0].nodes * axes[1].nodes) as usize];
+    let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
     for (jx, jy, record) in table.kept_nodes() {
         let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
         if !table.knows(f) {
@@ -97,10 +98,9 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
             })
             .collect();
         let (x, y) = ((jx + i64::from(axes[0].origin)) as usize, (jy + i64::from(axes[1].origin)) as usize);
-        let start = 2 * intervals * (y * axes[0].nodes as usize + x);
-        for (to, from) in words[start..].chunks_exact_mut(2).zip(ends.windows(2)) {
-            to[0] = (from[0] as f32).to_bits();
-            to[1] = (from[1] as f32).to_bits();
+        let start = intervals * (y * axes[0].nodes as usize + x);
+        for (word, ends) in words[start..].iter_mut().zip(ends.windows(2)) {
+            *word = (ends[0] as f32).to_bits() >> 16 | (ends[1] as f32).to_bits() & 0xffff_0000;
         }
     }
     let intervals_per_kappa = 1.0 / step;
@@ -267,7 +267,8 @@ impl<N: Numbers> OrdersView<N> {
         let interval = place.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
         let row = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
         let index = row * N::Index::lit(self.layout.intervals) + N::index(interval);
-        let [low, high] = N::gather::<2>(self.words, index, active).map(N::from_bits);
+        let [word] = N::gather::<1>(self.words, index, active);
+        let [low, high] = bf16_pair::<N>(word);
         let t = (place - interval).clip(lit(0.0), lit(1.0));
         let power = (high - low).fma(t, low) * part;
         match self.layout.obliquity {
