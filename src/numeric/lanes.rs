@@ -322,12 +322,7 @@ impl<'a> Numbers for Lanes<'a> {
         x.to_array().map(|x| x as u32).into()
     }
     #[inline(always)]
-    fn while_loop<S: State>(
-        _: &'static CStr,
-        mut state: S,
-        go_on: impl Fn(S) -> LaneMask,
-        step: impl Fn(S) -> S,
-    ) -> S {
+    fn while_loop<S: State>(_: &'static CStr, mut state: S, go_on: impl Fn(S) -> LaneMask, step: impl Fn(S) -> S) -> S {
         loop {
             let more = go_on(state);
             if !more.any() {

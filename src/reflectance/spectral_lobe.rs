@@ -1,6 +1,6 @@
 //! The diffracted lobe at given wavelengths: value, density and sampling, written once for all families of numbers.
 
-use super::albedo::{AlbedoLayout, AlbedoView};
+use super::albedo::{AlbedoLayout, AlbedoView, Place};
 use super::geometry::{COSINE_MIN, obliquity, shadowing};
 use super::sampler::{SamplerLayout, SamplerView};
 use super::{Obliquity, UNIFORM_SHARE};
@@ -29,6 +29,17 @@ pub struct SpectralLobe<'a, N: Numbers> {
     pub words: [N::Words; 3],
 }
 
+/// What a pair of directions is to all wavelengths.
+struct Directions<N: Numbers> {
+    /// `wi + wo`: tangential components, and the normal one.
+    across: [N::Double; 2],
+    along: N::Real,
+    /// `O·M`.
+    factor: N::Real,
+    /// What conserves energy, and where either direction lies in it.
+    albedo: Option<(AlbedoView<N>, Place<N>, Place<N>)>,
+}
+
 impl<N: Numbers> SpectralLobe<'_, N> {
     /// `f_r` in 1/sr at each wavelength, without cosine and Fresnel reflectance (model.md, the reflectance).
     #[inline(always)]
@@ -40,10 +51,8 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         active: N::Mask,
     ) -> [N::Real; L] {
         let active = active & above::<N>(wi) & above::<N>(wo);
-        let factor = self.angular_factor(wi, wo);
-        let [values] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
-            [N::Real::select(active, factor * self.spectral(wi, wo, nm, active), N::Real::lit(0.0))]
-        });
+        let pair = self.pair(wi, wo);
+        let [values] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| [self.value(&pair, nm, active)]);
         values
     }
 
@@ -72,10 +81,9 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         active: N::Mask,
     ) -> ([N::Real; L], N::Real) {
         let active = active & above::<N>(wi) & above::<N>(wo);
-        let (factor, sampler) = (self.angular_factor(wi, wo), self.sampler());
+        let (pair, sampler) = (self.pair(wi, wo), self.sampler());
         let [values, densities] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
-            let value = factor * self.spectral(wi, wo, nm, active);
-            [N::Real::select(active, value, N::Real::lit(0.0)), sampler.pdf(wi, wo, nm, active)]
+            [self.value(&pair, nm, active), sampler.pdf(wi, wo, nm, active)]
         });
         (values, self.mixed(densities, active))
     }
@@ -105,29 +113,37 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         })
     }
 
-    /// `O·M`.
     #[inline(always)]
-    fn angular_factor(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Real {
+    fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Directions<N> {
         let least = N::Real::lit(COSINE_MIN);
         let cosines = [wi[2].max(least), wo[2].max(least)];
         let q = [wi[0] + wo[0], wi[1] + wo[1], cosines[0] + cosines[1]];
         let factor = obliquity(self.layout.obliquity, q, cosines);
-        if self.layout.shadowing { factor * shadowing(q, cosines) } else { factor }
+        Directions {
+            across: [0, 1].map(|axis| N::widen(wi[axis]) + N::widen(wo[axis])),
+            along: wi[2] + wo[2],
+            factor: if self.layout.shadowing { factor * shadowing(q, cosines) } else { factor },
+            albedo: self.layout.albedo.as_ref().map(|layout| {
+                let view = AlbedoView::<N> { layout: *layout, words: self.words[2] };
+                (view, view.place(wi), view.place(wo))
+            }),
+        }
     }
 
-    /// `S/λ²` times the energy factor.
+    /// `f_r` at a wavelength.
     #[inline(always)]
-    fn spectral(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
+    fn value(&self, pair: &Directions<N>, nm: N::Real, active: N::Mask) -> N::Real {
         let wavelength_um = nm * N::Real::lit(1e-3);
         let wavenumber = N::Double::lit(1e3) / N::widen(nm);
-        let frequency = std::array::from_fn(|axis| (N::widen(wi[axis]) + N::widen(wo[axis])) * wavenumber);
-        let kappa = (wi[2] + wo[2]) * N::Real::lit(std::f64::consts::TAU) / wavelength_um;
+        let kappa = pair.along * N::Real::lit(std::f64::consts::TAU) / wavelength_um;
         let table = TableView::<N> { layout: self.layout.table, words: self.words[0] };
-        let value = table.density(frequency, kappa, active) / (wavelength_um * wavelength_um);
-        match self.layout.albedo {
+        let density = table.density(pair.across.map(|q| q * wavenumber), kappa, active);
+        let value = pair.factor * density / (wavelength_um * wavelength_um);
+        let value = match &pair.albedo {
             None => value,
-            Some(layout) => value * AlbedoView::<N> { layout, words: self.words[2] }.factor(wi, wo, nm, active),
-        }
+            Some((albedo, i, o)) => value * albedo.factor_at(i, o, nm, active),
+        };
+        N::Real::select(active, value, N::Real::lit(0.0))
     }
 
     #[inline(always)]

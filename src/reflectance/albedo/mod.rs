@@ -121,6 +121,7 @@ impl AlbedoTable {
 }
 
 /// Reads an [`AlbedoTable`], over any [`Numbers`].
+#[derive(Clone, Copy)]
 pub struct AlbedoView<N: Numbers> {
     /// As of the table.
     pub layout: AlbedoLayout,
