@@ -127,10 +127,9 @@ pub(super) fn knot_step(kernel: KernelKind, half_range_um: f64, spacing: f64) ->
     if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_range()) } else { kappa_range() }
 }
 
-/// Floats of a record whose last knot in use is `last_knot`: eight coefficients from the multiple of four at or
-/// below it can be read, whole fours.
+/// Floats of a record whose last knot in use is `last_knot`: four coefficients are read from there on, and two make a word.
 pub(super) fn record_floats(kernel: KernelKind, last_knot: usize) -> usize {
-    HEADER + (last_knot / 4 * 4 + 8) * kernel.components()
+    HEADER + (last_knot + 4).next_multiple_of(2) * kernel.components()
 }
 
 /// A node that some pair of directions can reach.

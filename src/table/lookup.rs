@@ -36,8 +36,7 @@ impl KernelKind {
 /// `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
 /// and imaginary part in turn). Far beyond κ₀ the `Q` of a power is the power itself, so that nothing large cancels where
 /// it is small. `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ.
-/// Coefficient `i` belongs to the knot `(i − 1)·kappa_step`; eight of them can be read from any multiple of four up to the
-/// last knot in use.
+/// Coefficient `i` belongs to the knot `(i − 1)·kappa_step`; four of them can be read from any knot up to the last in use.
 #[derive(Clone, Debug)]
 pub struct SpectralTable {
     pub(super) lattice: Lattice,

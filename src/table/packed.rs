@@ -40,7 +40,7 @@ impl Format {
     /// Words of a packet of coefficients, and the coefficients in it.
     fn packet(self) -> (usize, usize) {
         match self {
-            Self::Fixed | Self::FixedFromZero => (2, 4),
+            Self::Fixed | Self::FixedFromZero => (1, 2),
             Self::Single => (4, 4),
             Self::Complex => (4, 2),
         }
@@ -48,7 +48,7 @@ impl Format {
 
     /// Packets that hold four coefficients wherever they begin.
     fn packets(self) -> usize {
-        if self == Self::Complex { 3 } else { 2 }
+        if self == Self::Single { 2 } else { 3 }
     }
 }
 
@@ -405,12 +405,10 @@ impl<N: Numbers> TableView<N> {
     #[inline(always)]
     fn fixed(&self, curve: &Curve<N>, scale: N::Index, packet: impl Fn(u32) -> N::Index, active: N::Mask) -> N::Real {
         let mut steps = N::Real::lit(0.0);
-        for i in 0..2 {
-            let words = N::gather::<2>(self.words, packet(i as u32), active);
-            for (word, weights) in words.into_iter().zip(curve.weights[4 * i..].chunks_exact(2)) {
-                let [a, b] = u16_pair::<N>(word);
-                steps = weights[1].fma(b, weights[0].fma(a, steps));
-            }
+        for i in 0..3 {
+            let [word] = N::gather::<1>(self.words, packet(i as u32), active);
+            let [a, b] = u16_pair::<N>(word);
+            steps = curve.weights[2 * i + 1].fma(b, curve.weights[2 * i].fma(a, steps));
         }
         let [low, step] = bf16_pair::<N>(scale);
         step.fma(steps, low)
