@@ -1,5 +1,6 @@
 //! Choice of the frequency lattice, axis by axis (the Gaussian window separates).
 
+use super::joining::{Joining, OVERSAMPLING, semicircle};
 use super::lookup::TAPS_MAX;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -11,15 +12,17 @@ pub struct LatticeAxis {
     pub period_um: f64,
     /// Pixels in one period.
     pub pixels: usize,
-    /// Standard deviation of the joining Gaussian `e_j`, in nodes.
+    /// How nodes are joined, `e_j`.
+    pub joining: Joining,
+    /// Standard deviation of that, in nodes.
     pub sigma: f64,
     /// Nodes read by one look-up.
     pub taps: usize,
     /// Largest node number kept.
     pub reach: usize,
-    /// Standard deviation in µm of the part of the window that is applied beforehand, as `1/b²` (µm⁻², negative where
-    /// the joining Gaussian alone narrows too much and has to be undone); zero on the native lattice of the orders.
-    pub inverse_variance: f64,
+    /// Standard deviation in µm of the window that is applied beforehand; `None` on the native lattice of the orders, which the
+    /// joining Gaussian itself applies.
+    pub window_um: Option<f64>,
     /// Node number beyond which the pixels say nothing, half their rate; nodes further out repeat those within and only
     /// help to join them. Infinite on the native lattice, whose orders end there by themselves.
     pub cutoff: f64,
@@ -37,13 +40,16 @@ impl Lattice {
     /// but for tails far below the tolerance; else a tenth, since that error comes on top, and since a taper leaves deep gaps
     /// in κ, in which a percentile over all κ is no comfort.
     pub(super) fn spline_share(&self) -> f64 {
-        let native = |axis: &LatticeAxis| axis.inverse_variance == 0.0;
+        let native = |axis: &LatticeAxis| axis.window_um.is_none();
         if native(&self.x) && native(&self.y) { 1.0 } else { 0.1 }
     }
 }
 
 /// How much further down the tails of orders are followed where the tile is a grating and look-ups are few.
 const GRATING_MARGIN: f64 = 400.0;
+
+/// Tiles in a period from which on the orders' own lattice is taken: other lattices have fewer nodes under a look-up, but more in all.
+const NATIVE_PERIODS: f64 = 1.5;
 
 /// Most pixels that an axis is planned with. So many are refused before anything is built; the bound keeps the numbers of
 /// the plan within range.
@@ -55,7 +61,7 @@ pub(super) struct AxisDemand {
     pub pixel_um: f64,
     /// Standard deviation in µm of the Gaussian that multiplies the field or its autocorrelation along this axis.
     pub window_um: f64,
-    /// Distance in µm from the origin beyond which what is windowed counts little, for data that do not repeat.
+    /// Distance in µm from the origin beyond which there is nothing to be windowed, for data that do not repeat.
     pub support_um: Option<f64>,
     /// Relative error aimed at.
     pub tolerance: f64,
@@ -68,38 +74,36 @@ pub(super) struct AxisDemand {
 impl AxisDemand {
     /// The cheapest lattice for this demand.
     ///
-    /// On the native lattice (period = tile) the joining Gaussian is the transform of the window itself. Else the
-    /// period P is chosen and the window is split in two: a joining Gaussian of `c` nodes, whose images a period away
-    /// have to be suppressed, and the rest, applied beforehand. With `Λ = ln(16/tolerance)` the taps reach to
-    /// `√(2Λ)` standard deviations; balancing taps against period at `Λ = 0.6·2π²c²` needs `P = 5 × support` or
-    /// `P = 2πc·√2.5 × window`, whichever is less (maximum of the image term over the lag).
+    /// On the native lattice (period = tile) the joining Gaussian is the transform of the window itself, followed to `√(2Λ)`
+    /// standard deviations, `Λ = ln(16/tolerance)`. Else the period P is chosen: [`OVERSAMPLING`] times the largest lag that
+    /// counts, which is where the data end or where the window has fallen to `e^−Λ`, whichever is nearer.
     pub fn plan(&self) -> LatticeAxis {
         let log_error = (16.0 / self.tolerance).ln();
-        // Gratings put their power into few orders, whose tails then outshine what lies between them further out.
-        let margin = if self.is_grating { GRATING_MARGIN.ln() } else { 0.0 };
-        let cut = (2.0 * (log_error + margin)).sqrt();
         let tile_um = self.pixels as f64 * self.pixel_um;
-        let gridded_sigma = (log_error / (1.2 * PI * PI)).sqrt();
-        let window_period = 2.0 * PI * gridded_sigma * 2.5f64.sqrt() * self.window_um;
-        let period = self.support_um.map_or(window_period, |support| window_period.min(5.0 * support));
-        let native = self.support_um.is_none() && period > 0.8 * tile_um;
-        let (pixels, sigma, inverse_variance) = if native {
-            (self.pixels, tile_um / (2.0 * PI * self.window_um), 0.0)
+        let lag_um = (2.0 * log_error).sqrt() * self.window_um;
+        let period = OVERSAMPLING * self.support_um.map_or(lag_um, |support| lag_um.min(support));
+        let native = self.support_um.is_none() && period > NATIVE_PERIODS * tile_um;
+        let (pixels, joining, taps) = if native {
+            // Gratings put their power into few orders, whose tails then outshine what lies between them further out.
+            let margin = if self.is_grating { GRATING_MARGIN.ln() } else { 0.0 };
+            let sigma = tile_um / (2.0 * PI * self.window_um);
+            let taps = 2.0 * (2.0 * (log_error + margin)).sqrt() * sigma;
+            (self.pixels, Joining::Gaussian { sigma }, taps.ceil() as usize)
         } else {
-            let pixels = smooth_size((period / self.pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize);
-            let joining_um = pixels as f64 * self.pixel_um / (2.0 * PI * gridded_sigma);
-            (pixels, gridded_sigma, self.window_um.powi(-2) - joining_um.powi(-2))
+            let (joining, taps) = semicircle(log_error);
+            (smooth_size((period / self.pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize), joining, taps)
         };
         let period_um = pixels as f64 * self.pixel_um;
-        // Below the clamp: sigma is below 2 × gridded_sigma on either lattice, and the tolerance at least 1e-6.
-        let taps = ((2.0 * cut * sigma).ceil() as usize).clamp(1, TAPS_MAX);
+        // Below the clamp: the tolerance is at least 1e-6, and more than NATIVE_PERIODS tiles are not native.
+        let taps = taps.clamp(1, TAPS_MAX);
         let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
         let (reach, cutoff) = if native {
             (wanted.min(pixels / 2), f64::INFINITY)
         } else {
             (wanted.min((pixels + taps).div_ceil(2)), 0.5 * pixels as f64)
         };
-        LatticeAxis { period_um, pixels, sigma, taps: taps.min(2 * reach + 1), reach, inverse_variance, cutoff }
+        let (sigma, taps, window_um) = (joining.sigma(), taps.min(2 * reach + 1), (!native).then_some(self.window_um));
+        LatticeAxis { period_um, pixels, joining, sigma, taps, reach, window_um, cutoff }
     }
 }
 
@@ -116,9 +120,12 @@ impl LatticeAxis {
         ((position - 0.5 * self.taps as f64).ceil() as i64).clamp(-(self.reach as i64), last)
     }
 
-    /// The part of the window applied beforehand, at `distance_um` from its centre.
+    /// What is applied beforehand at `distance_um` from the window's centre: the window, and what undoes the joining's transform.
     pub(super) fn window(&self, distance_um: f64) -> f64 {
-        (-0.5 * self.inverse_variance * distance_um * distance_um).exp()
+        self.window_um.map_or(1.0, |window_um| {
+            let joined = self.joining.transform(distance_um / self.period_um) / self.joining.transform(0.0);
+            (-0.5 * (distance_um / window_um).powi(2)).exp() / joined
+        })
     }
 }
 

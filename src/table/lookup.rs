@@ -142,11 +142,11 @@ impl SpectralTable {
         sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
         let mut across = [0.0; TAPS_MAX];
         for (ex, jx) in across.iter_mut().zip(taps(x, px)) {
-            *ex = gaussian(px - jx as f64, x.sigma);
+            *ex = x.joining.weight(px - jx as f64);
         }
         let first_column = (x.first_tap(px) + x.reach as i64) as usize;
         for jy in taps(y, py) {
-            let ey = gaussian(py - jy as f64, y.sigma);
+            let ey = y.joining.weight(py - jy as f64);
             let row = (jy + y.reach as i64) as usize * x.nodes() + first_column;
             for (ex, offset) in across.iter().zip(&self.offsets[row..row + x.taps]) {
                 let (e, start) = ((ey * ex) as f32, *offset as usize);
@@ -180,7 +180,7 @@ impl SpectralTable {
         let mut sum = Complex64::ZERO;
         for jy in taps(y, position[1]) {
             for jx in taps(x, position[0]) {
-                let e = gaussian(position[1] - jy as f64, y.sigma) * gaussian(position[0] - jx as f64, x.sigma);
+                let e = y.joining.weight(position[1] - jy as f64) * x.joining.weight(position[0] - jx as f64);
                 let row = (jy + y.reach as i64) as usize;
                 sum += e * value(row * x.nodes() + (jx + x.reach as i64) as usize);
             }
@@ -197,10 +197,6 @@ impl SpectralTable {
 fn taps(axis: &LatticeAxis, position: f64) -> std::ops::Range<i64> {
     let first = axis.first_tap(position);
     first..first + axis.taps as i64
-}
-
-fn gaussian(distance: f64, sigma: f64) -> f64 {
-    (-0.5 * (distance / sigma).powi(2)).exp()
 }
 
 /// Where a look-up reads the splines in κ.

@@ -17,6 +17,7 @@
 mod build;
 mod error;
 mod estimate;
+mod joining;
 mod lattice;
 mod lookup;
 mod packed;

@@ -1,5 +1,6 @@
 //! A [`SpectralTable`] in the form that evaluators read, and the look-up itself, written once for all families of numbers.
 
+use super::joining::Joining;
 use super::lattice::Lattice;
 use super::lookup::{HEADER, KernelKind, SpectralTable};
 use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
@@ -57,7 +58,8 @@ impl Format {
 pub struct PackedLayout {
     /// Period whose reciprocal is the spacing of nodes, in µm, along x and y, and so on below.
     pub period_um: [f64; 2],
-    /// Standard deviation of the joining Gaussian, in nodes.
+    /// How nodes are joined, and the standard deviation of that in nodes.
+    pub joining: [Joining; 2],
     pub sigma: [f64; 2],
     /// Nodes read by one look-up.
     pub taps: [u32; 2],
@@ -136,6 +138,7 @@ impl PackedTable {
         let (x, y) = (&table.lattice.x, &table.lattice.y);
         let layout = PackedLayout {
             period_um: [x.period_um, y.period_um],
+            joining: [x.joining, y.joining],
             sigma: [x.sigma, y.sigma],
             taps: [x.taps as u32, y.taps as u32],
             reach: [x.reach as u32, y.reach as u32],
@@ -293,13 +296,9 @@ impl<N: Numbers> TableView<N> {
         let position: [N::Double; 2] = std::array::from_fn(|axis| f[axis] * N::Double::lit(layout.period_um[axis]));
         let [(column, from_x), (row, from_y)] = std::array::from_fn(|axis| self.first_tap(position[axis], axis));
         let curve = Curve::<N>::new(layout, kappa);
-        let gaussian = |distance: N::Real, axis: usize| {
-            let sigma = layout.sigma[axis];
-            (distance * distance * lit(-0.5 * LOG2_E / (sigma * sigma))).exp2()
-        };
         let [taps_x, taps_y] = layout.taps;
         let columns = int(2 * layout.reach[0] + 1);
-        let ex = N::tabulated(taps_x, |i| gaussian(from_x - N::real(i), 0));
+        let ex = N::tabulated(taps_x, |i| joined(layout.joining[0], from_x - N::real(i)));
         let tap = |node: N::Index, e: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(&curve, node, active);
             [e.fma(a, re), e.fma(b, im)]
@@ -314,7 +313,7 @@ impl<N: Numbers> TableView<N> {
                 N::while_loop(c"orders of a row", start, go_on, |(ix, sum)| (ix + int(1), tap(first + ix, ex(ix), sum)))
                     .1
             };
-            let ey = gaussian(from_y - N::real(iy), 1);
+            let ey = joined(layout.joining[1], from_y - N::real(iy));
             std::array::from_fn(|part| ey.fma(row_sum[part], sum[part]))
         };
         let [re, im] = if taps_y == 1 {
@@ -333,8 +332,9 @@ impl<N: Numbers> TableView<N> {
                     first.le(number) & number.lt(first + int(layout.taps[axis]))
                 };
                 let [x, y] = position.map(N::narrow);
-                let joined = gaussian(x, 0) * gaussian(y, 1) * curve.from_zero[0] * lit(layout.zero);
-                let at_zero = N::Real::select(zero(column, 0) & zero(row, 1), joined, lit(0.0));
+                let e = joined(layout.joining[0], x) * joined(layout.joining[1], y);
+                let value = e * curve.from_zero[0] * lit(layout.zero);
+                let at_zero = N::Real::select(zero(column, 0) & zero(row, 1), value, lit(0.0));
                 // A spline may undershoot a zero of the power by the tolerance.
                 (re + at_zero).max(lit(0.0))
             }
@@ -412,6 +412,19 @@ impl<N: Numbers> TableView<N> {
         }
         let [low, step] = bf16_pair::<N>(scale);
         step.fma(steps, low)
+    }
+}
+
+/// Twin of [`Joining::weight`] within its reach.
+#[inline(always)]
+fn joined<R: Real>(joining: Joining, distance: R) -> R {
+    let lit = R::lit;
+    match joining {
+        Joining::Gaussian { sigma } => (distance * distance * lit(-0.5 * LOG2_E / (sigma * sigma))).exp2(),
+        Joining::Semicircle { beta, radius } => {
+            let rest = (distance * distance).fma(lit(-1.0 / (radius * radius)), lit(1.0)).max(lit(0.0));
+            rest.sqrt().fma(lit(beta * LOG2_E), lit(-beta * LOG2_E)).exp2()
+        }
     }
 }
 

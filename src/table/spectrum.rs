@@ -61,6 +61,8 @@ pub struct Spectrum {
     norm: f64,
     /// Padded grid on which the autocorrelation of the ensemble is taken, with its two transforms.
     lag_grid: (usize, usize),
+    /// Pixels of that grid and their weights by what is applied before the lattice's transform, along x and y.
+    applied: [Vec<(usize, f64)>; 2],
     lag_forward: Fft2<f64>,
     lag_back: Fft2<f64>,
     node_transform: Fft2<f64>,
@@ -92,9 +94,8 @@ impl Spectrum {
                     / (PI * coherence_s_um * coherence_s_um)
             }
         };
-        // Width of the joining Gaussian in cycles/µm.
-        let (fx, fy) = (lattice.x.sigma / lattice.x.period_um, lattice.y.sigma / lattice.y.period_um);
-        let kernel = 1.0 / (2.0 * PI * fx * fy);
+        let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.joining.transform(0.0));
+        let kernel = x * y;
         let norm = match model {
             Model::Ensemble => kernel,
             Model::Patch => kernel * kernel / (PI * coherence_s_um * coherence_s_um),
@@ -106,6 +107,10 @@ impl Spectrum {
             total,
             norm,
             lag_grid,
+            applied: [
+                axis_weights(&lattice.x, lag_grid.0, tiling == Tiling::Aperiodic),
+                axis_weights(&lattice.y, lag_grid.1, tiling == Tiling::Aperiodic),
+            ],
             lag_forward: Fft2::new(lag_grid.0, lag_grid.1, Direction::Positive),
             lag_back: Fft2::new(lag_grid.0, lag_grid.1, Direction::Negative),
             node_transform: Fft2::new(lattice.x.pixels, lattice.y.pixels, Direction::Positive),
@@ -145,7 +150,7 @@ impl Spectrum {
                 bins
             }
             (Model::Patch, true) => self.transform.amplitudes(kappa),
-            (Model::Ensemble, false) => self.windowed(&self.autocorrelation(kappa), self.lag_grid, 1.0 / self.total),
+            (Model::Ensemble, false) => self.windowed(&self.autocorrelation(kappa), 1.0 / self.total),
             (Model::Patch, false) => self.patch_bins(kappa),
         };
         self.collect_nodes(&bins)
@@ -190,7 +195,7 @@ impl Spectrum {
         let (nx, ny) = self.transform.size();
         let screen = self.tapered_screen(kappa);
         if self.tapers.is_none() {
-            return self.windowed(&screen, (nx, ny), 1.0);
+            return self.windowed(&screen, 1.0);
         }
         // Bring the middle of the scan to the origin of a grid that holds it once.
         let (gx, gy) = self.lag_grid;
@@ -201,39 +206,24 @@ impl Spectrum {
                 centred[y * gx + (ix + gx - nx / 2) % gx] = c;
             }
         }
-        self.windowed(&centred, (gx, gy), self.total.sqrt().recip())
+        self.windowed(&centred, self.total.sqrt().recip())
     }
 
     /// Multiplies `values` (on a grid about the origin, wrapped where the tile repeats, zero beyond where it does not)
     /// by the part of the window applied beforehand and transforms to the lattice.
-    fn windowed(&self, values: &[Complex64], (gx, gy): (usize, usize), scale: f64) -> Vec<Complex64> {
-        let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
-        let column = self.axis_weights(&self.lattice.x, gx);
-        let row = self.axis_weights(&self.lattice.y, gy);
+    fn windowed(&self, values: &[Complex64], scale: f64) -> Vec<Complex64> {
+        let (px, py, gx) = (self.lattice.x.pixels, self.lattice.y.pixels, self.lag_grid.0);
+        let [column, row] = &self.applied;
         let scale = scale / (px * py) as f64;
         let mut grid = vec![Complex64::new(0.0, 0.0); px * py];
-        grid.par_chunks_mut(px).zip(&row).for_each(|(out, &(from_row, wy))| {
+        grid.par_chunks_mut(px).zip(row).for_each(|(out, &(from_row, wy))| {
             let from = &values[from_row * gx..][..gx];
-            for (out, &(ix, wx)) in out.iter_mut().zip(&column) {
+            for (out, &(ix, wx)) in out.iter_mut().zip(column) {
                 *out = from[ix] * (wx * wy * scale);
             }
         });
         self.node_transform.process(&mut grid, &mut Vec::new());
         grid
-    }
-
-    /// For each pixel of an axis (FFT order) the pixel of a grid of `size` it is read from and its weight.
-    fn axis_weights(&self, axis: &LatticeAxis, size: usize) -> Vec<(usize, f64)> {
-        let n = axis.pixels as i64;
-        let pixel_um = axis.period_um / axis.pixels as f64;
-        (0..n)
-            .map(|i| {
-                let offset = if 2 * i > n { i - n } else { i };
-                let inside = self.tapers.is_none() || 2 * offset.unsigned_abs() as usize <= size;
-                let weight = if inside { axis.window(offset as f64 * pixel_um) } else { 0.0 };
-                (offset.rem_euclid(size as i64) as usize, weight)
-            })
-            .collect()
     }
 
     /// Reorders FFT bins into nodes from `−reach` to `reach`. Of orders, the one bin at half the sampling rate of an even
@@ -261,6 +251,21 @@ impl Spectrum {
     }
 }
 
+/// For each pixel of an axis (FFT order) the pixel of a grid of `size` it is read from and its weight. `alone` says that the grid
+/// holds what it holds once.
+fn axis_weights(axis: &LatticeAxis, size: usize, alone: bool) -> Vec<(usize, f64)> {
+    let n = axis.pixels as i64;
+    let pixel_um = axis.period_um / axis.pixels as f64;
+    (0..n)
+        .map(|i| {
+            let offset = if 2 * i > n { i - n } else { i };
+            let inside = !alone || 2 * offset.unsigned_abs() as usize <= size;
+            let weight = if inside { axis.window(offset as f64 * pixel_um) } else { 0.0 };
+            (offset.rem_euclid(size as i64) as usize, weight)
+        })
+        .collect()
+}
+
 /// The lattice that [`Spectrum::new`] takes, told from sizes alone.
 pub(super) fn plan_lattice(
     (nx, ny): (usize, usize),
@@ -273,8 +278,9 @@ pub(super) fn plan_lattice(
 ) -> Lattice {
     // The power spectrum of the ensemble transforms autocorrelation times window autocorrelation, exp(−τ²/4s²).
     let (window_um, support) = match model {
-        Model::Ensemble => (2f64.sqrt() * coherence_s_um, 0.6),
-        Model::Patch => (coherence_s_um, 0.5),
+        Model::Ensemble => (2f64.sqrt() * coherence_s_um, 1.0),
+        // The field ends at half its width, but is not small before its ends as an autocorrelation is.
+        Model::Patch => (coherence_s_um, 0.8),
     };
     let is_grating = nx == 1 || ny == 1;
     let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
