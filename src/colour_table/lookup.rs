@@ -75,7 +75,12 @@ impl<N: Numbers> ColourView<N> {
         // The four heights side by side, which vectors of four serve; [channel][height].
         let mut sums = [[lit(0.0); 4]; 3];
         for across in across {
-            let words = four_words::<N>(self.words, direction * heights + start, active);
+            let first = direction * heights + start;
+            // Word by word: they begin anywhere.
+            let words: [N::Index; 4] = array::from_fn(|j| {
+                let [word] = N::gather::<1>(self.words, first + index(j as u32), active);
+                word
+            });
             // A mantissa in the place of a float's makes `(1 + m/512)·2^e`, of which 1.5·2^e is the excess: exact, and no
             // conversion of whole numbers.
             let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
@@ -94,27 +99,6 @@ impl<N: Numbers> ColourView<N> {
         let shape = (squared + zero_squared) / (squared + knee_squared);
         sums.map(|sum| (0..4).fold(lit(0.0), |total, j| along[j].fma(sum[j], total)) * shape)
     }
-}
-
-/// The four words from `first` on.
-#[inline(always)]
-fn four_words<N: Numbers>(words: N::Words, first: N::Index, active: N::Mask) -> [N::Index; 4] {
-    let index = N::Index::lit;
-    if N::UNALIGNED {
-        return array::from_fn(|i| {
-            let [word] = N::gather::<1>(words, first + index(i as u32), active);
-            word
-        });
-    }
-    // Two packets hold them, of which the first lie in the first: moved by two, then by one.
-    let packet = first >> 2;
-    let [a, b, c, d] = N::gather::<4>(words, packet, active);
-    let [e, f, g, _] = N::gather::<4>(words, packet + index(1), active);
-    let select = N::Index::select;
-    let by_two = index(1).lt(first & index(3));
-    let halfway: [N::Index; 5] = array::from_fn(|i| select(by_two, [c, d, e, f, g][i], [a, b, c, d, e][i]));
-    let by_one = index(0).lt(first & index(1));
-    array::from_fn(|i| select(by_one, halfway[i + 1], halfway[i]))
 }
 
 /// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1], off by at most 6e-9 of a turn.
@@ -162,7 +146,6 @@ fn lagrange_weights<R: Real>(t: R) -> [R; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::numeric::Plain;
 
     #[test]
     fn turns_are_those_of_the_arc_tangent() {
@@ -185,15 +168,6 @@ mod tests {
             assert!((cubic_weights(t).iter().sum::<f64>() - 1.0).abs() < 1e-15);
             let moment: f64 = lagrange_weights(t).iter().zip([-1.0, 0.0, 1.0, 2.0]).map(|(w, x)| w * x * x * x).sum();
             assert!((moment - t * t * t).abs() < 1e-14);
-        }
-    }
-
-    #[test]
-    fn words_are_found_wherever_they_begin() {
-        let words: Vec<u32> = (100..120).collect();
-        for first in 0..16 {
-            let found = four_words::<Plain<f32>>(&words, first, true);
-            assert_eq!(found, [0, 1, 2, 3].map(|i| 100 + first + i));
         }
     }
 }

@@ -233,15 +233,37 @@ impl Surface {
         wavelengths_nm: &[f32; 4],
     ) -> Result<[f32; 5], PluginError> {
         guard(|| {
-            let words = self.all_words();
-            if let (Tables::Spectral(tables), true) = (&self.tables, question != Question::Direction) {
-                let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words };
-                return Ok(side_by_side(&lobe, question, [*wi, *other], *wavelengths_nm));
+            if is_x86_feature_detected!("avx2") {
+                // SAFETY: the processor has what the function is compiled for.
+                return Ok(unsafe { self.by_value_avx2(question, [*wi, *other], *wavelengths_nm) });
             }
-            // Scalar variants of Mitsuba warn of every sample with a negative channel.
-            let gamut = Gamut::Desaturate;
-            Ok(self.answer::<Plain<f32>>(words, gamut, question, [*wi, *other], *wavelengths_nm, true))
+            Ok(self.by_value(question, [*wi, *other], *wavelengths_nm))
         })
+    }
+
+    /// [`Surface::by_value`] compiled for the instructions of AVX2, in which rounding is no call.
+    ///
+    /// # Safety
+    /// Only on processors that have them.
+    #[target_feature(enable = "avx2")]
+    unsafe fn by_value_avx2(
+        &self,
+        question: Question,
+        directions: [[f32; 3]; 2],
+        wavelengths_nm: [f32; 4],
+    ) -> [f32; 5] {
+        self.by_value(question, directions, wavelengths_nm)
+    }
+
+    #[inline(always)]
+    fn by_value(&self, question: Question, directions: [[f32; 3]; 2], wavelengths_nm: [f32; 4]) -> [f32; 5] {
+        let words = self.all_words();
+        if let (Tables::Spectral(tables), true) = (&self.tables, question != Question::Direction) {
+            let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words };
+            return side_by_side(&lobe, question, directions, wavelengths_nm);
+        }
+        // Scalar variants of Mitsuba warn of every sample with a negative channel.
+        self.answer::<Plain<f32>>(words, Gamut::Desaturate, question, directions, wavelengths_nm, true)
     }
 
     fn trace(&self, question: Question, arguments: &ffi::Traced) -> Result<[u32; 5], PluginError> {
@@ -263,6 +285,7 @@ impl Surface {
     }
 
     /// Asks the lobe.
+    #[inline(always)]
     fn answer<N: Numbers>(
         &self,
         words: [N::Words; 3],
@@ -305,6 +328,7 @@ impl Surface {
 }
 
 /// The four wavelengths in the four lanes.
+#[inline(always)]
 fn side_by_side(
     lobe: &SpectralLobe<Lanes>,
     question: Question,

@@ -191,8 +191,6 @@ impl<'s> Numbers for Traced<'s> {
     type Mask = Var<'s, bool>;
     type Words = WordsVar<'s>;
 
-    const UNALIGNED: bool = false;
-
     fn mask(value: bool) -> Self::Mask {
         Var::constant(value)
     }

@@ -279,8 +279,6 @@ impl<'a> Numbers for Lanes<'a> {
     type Mask = LaneMask;
     type Words = &'a [u32];
 
-    const UNALIGNED: bool = true;
-
     #[inline(always)]
     fn mask(value: bool) -> LaneMask {
         LaneMask(u32x4::splat(if value { u32::MAX } else { 0 }))

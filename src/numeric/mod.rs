@@ -86,9 +86,6 @@ pub trait Numbers: Copy {
     /// A table of words of 32 bits.
     type Words: Copy;
 
-    /// Whether words can be read from anywhere at the price of a packet that begins on a multiple of its length.
-    const UNALIGNED: bool;
-
     fn mask(value: bool) -> Self::Mask;
     /// The `W` words of `table` from `W·at` on (`W` is 1, 2 or 4); zeros where the mask is false. The evaluator sees to it
     /// that they are there.

@@ -97,8 +97,6 @@ macro_rules! real {
             type Mask = bool;
             type Words = &'a [u32];
 
-            const UNALIGNED: bool = true;
-
             #[inline(always)]
             fn mask(value: bool) -> bool {
                 value

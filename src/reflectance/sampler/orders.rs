@@ -195,10 +195,10 @@ impl<N: Numbers> OrdersView<N> {
             |(j, chosen, [total, u])| {
                 let weight = self.weight(&at, j, self.about_origin(j), at.more(j, active));
                 let sum = total + weight;
-                let share = weight / N::Real::select(lit(0.0).lt(sum), sum, lit(1.0));
-                let taken = u.lt(share);
-                let rest = N::Real::select(taken, u, u - share);
-                let of = N::Real::select(taken, share, lit(1.0) - share);
+                let place = u * sum;
+                let taken = place.lt(weight);
+                let of = N::Real::select(taken, weight, total);
+                let rest = N::Real::select(taken, place, place - weight);
                 let u = (rest / N::Real::select(lit(0.0).lt(of), of, lit(1.0))).clip(lit(0.0), lit(super::BELOW_ONE));
                 let chosen = [0, 1].map(|i| N::Index::select(taken, j[i], chosen[i]));
                 (at.next(j), chosen, [sum, u])
