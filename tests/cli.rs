@@ -145,7 +145,7 @@ fn answers_keep_the_order_of_many_lines() {
     for (i, answer) in answers.iter().enumerate() {
         let expected = 4.0 * PI * (16.25 / (nm(i) * 1e-3)).powi(2);
         let found = answer["f"].as_f64().unwrap();
-        // Tables and the energy scaling are single precision.
+        // Tables are single precision.
         assert!((found / expected - 1.0).abs() < 1e-3, "{i}: {found}, {expected}");
     }
 }

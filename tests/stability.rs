@@ -106,7 +106,7 @@ fn judge(count: u64) {
     assert_eq!(found.asked, count);
     assert_eq!((found.not_finite, found.negative, found.without_density), (0, 0, 0), "{found:?}");
     assert!(found.reciprocity <= RECIPROCITY, "{found:?}");
-    // Negative control: there were energy scalings to judge, and samples.
+    // Negative control: there were albedos to judge, and samples.
     assert!(found.albedos > 0 && found.scaled_surfaces > 0 && found.samples > count / 2, "{found:?}");
     assert_eq!(found.albedos_above, 0, "{found:?}");
     assert!(found.albedo <= ALBEDO, "{found:?}");

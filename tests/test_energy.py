@@ -8,7 +8,7 @@ from batches import direction, eval_pdf, random_directions, random_wavelengths, 
 from conftest import built, use_variant
 from surfaces import PRESETS
 
-# What the energy scaling leaves above 1 between its nodes.
+# What is left above 1 between the nodes of the albedo.
 ALBEDO_EXCESS = 1e-3
 # Standard errors of a mean that count as agreement; one of a thousand samples of a true mean lies beyond 3.3.
 SIGMAS = 5.0

@@ -20,7 +20,7 @@ BESSEL_POINTS = 256
 
 @dataclass(frozen=True)
 class Model:
-    """The model `ensemble` with one obliquity factor, with or without the scaling that conserves energy."""
+    """The model `ensemble` with one obliquity factor, with energy conserved or not."""
 
     obliquity: str
     conserve_energy: bool
@@ -121,7 +121,7 @@ def ask(words: list, questions: list[dict]) -> list[float]:
 
 
 def closed_form(grating: Grating, obliquity: str, light: Light) -> np.ndarray:
-    """The same without the scaling, from the closed forms of |c_j|² of the three profiles."""
+    """The same with energy not conserved, from the closed forms of |c_j|² of the three profiles."""
     orders, towards = propagating(grating.period, light)
     sine = np.sin(np.radians(light.theta_i_deg))
     cos_i, cos_o = np.sqrt(1 - sine**2), np.sqrt(1 - towards**2)

@@ -33,7 +33,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 fn what_is_read_is_what_was_built() {
     let folder = tempdir().unwrap();
     let cache = Cache::new(folder.path().join("made/when/needed"), AMPLE);
-    // With everything that a surface may hold: energy scaling, cells of the sampler.
+    // With everything that a surface may hold.
     let skin = (Preset::Elaphe.build(None, None).unwrap(), Options { tolerance: 0.1, ..Options::default() });
     for (field, options) in [(field(2.5), quick()), (field(2.0), Options::default()), skin] {
         let (built, origin) = cache.surface(&field, &options).unwrap();

@@ -40,7 +40,7 @@ pub struct HeightFieldArgs {
     /// Write a grey picture, black the lowest height, +x right and +y up (.png)
     #[arg(long, value_name = "FILE")]
     preview: Option<PathBuf>,
-    /// Build the tables and report their size, build time, measured error and energy scaling
+    /// Build the tables and report their size, build time, measured error and mean albedo
     #[arg(long)]
     tables: bool,
 }

@@ -56,7 +56,7 @@ pub struct SurfaceArgs {
     /// What is taken off the heights [default: none for presets, plane for files]
     #[arg(long, value_parser = names::<Level, _>(Level::ALL.map(Level::name)))]
     level: Option<Level>,
-    /// Reciprocal scaling that keeps the albedo at or below 1 [default: true for ensemble, false for patch]
+    /// Divide by the larger of both directions' albedos where they exceed 1 [default: true for ensemble, false for patch]
     #[arg(long, value_name = "BOOL")]
     conserve_energy: Option<bool>,
     /// V-cavity shadowing and masking [default: false]
@@ -146,7 +146,7 @@ impl SurfaceArgs {
     }
 
     /// Refuses what does not leave the methods comparable: each is held against its own model, on a tile that repeats,
-    /// without Fresnel reflectance or energy scaling.
+    /// without Fresnel reflectance, energy not conserved.
     pub fn refuse_what_methods_differ_in(&self) -> Result<(), String> {
         let given = [
             ("--model", self.model.is_some()),

@@ -361,3 +361,65 @@ impl<'a> Numbers for Lanes<'a> {
         results
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Plain;
+
+    type One<'a> = Plain<'a, f32>;
+
+    /// Numbers of all sizes on either side of zero, whole ones and halves among them.
+    fn numbers() -> Vec<f32> {
+        let sizes = (-40..40).flat_map(|e| [1.0, 1.5, 1.999_999_9].map(|x: f32| x * 2f32.powi(e)));
+        let all: Vec<f32> = sizes.chain([0.0, 0.5, 2.5, 100.25]).flat_map(|x| [x, -x]).collect();
+        assert_eq!(all.len() % LANES, 0);
+        all
+    }
+
+    #[test]
+    fn functions_are_those_of_one_number() {
+        for four in numbers().chunks_exact(LANES).map(|four| <[f32; LANES]>::try_from(four).unwrap()) {
+            let lanes = Lanes::each(four);
+            let same = |found: f32x4, of: &dyn Fn(f32) -> f32| assert_eq!(found.to_array(), four.map(of), "{four:?}");
+            same(Real::floor(lanes), &f32::floor);
+            same(Real::ceil(lanes), &f32::ceil);
+            same(Real::abs(lanes), &f32::abs);
+            same(Real::sqrt(Real::abs(lanes)), &|x| x.abs().sqrt());
+            same(Number::max(lanes, Lanes::all(0.5)), &|x| if x > 0.5 { x } else { 0.5 });
+            let positive = Lanes::all(0.0).lt(lanes);
+            same(f32x4::select(positive, lanes, Lanes::all(7.0)), &|x| if x > 0.0 { x } else { 7.0 });
+            for (found, x) in Real::exp2(lanes).to_array().into_iter().zip(four) {
+                let exact = f64::from(x).exp2();
+                // Two roundings, of the polynomial's sum and of its first product; nothing below the normal numbers.
+                if (-126.0..127.0).contains(&x) {
+                    assert!((f64::from(found) - exact).abs() <= 2e-7 * exact, "{x}: {found}");
+                } else if x < 0.0 {
+                    assert_eq!(found, 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn packets_are_read_where_they_are_and_the_mask_holds() {
+        let words: Vec<u32> = (10..22).collect();
+        let at = u32x4::from([0, 2, 5, 1000]);
+        let some = Lanes::all(0.0).lt(Lanes::each([1.0, 1.0, -1.0, 1.0]));
+        let found = Lanes::gather::<2>(&words, at, some).map(u32x4::to_array);
+        assert_eq!(found, [[10, 14, 0, 0], [11, 15, 0, 0]]);
+        let [word] = Lanes::gather::<1>(&words, at, Lanes::mask(true));
+        assert_eq!(word.to_array(), [10, 12, 15, 0]);
+    }
+
+    #[test]
+    fn each_lane_ends_by_itself() {
+        let count = u32x4::from([0, 3, 1, 7]);
+        let start = (u32x4::splat(0), Lanes::all(1.0));
+        let step = |(i, x): (u32x4, f32x4)| (i + u32x4::splat(1), x + x);
+        let (i, x) = Lanes::while_loop(c"doubling", start, |(i, _)| i.lt(count), step);
+        assert_eq!((i.to_array(), x.to_array()), ([0, 3, 1, 7], [1.0, 8.0, 2.0, 128.0]));
+        let (i, _) = One::while_loop(c"doubling", (0, 1.0f32), |(i, _)| i < 7, |(i, x)| (i + 1, x + x));
+        assert_eq!(i, 7);
+    }
+}

@@ -75,7 +75,7 @@ impl Estimate {
 pub enum Purpose {
     /// Nothing else is built.
     Table,
-    /// A surface: the sampler, and the energy scaling where it is asked for.
+    /// A surface: the sampler, and the albedo where energy is to be conserved.
     Surface { energy: bool },
 }
 

@@ -24,6 +24,7 @@ mod packed;
 mod progress;
 mod spectrum;
 mod spline;
+mod view;
 pub(crate) use spline::cubic;
 
 pub use build::{Built, DENSITY_FLOOR_UM2, TableReport, build};
@@ -31,10 +32,11 @@ pub use error::TableError;
 pub use estimate::{BUILD_LIMIT, BuildDemand, Estimate, LIMIT_BYTES, LIMIT_SECONDS, Purpose};
 pub use lattice::{Lattice, LatticeAxis};
 pub use lookup::{HEADER, KernelKind, NodeCurve, SpectralTable};
-pub use packed::{Format, PackedLayout, PackedTable, TableView};
+pub use packed::{Format, PackedLayout, PackedTable};
 pub use progress::Progress;
 pub use spectrum::{Model, Spectrum, Tiling};
 pub(crate) use spectrum::{lag_grid, taper};
+pub use view::TableView;
 
 /// Shortest wavelength a table answers for, in nm.
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;

@@ -35,7 +35,7 @@ pub struct GrazingPoint {
     pub reciprocity: f64,
     /// Largest albedo.
     pub albedo: f64,
-    /// The same without the energy scaling.
+    /// The same where energy is not conserved.
     pub albedo_unscaled: f64,
     /// Largest weight of a sample.
     pub weight: f64,

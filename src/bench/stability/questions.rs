@@ -16,8 +16,8 @@ const QUESTIONS_EACH: u64 = 25_000;
 const METHODS_EVERY: u64 = 50;
 /// Directions and wavelengths of each surface at which the albedo is integrated.
 const ALBEDOS: usize = 40;
-/// What an albedo may exceed one by besides the tolerance of its surface's table: the 0.0003 that the scaling leaves alone, and
-/// the 0.0005 of the mean of 1/cosθo that its quadrature may miss in narrow lobes.
+/// What an albedo may exceed one by besides the tolerance of its surface's table: what lies between
+/// the albedo table's nodes, and the 0.0005 of the mean of 1/cosθo that its quadrature may miss in narrow lobes.
 const ALBEDO_SLACK: f64 = 1e-3;
 /// Reflectances below this are lost in the rounding of single-precision records when reciprocity is judged.
 const RECIPROCITY_FLOOR: f64 = 1e-12;
@@ -176,7 +176,7 @@ fn one_surface(number: u64, count: u64) -> Result<Questions, BenchError> {
         }
     }
     found.asked = count;
-    // A single patch is brighter than the mean in places; the scaling is that of the mean.
+    // A single patch is brighter than the mean in places; what it is divided by is the mean's.
     if drawn.options.conserve_energy && drawn.options.model == Model::Ensemble {
         found.scaled_surfaces = 1;
         let n = count.max(1) as f64;
