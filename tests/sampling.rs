@@ -353,7 +353,12 @@ fn four_lanes_answer_as_one_does() {
     const NORMAL: f64 = 1e-30;
     /// A rounding may decide a comparison.
     const AGREE: f64 = 0.999;
-    for (name, surface) in surfaces().into_iter().map(|(name, s)| (name.to_owned(), s)).chain(squares()) {
+    let alone = Options { tiling: Tiling::Aperiodic, ..options(65.0, Model::Ensemble) };
+    let more = [
+        ("waves, 65 µm", build(&waves(256, 200, 0.13, 0.15, 0.5), &options(65.0, Model::Ensemble))),
+        ("rough and alone", build(&relief(160, 120, 0.07, 0.07, 0.3), &alone)),
+    ];
+    for (name, surface) in surfaces().into_iter().chain(more) {
         let (layout, words) = (surface.layout(), surface.words());
         let (lanes, one) = (SpectralLobe::<Lanes> { layout, words }, surface.lobe::<f32>());
         let mut random = Random::new(11);

@@ -199,7 +199,9 @@ impl<N: Numbers> OrdersView<N> {
                 let taken = place.lt(weight);
                 let of = N::Real::select(taken, weight, total);
                 let rest = N::Real::select(taken, place, place - weight);
-                let u = (rest / N::Real::select(lit(0.0).lt(of), of, lit(1.0))).clip(lit(0.0), lit(super::BELOW_ONE));
+                // Before the first order of any weight the number stays as it is.
+                let stretched = rest / N::Real::select(lit(0.0).lt(of), of, lit(1.0));
+                let u = N::Real::select(lit(0.0).lt(sum), stretched, u).clip(lit(0.0), lit(super::BELOW_ONE));
                 let chosen = [0, 1].map(|i| N::Index::select(taken, j[i], chosen[i]));
                 (at.next(j), chosen, [sum, u])
             },
