@@ -156,7 +156,7 @@ fn traced_lookups_agree_with_those_by_value() {
 #[test]
 fn every_operation_agrees_with_its_value() {
     let Some((backend, _one)) = llvm() else { return };
-    fn all<N: Numbers>(a: N::Real, b: N::Real) -> [N::Real; 22] {
+    fn all<N: Numbers>(a: N::Real, b: N::Real) -> [N::Real; 21] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
         let truth = |mask: N::Mask| N::Real::select(mask, lit(1.0), lit(2.0));
         let (i, j) = (N::index(a.abs() * lit(100.0)), N::index(b.abs() * lit(50.0)) + int(1));
@@ -176,8 +176,6 @@ fn every_operation_agrees_with_its_value() {
             truth(a.lt(b) & !b.le(lit(0.5))),
             truth(a.lt(b) | N::mask(false)),
             N::real(i + j) + N::real(i * j) * lit(0.001),
-            // Lanes that fill up a vector hold anything: a divisor may not be zero whatever it was made from.
-            N::real(i / (j | int(1))),
             N::real((i << 3) & int(0xff)) + N::real((i >> 2) | j),
             N::real(i.min(j)) + N::real(i.max(j)) * lit(0.01),
             truth(i.lt(j)) + truth(j.le(i)) * lit(4.0),
