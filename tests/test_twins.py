@@ -20,9 +20,8 @@ WO_ATOL = 1e-3
 # few digits, and which so land elsewhere.
 EDGE_SHARE = 2e-3
 # Orders are gone through one by one, and the random number is stretched at each. A window of 1 µm turns what digits
-# are lost into directions that are 1e-3 off (3 % of the samples; half a per cent are 1e-2 off), and one of 1 mm has
-# orders so narrow that the share of one near the horizon is known to few digits.
-WIDE_EDGE_SHARE = {"1 µm": 4e-2, "1 mm": 2e-2}
+# are lost into directions that are 1e-3 off (1 % of the samples).
+WIDE_EDGE_SHARE = {"1 µm": 2e-2}
 # Colours are sums of about a hundred wavelengths of both signs, whose steps may differ by one: the midpoint rule errs
 # by 2e-4 of the peak there. Relative to luminance, since the channels cancel.
 RGB_RTOL = 2e-3

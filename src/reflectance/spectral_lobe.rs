@@ -113,6 +113,7 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         })
     }
 
+    /// What all wavelengths have in common.
     #[inline(always)]
     fn pair(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Directions<N> {
         let least = N::Real::lit(COSINE_MIN);

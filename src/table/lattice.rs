@@ -61,7 +61,7 @@ pub(super) struct AxisDemand {
     pub pixel_um: f64,
     /// Standard deviation in µm of the Gaussian that multiplies the field or its autocorrelation along this axis.
     pub window_um: f64,
-    /// Distance in µm from the origin beyond which there is nothing to be windowed, for data that do not repeat.
+    /// Largest lag in µm that there is, for data that do not repeat; see [`super::spectrum::plan_lattice`].
     pub support_um: Option<f64>,
     /// Relative error aimed at.
     pub tolerance: f64,

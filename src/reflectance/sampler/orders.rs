@@ -16,10 +16,11 @@ const INTERVALS: (usize, usize) = (32, 128);
 const POINTS: usize = 8;
 /// How far beyond the horizon orders are drawn from, in standard deviations. At two, weights reach 8000.
 const REACH: f64 = 5.0;
-/// How wide the step is that an order takes as it crosses the horizon, of its cosine and of the part above: squares of widths
-/// of cos²θ in standard deviations of the order. Chosen for even weights; algebraic, since there are many orders to go through.
-const COS_ROUNDING: f64 = 2.0;
-const PART_ROUNDING: f64 = 12.0;
+/// How wide the step is that an order takes as it crosses the horizon: the square of a width of cos²θ in standard deviations of the
+/// order. It is algebraic, since there are many orders to go through.
+const ROUNDING: f64 = 12.0;
+/// Sets the mean height of what an order across the horizon has above it.
+const HEIGHT: f64 = 0.4;
 const COS_MIN: f64 = 1e-4;
 /// Power of an order below which it is not drawn. Much smaller numbers slow processors down.
 const POWER_MIN: f64 = 1e-15;
@@ -197,11 +198,11 @@ impl<N: Numbers> OrdersView<N> {
                 let sum = total + weight;
                 let place = u * sum;
                 let taken = place.lt(weight);
+                // An order of little weight moves the number by little, so that rounding does not add up.
                 let of = N::Real::select(taken, weight, total);
-                let rest = N::Real::select(taken, place, place - weight);
-                // Before the first order of any weight the number stays as it is.
-                let stretched = rest / N::Real::select(lit(0.0).lt(of), of, lit(1.0));
-                let u = N::Real::select(lit(0.0).lt(sum), stretched, u).clip(lit(0.0), lit(super::BELOW_ONE));
+                let part = N::Real::select(taken, place, (lit(1.0) - u) * weight);
+                let quotient = part / N::Real::select(lit(0.0).lt(of), of, lit(1.0));
+                let u = N::Real::select(taken, quotient, u - quotient).clip(lit(0.0), lit(super::BELOW_ONE));
                 let chosen = [0, 1].map(|i| N::Index::select(taken, j[i], chosen[i]));
                 (at.next(j), chosen, [sum, u])
             },
@@ -257,13 +258,15 @@ impl<N: Numbers> OrdersView<N> {
         let lit = N::Real::lit;
         let [ax, ay] = [0, 1].map(|i| from[i] * at.step[i]);
         let (x, y) = (ax - at.wi[0], ay - at.wi[1]);
-        // cos²θo, rounded off where the order's Gaussian lies across the horizon: the mean there of what is above it.
+        // cos²θo of the order's middle.
         let squared = lit(1.0) - x * x - y * y;
-        let rounded = |by: f64| squared.fma(squared, at.variance * lit(by)).sqrt();
-        let cos_o = (lit(0.5) * (squared + rounded(COS_ROUNDING))).sqrt();
-        // The part above the horizon.
-        let share = (lit(0.5) * squared / rounded(PART_ROUNDING)) + lit(0.5);
+        // The part beyond the horizon of an order above it, and the other way round: `(1 − s/√(s² + r))/2` without cancellation.
+        let rounding = at.variance * lit(ROUNDING);
+        let root = squared.fma(squared, rounding).sqrt();
+        let least = lit(0.5) * rounding / (root * (root + squared.abs()));
+        let share = N::Real::select(lit(0.0).lt(squared), lit(1.0) - least, least);
         let part = share * share * (lit(3.0) - share - share);
+        let cos_o = (least * root).fma(lit(HEIGHT), squared.max(lit(0.0))).sqrt();
         let w = at.wi[2] + cos_o;
         let place = w * at.per_um * lit(TAU * self.layout.intervals_per_kappa);
         let interval = place.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
