@@ -19,8 +19,8 @@ const REACH: f64 = 5.0;
 /// How wide the step is that an order takes as it crosses the horizon: the square of a width of cos²θ in standard deviations of the
 /// order. It is algebraic, since there are many orders to go through.
 const ROUNDING: f64 = 12.0;
-/// Sets the mean height of what an order across the horizon has above it.
-const HEIGHT: f64 = 0.4;
+/// cos²θ of what an order across the horizon has above it, in standard deviations of the order.
+const HEIGHT: f64 = 0.25;
 const COS_MIN: f64 = 1e-4;
 /// Power of an order below which it is not drawn. Much smaller numbers slow processors down.
 const POWER_MIN: f64 = 1e-15;
@@ -122,8 +122,9 @@ struct Incidence<N: Numbers> {
     per_um: N::Real,
     /// Direction cosines per order.
     step: [N::Real; 2],
-    /// Of an order in direction cosines.
-    variance: N::Real,
+    /// [`ROUNDING`] and [`HEIGHT`] by the variance and the standard deviation of an order in direction cosines.
+    rounding: N::Real,
+    least_squared: N::Real,
     /// Orders gone through, counted from the first; along either axis from the one to before the other.
     low: [N::Index; 2],
     high: [N::Index; 2],
@@ -241,7 +242,8 @@ impl<N: Numbers> OrdersView<N> {
             wi,
             per_um,
             step: [um * lit(1.0 / x.period_um), um * lit(1.0 / y.period_um)],
-            variance: sigma * sigma,
+            rounding: lit(ROUNDING) * sigma * sigma,
+            least_squared: lit(HEIGHT) * sigma,
             low: low.map(N::index),
             high: high.map(N::index),
         }
@@ -261,12 +263,11 @@ impl<N: Numbers> OrdersView<N> {
         // cos²θo of the order's middle.
         let squared = lit(1.0) - x * x - y * y;
         // The part beyond the horizon of an order above it, and the other way round: `(1 − s/√(s² + r))/2` without cancellation.
-        let rounding = at.variance * lit(ROUNDING);
-        let root = squared.fma(squared, rounding).sqrt();
-        let least = lit(0.5) * rounding / (root * (root + squared.abs()));
+        let root = squared.fma(squared, at.rounding).sqrt();
+        let least = lit(0.5) * at.rounding / (root * (root + squared.abs()));
         let share = N::Real::select(lit(0.0).lt(squared), lit(1.0) - least, least);
         let part = share * share * (lit(3.0) - share - share);
-        let cos_o = (least * root).fma(lit(HEIGHT), squared.max(lit(0.0))).sqrt();
+        let cos_o = squared.max(at.least_squared).sqrt();
         let w = at.wi[2] + cos_o;
         let place = w * at.per_um * lit(TAU * self.layout.intervals_per_kappa);
         let interval = place.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
