@@ -1,5 +1,6 @@
 """What the `diffraction` BSDF costs in Mitsuba: time to an error beside `roughconductor`, calls, the first picture, and
-how far RGB is from spectral. `python benches/mitsuba_cost.py` prints tables and writes JSON."""
+how far RGB is from spectral. `python benches/mitsuba_cost.py` prints tables and writes JSON. With `--plugin` it
+measures the time to an error of another build, such as an earlier version's."""
 
 from __future__ import annotations
 
@@ -11,7 +12,8 @@ from pathlib import Path
 REPOSITORY = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(REPOSITORY))
 
-from mitsuba_scenes.environment import SetupError  # noqa: E402 (the line above makes it importable)
+from mitsuba_scenes import environment  # noqa: E402 (the line above makes it importable)
+from mitsuba_scenes.environment import SetupError  # noqa: E402
 from mitsuba_scenes.evaluation import headline, rgb_against_spectral, time_to_error  # noqa: E402
 
 
@@ -20,15 +22,25 @@ def main() -> int:
     parser.add_argument("--cell-s", type=float, default=time_to_error.BUDGET_S, help="seconds a scene in a variant")
     parser.add_argument("--picture-s", type=float, default=rgb_against_spectral.BUDGET_S, help="a converged picture")
     parser.add_argument("--json", type=Path, default=REPOSITORY / "out" / "bench" / "mitsuba.json")
+    parser.add_argument(
+        "--plugin", type=Path, help="another build's plugins/diffraction.so: its time to an error alone"
+    )
+    parser.add_argument("--scenes", nargs="+", help="of these scenes alone; with --plugin")
     options = parser.parse_args()
     try:
-        made = headline.figures(options.cell_s, options.picture_s)
+        if options.plugin:
+            environment.use_plugin(options.plugin)
+            made = headline.of_cells(options.cell_s, options.scenes)
+            lines = headline.lines_of_cells(made)
+        else:
+            made = headline.figures(options.cell_s, options.picture_s)
+            lines = headline.lines(made)
     except SetupError as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     options.json.parent.mkdir(parents=True, exist_ok=True)
     options.json.write_text(json.dumps(made, indent=1, allow_nan=False) + "\n")
-    print("\n".join(headline.lines(made)))
+    print("\n".join(lines))
     print(f"\nwrote {options.json}")
     return 0
 

@@ -23,6 +23,13 @@ class SetupError(Exception):
     """Something is missing; the message is one line that says what, and how to get it."""
 
 
+def use_plugin(path: Path) -> None:
+    """Has `use_variant` take another build, `…/plugins/diffraction.so`; before any variant is selected."""
+    global PLUGIN, PLUGIN_FOLDER
+    PLUGIN = path.resolve()
+    PLUGIN_FOLDER = PLUGIN.parent.parent
+
+
 def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
     """Selects a variant, makes the plugin known to it, and returns the name of the variant selected.
 

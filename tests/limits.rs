@@ -266,15 +266,15 @@ fn progress_rises_to_the_end() {
         let heard = Arc::new(Mutex::new(Vec::new()));
         let listener = heard.clone();
         let progress = Progress::new(move |share| listener.lock().unwrap().push(share));
-        let options = Options { model, conserve_energy: false, ..config.options() };
+        let options = Options { model, ..config.options() };
         Surface::watched(&field, &options, &progress).unwrap();
         let heard = heard.lock().unwrap();
         assert!(heard.len() > 10 && heard.iter().all(|share| (0.0..=1.0).contains(share)), "{heard:?}");
         assert_eq!(heard.last(), Some(&1.0));
-        // Threads may overtake each other by a few knots, no more.
+        // Threads may overtake each other by a few knots, no more; and nothing takes long that is not told of.
         let mut highest: f64 = 0.0;
         for share in heard.iter() {
-            assert!(*share > highest - 0.2, "{heard:?}");
+            assert!((*share - highest).abs() < 0.2, "{heard:?}");
             highest = highest.max(*share);
         }
     }

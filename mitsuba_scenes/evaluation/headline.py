@@ -16,14 +16,8 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
     `cell_s` is what a scene in a variant may take, `picture_s` what each of two converged pictures may; neither has in
     it what compiling takes, and a cell that is slow takes longer, for a least number of rounds.
     """
-    # Scenes are described with transforms, which are the variant's.
-    use_variant(time_to_error.VARIANTS[0], fall_back=False)
     made = {
-        "cpu": processor(),
-        "aim": time_to_error.ERROR,
-        "nominal_pixels": time_to_error.NOMINAL_PIXELS,
-        "noise_size": time_to_error.SIZES[0],
-        "cell_s": cell_s,
+        **about_cells(cell_s),
         "picture_s": picture_s,
         "call_names": bsdf_calls.CALLS,
         "turns": bsdf_calls.TURNS,
@@ -46,18 +40,38 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
     return made
 
 
-def cells(cell_s: float) -> list[dict]:
-    """Each scene in each variant."""
+def about_cells(cell_s: float) -> dict:
+    """What the figures of cells are of."""
+    # Scenes are described with transforms, which are the variant's.
+    use_variant(time_to_error.VARIANTS[0], fall_back=False)
+    return {
+        "cpu": processor(),
+        "aim": time_to_error.ERROR,
+        "nominal_pixels": time_to_error.NOMINAL_PIXELS,
+        "noise_size": time_to_error.SIZES[0],
+        "cell_s": cell_s,
+    }
+
+
+def of_cells(cell_s: float, names: list[str] | None = None) -> dict:
+    """The time to an error alone, in the scenes of these names or in all."""
+    return {**about_cells(cell_s), "cells": cells(cell_s, names)}
+
+
+def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
+    """Each scene, of these names if any, in each variant."""
     found = []
     for scene in scenes():
+        if names and scene.name not in names:
+            continue
         for variant in time_to_error.VARIANTS:
             print(f"{scene.name}, {variant} ...", flush=True)
             found.append(time_to_error.measure(scene, variant, cell_s))
     return found
 
 
-def lines(made: dict) -> list[str]:
-    """The figures as text."""
+def lines_of_cells(made: dict) -> list[str]:
+    """The times to an error as text."""
     side = round(made["nominal_pixels"] ** 0.5)
     found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]
     heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"
@@ -69,6 +83,12 @@ def lines(made: dict) -> list[str]:
                 f"{way['time_ratio']['median']:9.2f}{way['cpu_ratio']['median']:9.2f}{way['error']:9.1%}{way['seconds_to_error']:11.3g}"
                 f"{way['error_time_ratio']:9.3g}{cell['rounds']:8}"
             )
+    return found
+
+
+def lines(made: dict) -> list[str]:
+    """All figures as text."""
+    found = lines_of_cells(made)
     found += ["", f"{'ns per call':26}{'material':16}" + "".join(f"{call:>10}" for call in bsdf_calls.CALLS)]
     for row in made["calls"]:
         numbers = "".join(f"{row['ns'][call]:10.4g}" for call in bsdf_calls.CALLS)

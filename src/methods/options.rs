@@ -250,8 +250,9 @@ pub fn build(
             let build_limit = surface.build_limit;
             let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
             let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &Progress::none())?;
-            let albedo = surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface)).flatten();
-            match albedo {
+            let albedo =
+                surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &Progress::none()));
+            match albedo.flatten() {
                 Some(albedo) => Box::new(ConservingTable { table, albedo }),
                 None => Box::new(table),
             }

@@ -233,6 +233,7 @@ impl Surface {
         wavelengths_nm: &[f32; 4],
     ) -> Result<[f32; 5], PluginError> {
         guard(|| {
+            #[cfg(target_arch = "x86_64")]
             if is_x86_feature_detected!("avx2") {
                 // SAFETY: the processor has what the function is compiled for.
                 return Ok(unsafe { self.by_value_avx2(question, [*wi, *other], *wavelengths_nm) });
@@ -245,6 +246,7 @@ impl Surface {
     ///
     /// # Safety
     /// Only on processors that have them.
+    #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2")]
     unsafe fn by_value_avx2(
         &self,

@@ -23,14 +23,23 @@ impl LaneMask {
         self.0.any()
     }
 
-    /// The same for numbers of twice the size.
     #[inline(always)]
-    fn wide(self) -> f64x4 {
+    fn single(self) -> f32x4 {
+        cast(self.0)
+    }
+
+    #[inline(always)]
+    fn of_single(mask: f32x4) -> Self {
+        Self(cast(mask))
+    }
+
+    #[inline(always)]
+    fn double(self) -> f64x4 {
         cast(self.0.to_array().map(|lane| u64::from(lane) | u64::from(lane) << 32))
     }
 
     #[inline(always)]
-    fn of_wide(mask: f64x4) -> Self {
+    fn of_double(mask: f64x4) -> Self {
         let lanes: [u64; LANES] = cast(mask);
         Self(lanes.map(|lane| lane as u32).into())
     }
@@ -87,53 +96,34 @@ macro_rules! states {
 }
 states! { f32x4 f64x4 u32x4 }
 
-impl Number for f32x4 {
-    type Mask = LaneMask;
-    #[inline(always)]
-    fn lt(self, other: Self) -> LaneMask {
-        LaneMask(cast(self.cmp_lt(other)))
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> LaneMask {
-        LaneMask(cast(self.cmp_le(other)))
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.fast_min(other)
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.fast_max(other)
-    }
-    #[inline(always)]
-    fn select(mask: LaneMask, yes: Self, no: Self) -> Self {
-        cast::<u32x4, f32x4>(mask.0).blend(yes, no)
-    }
+macro_rules! comparisons {
+    ($($t:ident: $of:ident $to:ident;)+) => {$(
+        impl Number for $t {
+            type Mask = LaneMask;
+            #[inline(always)]
+            fn lt(self, other: Self) -> LaneMask {
+                LaneMask::$of(self.cmp_lt(other))
+            }
+            #[inline(always)]
+            fn le(self, other: Self) -> LaneMask {
+                LaneMask::$of(self.cmp_le(other))
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                self.fast_min(other)
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                self.fast_max(other)
+            }
+            #[inline(always)]
+            fn select(mask: LaneMask, yes: Self, no: Self) -> Self {
+                mask.$to().blend(yes, no)
+            }
+        }
+    )+};
 }
-
-impl Number for f64x4 {
-    type Mask = LaneMask;
-    #[inline(always)]
-    fn lt(self, other: Self) -> LaneMask {
-        LaneMask::of_wide(self.cmp_lt(other))
-    }
-    #[inline(always)]
-    fn le(self, other: Self) -> LaneMask {
-        LaneMask::of_wide(self.cmp_le(other))
-    }
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        self.fast_min(other)
-    }
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        self.fast_max(other)
-    }
-    #[inline(always)]
-    fn select(mask: LaneMask, yes: Self, no: Self) -> Self {
-        mask.wide().blend(yes, no)
-    }
-}
+comparisons! { f32x4: of_single single; f64x4: of_double double; }
 
 impl Number for u32x4 {
     type Mask = LaneMask;
@@ -171,27 +161,37 @@ const EXP2: [f64; 8] = [
     0.000_015_252_733_804_059_84,
 ];
 
+macro_rules! common {
+    ($t:ident) => {
+        #[inline(always)]
+        fn lit(value: f64) -> Self {
+            Self::splat(value as $t)
+        }
+        #[inline(always)]
+        fn fma(self, b: Self, c: Self) -> Self {
+            self * b + c
+        }
+        #[inline(always)]
+        fn abs(self) -> Self {
+            Self::abs(self)
+        }
+        #[inline(always)]
+        fn sqrt(self) -> Self {
+            Self::sqrt(self)
+        }
+        #[inline(always)]
+        fn log2(self) -> Self {
+            self.to_array().map($t::log2).into()
+        }
+    };
+}
+
 impl Real for f32x4 {
-    #[inline(always)]
-    fn lit(value: f64) -> Self {
-        Self::splat(value as f32)
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        self * b + c
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        f32x4::abs(self)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        f32x4::sqrt(self)
-    }
+    common!(f32);
     #[inline(always)]
     fn floor(self) -> Self {
         let towards_zero = f32x4::from_i32x4(self.fast_trunc_int());
-        let floor = towards_zero - (cast::<u32x4, f32x4>(self.lt(towards_zero).0) & Self::splat(1.0));
+        let floor = towards_zero - (self.lt(towards_zero).single() & Self::splat(1.0));
         // From 2²³ on there are only whole numbers, and some are none of 32 bits.
         Self::select(f32x4::abs(self).lt(Self::splat(8_388_608.0)), floor, self)
     }
@@ -209,29 +209,10 @@ impl Real for f32x4 {
         let exponent = (cast::<i32x4, u32x4>(whole.fast_trunc_int()) + u32x4::splat(127)) << 23_u32;
         Self::select(there, part * cast::<u32x4, f32x4>(exponent), Self::splat(0.0))
     }
-    #[inline(always)]
-    fn log2(self) -> Self {
-        self.to_array().map(f32::log2).into()
-    }
 }
 
 impl Real for f64x4 {
-    #[inline(always)]
-    fn lit(value: f64) -> Self {
-        Self::splat(value)
-    }
-    #[inline(always)]
-    fn fma(self, b: Self, c: Self) -> Self {
-        self * b + c
-    }
-    #[inline(always)]
-    fn abs(self) -> Self {
-        f64x4::abs(self)
-    }
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        f64x4::sqrt(self)
-    }
+    common!(f64);
     #[inline(always)]
     fn floor(self) -> Self {
         self.to_array().map(f64::floor).into()
@@ -243,10 +224,6 @@ impl Real for f64x4 {
     #[inline(always)]
     fn exp2(self) -> Self {
         self.to_array().map(f64::exp2).into()
-    }
-    #[inline(always)]
-    fn log2(self) -> Self {
-        self.to_array().map(f64::log2).into()
     }
 }
 
@@ -350,15 +327,7 @@ impl<'a> Numbers for Lanes<'a> {
         active: LaneMask,
         function: impl Fn(f32x4) -> [f32x4; R],
     ) -> [[f32x4; L]; R] {
-        let mut results = [[f32x4::splat(0.0); L]; R];
-        if active.any() {
-            for (k, lane) in lanes.into_iter().enumerate() {
-                for (result, value) in results.iter_mut().zip(function(lane)) {
-                    result[k] = value;
-                }
-            }
-        }
-        results
+        super::one_by_one(lanes, active.any(), function)
     }
 }
 

@@ -117,6 +117,24 @@ pub trait Numbers: Copy {
     ) -> [[Self::Real; L]; R];
 }
 
+/// [`Numbers::each_lane`] of numbers by value; zeros unless any is active.
+#[inline(always)]
+fn one_by_one<T: Real, const L: usize, const R: usize>(
+    lanes: [T; L],
+    active: bool,
+    function: impl Fn(T) -> [T; R],
+) -> [[T; L]; R] {
+    let mut results = [[T::lit(0.0); L]; R];
+    if active {
+        for (k, lane) in lanes.into_iter().enumerate() {
+            for (result, value) in results.iter_mut().zip(function(lane)) {
+                result[k] = value;
+            }
+        }
+    }
+    results
+}
+
 macro_rules! tuples {
     ($($($t:ident $i:tt)+;)+) => {$(
         #[allow(non_snake_case)]

@@ -159,15 +159,7 @@ macro_rules! real {
                 active: bool,
                 function: impl Fn($t) -> [$t; R],
             ) -> [[$t; L]; R] {
-                let mut results = [[0.0; L]; R];
-                if active {
-                    for (k, lane) in lanes.into_iter().enumerate() {
-                        for (result, value) in results.iter_mut().zip(function(lane)) {
-                            result[k] = value;
-                        }
-                    }
-                }
-                results
+                super::one_by_one(lanes, active, function)
             }
         }
     )+};

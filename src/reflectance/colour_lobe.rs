@@ -22,6 +22,8 @@ use std::time::Instant;
 /// Share of a build that is taken to be the table's, and what is done before the sampler.
 const TABLE_SHARE: f64 = 0.8;
 const ALBEDO_DONE: f64 = 0.95;
+/// Share of the table of means in what a patch's albedo takes.
+const MEAN_SHARE: f64 = 0.5;
 /// Wavelengths in nm between which the reference is looked for, and the step.
 const VISIBLE_NM: (u32, u32) = (400, 700);
 const STEP_NM: usize = 10;
@@ -97,13 +99,15 @@ impl ColourSurface {
         let (table, spectral) =
             ColourTable::build_reflecting(field, &table_options, &relative, &progress.part(0.0, TABLE_SHARE))?;
         let table_seconds = start.elapsed().as_secs_f64();
+        let rest = progress.part(TABLE_SHARE, ALBEDO_DONE);
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
-            (true, Model::Ensemble) => ColourAlbedoTable::build(&spectral, options),
+            (true, Model::Ensemble) => ColourAlbedoTable::build(&spectral, options, &rest),
             (true, Model::Patch) => {
                 // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                ColourAlbedoTable::build(&build_table(field, &ensemble, &Progress::none())?.table, options)
+                let mean = build_table(field, &ensemble, &rest.part(0.0, MEAN_SHARE))?.table;
+                ColourAlbedoTable::build(&mean, options, &rest.part(MEAN_SHARE, 1.0))
             }
         };
         let albedo = albedo.filter(|albedo| !albedo.is_one());

@@ -148,13 +148,15 @@ impl Surface {
         let Built { table, packed, report: table_report } =
             build_table(field, options, &progress.part(0.0, TABLE_SHARE))?;
         let sampler = Sampler::new(&table, options);
+        let rest = progress.part(TABLE_SHARE, 1.0);
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
-            (true, Model::Ensemble) => AlbedoTable::build(&table, options),
+            (true, Model::Ensemble) => AlbedoTable::build(&table, options, &rest),
             // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
             (true, Model::Patch) => {
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                AlbedoTable::build(&build_table(field, &ensemble, &Progress::none())?.table, options)
+                let mean = build_table(field, &ensemble, &rest.part(0.0, TABLE_SHARE))?.table;
+                AlbedoTable::build(&mean, options, &rest.part(TABLE_SHARE, 1.0))
             }
         };
         let (albedo_table, energy) = albedo.unzip();

@@ -9,7 +9,6 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
 /// Most floats that a table's offsets can address.
@@ -246,14 +245,13 @@ impl<'a> Build<'a> {
             }
         }
         // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel.
-        let done = AtomicUsize::new(0);
+        let steps = self.progress.of_steps(last as usize + 1);
         let mut knots: Vec<Vec<Complex64>> = (0..=last)
             .into_par_iter()
             .map(|k| {
                 let kappa = if k == 0 { small } else { k as f64 * self.kappa_step };
                 let scaled = self.scaled(kappa, &at_zero);
-                let before = done.fetch_add(1, Ordering::Relaxed);
-                self.progress.report((before + 1) as f64 / (last + 1) as f64);
+                steps.one();
                 if k > 0 {
                     return scaled;
                 }

@@ -94,7 +94,7 @@ impl AxisDemand {
             (smooth_size((period / self.pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize), joining, taps)
         };
         let period_um = pixels as f64 * self.pixel_um;
-        // Below the clamp: the tolerance is at least 1e-6, and more than NATIVE_PERIODS tiles are not native.
+        // Below the clamp: the tolerance is at least 1e-6, and orders are at most √(2Λ)/π nodes wide where their lattice is taken.
         let taps = taps.clamp(1, TAPS_MAX);
         let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
         let (reach, cutoff) = if native {

@@ -105,8 +105,8 @@ impl SpectralTable {
             .collect()
     }
 
-    /// Standard deviation of the Gaussian of a node's power, in nodes, along x and y. Amplitudes are squared, so theirs is
-    /// narrower than the joining Gaussian by √2.
+    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so theirs is
+    /// narrower than what joins them by √2.
     pub fn power_sigma(&self) -> (f64, f64) {
         let narrower = match self.kernel {
             KernelKind::Power => 1.0,
@@ -130,7 +130,7 @@ impl SpectralTable {
     }
 
     /// The record that a look-up at `f` (cycles/µm) would find in a single node of weight one: the sum of the records around
-    /// it, each times its Gaussian; empty beyond the cutoff. [`NodeCurve`] reads it up to [`SpectralTable::kappa_limit`].
+    /// it, each times its weight; empty beyond the cutoff. [`NodeCurve`] reads it up to [`SpectralTable::kappa_limit`].
     pub(crate) fn joined_record(&self, f: [f64; 2], sum: &mut Vec<f32>) {
         sum.clear();
         let (x, y) = (&self.lattice.x, &self.lattice.y);

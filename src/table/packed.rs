@@ -208,8 +208,8 @@ impl PackedTable {
         &self.layout
     }
 
-    /// Standard deviation of the Gaussian of a node's power, in nodes, along x and y. Amplitudes are squared, so theirs is
-    /// narrower than the joining Gaussian by √2.
+    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so theirs is
+    /// narrower than what joins them by √2.
     pub fn power_sigma(&self) -> [f64; 2] {
         let narrower = if self.layout.format == Format::Complex { 0.5f64.sqrt() } else { 1.0 };
         self.layout.sigma.map(|sigma| sigma * narrower)

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 type Report = Arc<dyn Fn(f64) + Send + Sync>;
 
@@ -41,6 +42,27 @@ impl Progress {
             report(self.from + share.clamp(0.0, 1.0) * (self.to - self.from));
         }
     }
+
+    /// For work of `steps` equal steps, which may be done by several threads.
+    pub fn of_steps(&self, steps: usize) -> Steps {
+        Steps { progress: self.clone(), steps, done: AtomicUsize::new(0) }
+    }
+}
+
+/// Tells a [`Progress`] of steps.
+#[derive(Debug)]
+pub struct Steps {
+    progress: Progress,
+    steps: usize,
+    done: AtomicUsize,
+}
+
+impl Steps {
+    /// Says that one more step is done.
+    pub fn one(&self) {
+        let before = self.done.fetch_add(1, Ordering::Relaxed);
+        self.progress.report((before + 1) as f64 / self.steps.max(1) as f64);
+    }
 }
 
 impl fmt::Debug for Progress {
@@ -63,7 +85,9 @@ mod tests {
         whole.report(0.25);
         second_half.report(0.0);
         second_half.part(0.5, 0.75).report(2.0);
-        assert_eq!(*heard.lock().unwrap(), [0.25, 0.5, 0.875]);
+        let steps = second_half.of_steps(4);
+        (0..2).for_each(|_| steps.one());
+        assert_eq!(*heard.lock().unwrap(), [0.25, 0.5, 0.875, 0.625, 0.75]);
         Progress::none().part(0.0, 0.5).report(1.0);
     }
 }

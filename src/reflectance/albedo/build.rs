@@ -6,10 +6,9 @@ use crate::numeric::Plain;
 use crate::reflectance::Vec3;
 use crate::reflectance::lobes::Lobes;
 use crate::reflectance::surface::COS_85_DEGREES;
-use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{Progress, Steps};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::TAU;
 
 /// How finely a table is made.
 #[derive(Clone, Copy)]
@@ -21,26 +20,28 @@ pub(super) struct Fineness {
     pub planes: u32,
     /// Directions in every cell, besides its corners, at which the table is not below what is asked for; and about the horizon for every cell
     /// along a side.
-    samples: usize,
-    rim_samples: usize,
+    pub samples: usize,
+    pub rim_samples: usize,
+    /// Directions that are looked at about each where something was lacking.
+    pub again: usize,
 }
 
 /// Integrals of few places are over narrow orders, where `A` has ridges; they are quick as well.
 const FINENESS: [Fineness; 4] = [
-    Fineness { places: 400, cells: 48, planes: 17, samples: 4, rim_samples: 192 },
-    Fineness { places: 1000, cells: 32, planes: 11, samples: 3, rim_samples: 96 },
-    Fineness { places: 4000, cells: 20, planes: 9, samples: 2, rim_samples: 24 },
-    Fineness { places: usize::MAX, cells: 16, planes: 7, samples: 2, rim_samples: 24 },
+    Fineness { places: 400, cells: 48, planes: 17, samples: 4, rim_samples: 192, again: 8 },
+    Fineness { places: 1000, cells: 32, planes: 11, samples: 3, rim_samples: 96, again: 8 },
+    Fineness { places: 4000, cells: 20, planes: 9, samples: 2, rim_samples: 24, again: 4 },
+    Fineness { places: usize::MAX, cells: 16, planes: 7, samples: 2, rim_samples: 24, again: 4 },
 ];
-/// Width, in radii of the disc, of the ring that is about the horizon.
-const RIM_WIDTH: f64 = 0.3;
 /// What a divisor is raised by, as a share of it, since ridges go on between the places that are looked at: so much, and so much more at the
 /// horizon, where it bends most and next to no light is lost by it; less where the excess over one is less than this.
-const MARGIN: f64 = 0.006;
+const MARGIN: f64 = 0.004;
 const RIM_MARGIN: f64 = 0.04;
 const MARGIN_FROM: f64 = 0.05;
 /// Excess over one that is let pass: quadrature is good to about this.
 const NEGLIGIBLE: f64 = 3e-4;
+/// Share of a build that is taken to be done when all nodes have a value.
+const NODES_SHARE: f64 = 0.4;
 /// Steps towards the least divisor, each of which is one.
 const STEPS: usize = 4;
 
@@ -90,15 +91,17 @@ impl Fineness {
 }
 
 impl<const K: usize> Source<'_, K> {
-    /// The nodes of a table.
-    pub fn build(&self, layout: AlbedoLayout) -> Nodes {
+    /// The nodes of a table. `progress` counts integrals.
+    pub fn build(&self, layout: AlbedoLayout, progress: &Progress) -> Nodes {
         let coarse = layout.coarse(K);
-        let albedo = self.nodes(coarse, None);
-        let divided = self.nodes(coarse, Some(&albedo));
-        let mut nodes = self.nodes(layout, Some(&divided));
+        let integrals = |layout: &AlbedoLayout| layout.planes as usize / K * layout.in_plane();
+        let steps = progress.part(0.0, NODES_SHARE).of_steps(2 * integrals(&coarse) + integrals(&layout));
+        let albedo = self.nodes(coarse, None, &steps);
+        let divided = self.nodes(coarse, Some(&albedo), &steps);
+        let mut nodes = self.nodes(layout, Some(&divided), &steps);
         // Light that leaves must not be divided by less than what is assumed here.
         nodes.values.iter_mut().zip(divided.refined(layout)).for_each(|(value, least)| *value = value.max(least));
-        self.raise(&mut nodes);
+        self.raise(&mut nodes, &progress.part(NODES_SHARE, 1.0));
         nodes
     }
 
@@ -109,11 +112,12 @@ impl<const K: usize> Source<'_, K> {
     }
 
     /// What [`Source::least`] gives at the nodes of a grid; nodes that no cell of the disc has are zero.
-    fn nodes(&self, layout: AlbedoLayout, known: Option<&Nodes>) -> Nodes {
+    fn nodes(&self, layout: AlbedoLayout, known: Option<&Nodes>, steps: &Steps) -> Nodes {
         let in_plane = layout.in_plane();
         let groups = self.groups(&layout);
         let asked = (0..groups.len() * in_plane).into_par_iter().map(|i| {
             let (wi, radius) = layout.node(i);
+            steps.one();
             if layout.is_beyond(radius) { [0.0; K] } else { self.least(wi, &groups[i / in_plane], known) }
         });
         let asked: Vec<[f64; K]> = asked.collect();
@@ -125,7 +129,7 @@ impl<const K: usize> Source<'_, K> {
 
     /// The least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t`, from above, where `b` is what is known already; the albedo itself,
     /// if above one, where nothing is. As `(t − 1)·cos²θi`.
-    fn least(&self, wi: Vec3, group: &Group<K>, known: Option<&Nodes>) -> [f64; K] {
+    pub(super) fn least(&self, wi: Vec3, group: &Group<K>, known: Option<&Nodes>) -> [f64; K] {
         let mut parts = Vec::new();
         let mut albedo = [0.0; K];
         for (nm, weights) in &group.wavelengths {
@@ -166,48 +170,6 @@ impl<const K: usize> Source<'_, K> {
             excess if excess > NEGLIGIBLE => (excess + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2],
             _ => 0.0,
         })
-    }
-
-    /// Raises nodes until the table is not below what is asked for at places between them.
-    fn raise(&self, nodes: &mut Nodes) {
-        let known = &*nodes;
-        let layout = nodes.layout;
-        let (cells, gaps) = (layout.cells as usize, (layout.planes as usize / K - 1).max(1));
-        let Fineness { samples, rim_samples, .. } = self.fineness;
-        let in_cells = samples * cells * cells;
-        let asked = |i: usize| {
-            let [a, b, towards] = scattered(i);
-            let (gap, k) = (i % gaps, i / gaps);
-            let at = if k < in_cells {
-                [(k / samples % cells) as f64 + a, (k / samples / cells) as f64 + b]
-            } else {
-                let (sin, cos) = (TAU * b).sin_cos();
-                [cos, sin].map(|along| 0.5 * cells as f64 * (1.0 + (1.0 - RIM_WIDTH * a * a) * along))
-            };
-            let (wi, radius) = layout.direction(at);
-            // A little beyond the range and brought back, since the last planes have a gap on one side alone.
-            let mut plane = ((gap as f64 + 1.5 * towards - 0.25) / gaps as f64).clamp(0.0, 1.0);
-            if i % 2 == 0
-                && let Some(nm) = self.lobes.grazing_nm(wi, i / 2)
-            {
-                plane = (nm - WAVELENGTH_MIN_NM) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM);
-            }
-            let group = (self.group)(plane);
-            let place = place::<Plain<f64>>(layout.cells, wi);
-            let asked = if radius < 1.0 { self.least(wi, &group, Some(known)) } else { [0.0; K] };
-            std::array::from_fn::<_, K, _>(|k| (layout.around(group.planes[k], &place), asked[k]))
-        };
-        let asked: Vec<_> = (0..gaps * (in_cells + rim_samples * cells)).into_par_iter().flat_map_iter(asked).collect();
-        let mut most = vec![0f32; nodes.values.len()];
-        for (around, asked) in asked {
-            let have: f64 = around.iter().map(|&(node, weight)| weight * f64::from(nodes.values[node])).sum();
-            let squares: f64 = around.iter().map(|corner| corner.1 * corner.1).sum();
-            for (node, weight) in around {
-                // Times their weights these sum to what is lacking.
-                most[node] = most[node].max(((asked - have) * weight / squares) as f32);
-            }
-        }
-        nodes.values.iter_mut().zip(&most).for_each(|(value, by)| *value += by);
     }
 
     /// What a table changes, over every other node of its grid.
@@ -310,7 +272,7 @@ impl AlbedoLayout {
     }
 
     /// The eight nodes around a place, in a plane and in the next, with their weights.
-    fn around(&self, plane: f64, place: &Place<Plain<f64>>) -> [(usize, f64); 8] {
+    pub(super) fn around(&self, plane: f64, place: &Place<Plain<f64>>) -> [(usize, f64); 8] {
         let at = plane * f64::from(self.planes - 1);
         // Rounding must not lead from one plane to the next.
         let (plane, towards) =
@@ -323,11 +285,4 @@ impl AlbedoLayout {
             (self.corner(cell, k), share)
         })
     }
-}
-
-/// A point of an additive sequence, any few neighbours of which lie evenly in the unit cube (reciprocal powers of the root of
-/// x⁴ = x + 1).
-fn scattered(i: usize) -> [f64; 3] {
-    [0.819_172_513_396_164_4, 0.671_043_606_703_789_2, 0.549_700_477_901_970_3]
-        .map(|step| (0.5 + step * i as f64).fract())
 }

@@ -8,7 +8,7 @@ use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::reflectance::integrated::WavelengthWeights;
 use crate::reflectance::lobes::Lobes;
 use crate::reflectance::surface::Options;
-use crate::table::{SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
 
 /// Bands: red, green and blue.
@@ -31,13 +31,13 @@ pub struct ColourAlbedoTable {
 
 impl ColourAlbedoTable {
     /// The table of an ensemble; `None` for a table of amplitudes.
-    pub fn build(table: &SpectralTable, options: &Options) -> Option<Self> {
+    pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<Self> {
         let lobes = Lobes::quick(table, options)?;
         let fineness = Fineness::of_bands(&lobes);
         let cells = fineness.cells;
         let wavelengths = if lobes.has_ridges() { WAVELENGTHS_OF_ORDERS } else { WAVELENGTHS };
         let layout = AlbedoLayout { cells, planes: BANDS as u32, wavelength_min_nm: 0.0, planes_per_nm: 0.0 };
-        let nodes = Source { lobes: &lobes, fineness, group: &|_| bands(wavelengths) }.build(layout);
+        let nodes = Source { lobes: &lobes, fineness, group: &|_| bands(wavelengths) }.build(layout, progress);
         let cells = cells as usize;
         let words = (0..cells * cells).flat_map(|i| {
             let half = |band: usize, k: usize| bf16_above(nodes.values[layout.corner([i % cells, i / cells, band], k)]);

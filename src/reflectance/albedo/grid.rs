@@ -46,6 +46,11 @@ impl AlbedoLayout {
         self.cells as usize + 1
     }
 
+    /// Cells of a plane.
+    pub(super) fn cells_in_plane(&self) -> usize {
+        (self.cells * self.cells) as usize
+    }
+
     /// Nodes of a plane.
     pub(super) fn in_plane(&self) -> usize {
         self.side() * self.side()

@@ -21,6 +21,7 @@
 mod build;
 mod colour;
 mod grid;
+mod raise;
 
 pub use build::AlbedoReport;
 use build::{Fineness, Group, Source};
@@ -32,7 +33,7 @@ use super::lobes::Lobes;
 use super::surface::Options;
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
-use crate::table::{SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{Progress, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
 
 /// How the words of a table are arranged: `[wavelength][y][x]`, cell by cell.
@@ -62,7 +63,7 @@ pub struct AlbedoTable {
 
 impl AlbedoTable {
     /// The table of an ensemble; `None` for a table of amplitudes, whose powers do not add.
-    pub fn build(table: &SpectralTable, options: &Options) -> Option<(Self, AlbedoReport)> {
+    pub fn build(table: &SpectralTable, options: &Options, progress: &Progress) -> Option<(Self, AlbedoReport)> {
         let lobes = Lobes::quick(table, options)?;
         let fineness = Fineness::of(&lobes);
         let Fineness { cells, planes, .. } = fineness;
@@ -74,7 +75,7 @@ impl AlbedoTable {
             Group { planes: [at], wavelengths: vec![(nm, [1.0])] }
         };
         let source = Source { lobes: &lobes, fineness, group: &group };
-        let nodes = source.build(layout);
+        let nodes = source.build(layout, progress);
         let cells = cells as usize;
         let words = (0..cells * cells * (planes as usize - 1)).flat_map(|i| {
             let half = |k: usize| {
