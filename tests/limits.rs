@@ -20,7 +20,7 @@ use sunbeam::table::{BuildDemand, Model, Progress, Purpose, TableError, Tiling};
 const AT_ONCE: Duration = Duration::from_secs(10);
 /// Largest ratio of the estimate of a table to its time on two idle cores, either way. It is meant to be within 2; the
 /// rest is the machine's.
-const FAR_OFF: f64 = 6.0;
+const FAR_OFF: f64 = 5.0;
 
 #[test]
 fn surfaces_in_wrong_units_are_refused_at_once_in_one_line() {
@@ -151,8 +151,12 @@ fn scan(name: &str) -> PathBuf {
     folder.join(name)
 }
 
+/// Held by tests that build much, since one of them counts this process's time.
+static BUILDING: Mutex<()> = Mutex::new(());
+
 #[test]
 fn estimates_are_near_what_tables_take() {
+    let _alone = BUILDING.lock();
     let scan = scan("xenopeltis.gsf");
     let mut surfaces = vec![
         r#"{"preset": "elaphe"}"#.to_owned(),
@@ -260,6 +264,7 @@ fn files_that_hold_1e38_where_nothing_was_measured_have_holes() {
 
 #[test]
 fn progress_rises_to_the_end() {
+    let _alone = BUILDING.lock();
     let config = SurfaceConfig::from_json(r#"{"preset": "sinusoidal", "coherence_length": 20}"#).unwrap();
     let field = config.height_field().unwrap();
     for model in [Model::Ensemble, Model::Patch] {

@@ -16,8 +16,9 @@ const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
 /// Largest angle of incidence that is judged, in degrees.
 const THETA_MAX_DEG: f64 = 60.0;
 
-/// What the tables' tolerance and the tabulated albedo may change.
-const TABLES: f64 = 0.003;
+/// What the tables' tolerance and the tabulated albedo may change: it is tabulated from above, so that what lies beside a ridge of it is
+/// divided by more than its own albedo.
+const TABLES: f64 = 0.005;
 
 /// One light: wavelength in nm, and angles in degrees.
 type Light = (u32, u32, u32);

@@ -34,13 +34,13 @@ const BUILDS: f64 = 1.4;
 const LAST_SPACING: f64 = 0.7;
 
 /// What the albedo of a grating and of any other relief takes, however simple: it is tabulated on a grid of its own.
-const ENERGY_SECONDS: (f64, f64) = (1.0, 4.0);
+const ENERGY_SECONDS: (f64, f64) = (1.5, 4.0);
 /// What following the fringes of a deep relief takes besides, for each pair of knots, in nanoseconds on two cores: fringes
 /// are as fine over incidences as over wavelengths. An upper bound, since fringes finer than the albedo's grid are not
 /// followed; it is what refuses reliefs of a hundred micrometres and more.
 const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// What the sampler takes, relative to the table that it is made from.
-const SAMPLER_SHARE: f64 = 1.0;
+const SAMPLER_SHARE: f64 = 0.5;
 
 /// Most places at which an axis of a lattice is looked at to count the nodes that are kept.
 const PLACES_MAX: usize = 512;
