@@ -8,13 +8,14 @@ import time
 import mitsuba as mi
 import numpy as np
 
-from ..environment import use_variant
+from ..environment import REPOSITORY, use_variant
 from ..light import Light
 from ..scene import View, snake_scene
 from ..skin import KERATIN, preset_skin
 from ..snake import snake_files
 from ..tool import sunbeam
 from . import headline
+from .benchmark_scenes import REFERENCE
 from .cost import REFERENCES, VARIANTS, measure, ratios
 from .hemisphere_sampled import KINDS, hemisphere_sampled
 from .page import images
@@ -23,6 +24,8 @@ from .time_to_error import ERROR, FLOOR, relative_error, seconds_to_error
 from .time_to_error_plot import draw
 
 PAGE = "sampling"
+# What another build of the plugin took: `benches/mitsuba_cost.py --plugin PATH --scenes sphere snake`.
+EARLIER = REPOSITORY / "docs" / "data" / "sampling-earlier.json"
 
 # Surfaces and lights of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
@@ -54,8 +57,20 @@ def figures(*words: str, spp: int = SPP, reference_spp: int = REFERENCE_SPP, rep
         "floor": FLOOR,
         "pictures": pictures,
         "headline": costs,
+        "earlier": beside(json.loads(EARLIER.read_text())["cells"], costs["cells"]),
         "costs": [cost(variant, repetitions) for variant in VARIANTS],
     }
+
+
+def beside(before: list[dict], now: list[dict]) -> list[dict]:
+    """Each diffraction of each cell that another build of the plugin was measured in, beside what it is now."""
+    of_now = {(cell["scene"], cell["variant"], way["name"]): way for cell in now for way in cell["ways"]}
+    return [
+        {"scene": cell["scene"], "variant": cell["variant"], "name": way["name"], "before": way, "now": of_now[key]}
+        for cell in before
+        for way in cell["ways"]
+        if way["name"] != REFERENCE and (key := (cell["scene"], cell["variant"], way["name"])) in of_now
+    ]
 
 
 def by_angle(rows: list[dict]) -> list[dict]:
