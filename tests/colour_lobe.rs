@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::chi_square::{self, Bins, SIGNIFICANCE};
 use common::{Random, direction, preset};
 use rayon::prelude::*;
 use std::sync::LazyLock;
@@ -16,8 +17,6 @@ use sunbeam::table::{Model, WAVELENGTH_MIN_NM};
 /// What an eye just does not see, and the share of directions that has to stay below.
 const DELTA_E: f64 = 1.0;
 const PERCENTILE: f64 = 0.99;
-/// The least probability of a χ² as large as found: one test of 10⁴ fails by chance, were the seeds not fixed.
-const SIGNIFICANCE: f64 = 1e-4;
 /// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
 const STANDARD_ERRORS: f64 = 4.0;
 
@@ -269,73 +268,16 @@ fn a_flat_mirror_is_white_as_a_whole() {
 
 /// Bins along either direction cosine, six nodes of the sampler each, and places in each along either axis where the density is
 /// read: eight to a node, so that the midpoint rule finds the integral of a tent, wherever it lies.
-const BINS: usize = 37;
-const PLACES: usize = 48;
-/// Bins that reach beyond this radius count with the rest.
-const RADIUS: f64 = 0.99;
-const SAMPLES: usize = 200_000;
-/// Bins with fewer expected samples are taken together.
-const POOLED: f64 = 10.0;
+const BINS: Bins = Bins { count: 37, low: -1.0, width: 2.0 / 37.0, places: 48 };
 
-/// Upper tail of the χ² distribution (Wilson and Hilferty).
-fn chi_square_tail(chi_square: f64, freedom: f64) -> f64 {
-    let z = ((chi_square / freedom).cbrt() - (1.0 - 2.0 / (9.0 * freedom))) / (2.0 / (9.0 * freedom)).sqrt();
-    0.5 * libm::erfc(z / 2f64.sqrt())
-}
-
-/// Probability of the histogram of samples under the density for another incidence, and the share of samples that is lost.
+/// Probability of samples under the density for another incidence, and the share of them that is lost.
 fn agreement(surface: &ColourSurface, wi: Vec3, claimed: Vec3) -> (f64, f64) {
-    let lobe = surface.lobe::<f32>();
-    let exact = surface.lobe::<f64>();
-    let narrow = |w: Vec3| w.map(|c| c as f32);
-    let width = 2.0 / BINS as f64;
-    let inside = |bin: usize| {
-        let far = |i: usize| (width * i as f64 - 1.0).abs().max((width * (i + 1) as f64 - 1.0).abs());
-        far(bin % BINS).hypot(far(bin / BINS)) < RADIUS
-    };
-    let mut expected: Vec<f64> = (0..BINS * BINS)
-        .into_par_iter()
-        .map(|bin| {
-            if !inside(bin) {
-                return 0.0;
-            }
-            let mut sum = 0.0;
-            for place in 0..PLACES * PLACES {
-                let at = |bin: usize, place: usize| (bin as f64 + (place as f64 + 0.5) / PLACES as f64) * width - 1.0;
-                let (x, y) = (at(bin % BINS, place % PLACES), at(bin / BINS, place / PLACES));
-                let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
-                sum += exact.pdf(claimed, wo, true) / wo[2];
-            }
-            sum * width * width / (PLACES * PLACES) as f64
-        })
-        .collect();
-    expected.push(1.0 - expected.iter().sum::<f64>());
-    assert!(expected[BINS * BINS] > -1e-3, "the density integrates to more than one: {}", expected[BINS * BINS]);
-    let mut found = vec![0.0; BINS * BINS + 1];
-    let (mut random, mut lost) = (Random::new(23), 0.0);
-    for _ in 0..SAMPLES {
-        let wo = lobe.sample(narrow(wi), random.three().map(|u| u as f32), true);
-        let index = |c: f32| ((f64::from(c + 1.0) / width) as usize).min(BINS - 1);
-        let bin = if wo[2] > 0.0 { index(wo[1]) * BINS + index(wo[0]) } else { BINS * BINS };
-        lost += f64::from(u8::from(wo[2] <= 0.0)) / SAMPLES as f64;
-        found[if bin < BINS * BINS && inside(bin) { bin } else { BINS * BINS }] += 1.0;
-    }
-    let (mut chi_square, mut freedom, mut few) = (0.0, -1.0, (0.0, 0.0));
-    let mut add = |expected: f64, found: f64| {
-        chi_square += (found - expected).powi(2) / expected;
-        freedom += 1.0;
-    };
-    for (expected, found) in expected.iter().map(|p| p * SAMPLES as f64).zip(found) {
-        if expected >= POOLED {
-            add(expected, found);
-        } else {
-            few = (few.0 + expected, few.1 + found);
-        }
-    }
-    if few.0 >= POOLED {
-        add(few.0, few.1);
-    }
-    (chi_square_tail(chi_square, f64::max(freedom, 1.0)), lost)
+    let (single, exact) = (surface.lobe::<f32>(), surface.lobe::<f64>());
+    let density = |wo: Vec3| exact.pdf(claimed, wo, true);
+    chi_square::agreement([BINS; 2], density, |random| {
+        let wo = single.sample(wi.map(|c| c as f32), random.three().map(|u| u as f32), true);
+        (wo[2] > 0.0).then(|| wo.map(f64::from))
+    })
 }
 
 #[test]

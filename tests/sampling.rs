@@ -2,6 +2,7 @@
 
 mod common;
 
+use common::chi_square::{self, Bins, SIGNIFICANCE};
 use common::{Random, direction, preset, relief, sinusoid, waves};
 use ndarray::Array2;
 use rayon::prelude::*;
@@ -14,8 +15,6 @@ use sunbeam::reflectance::{Options, SpectralLobe, Surface, UNIFORM_SHARE, Vec3};
 use sunbeam::table::{Model, Tiling};
 use sunbeam::transform::OrderTransform;
 
-/// The least probability of a χ² as large as found: one test of 10⁴ fails by chance, were the seeds not fixed.
-const SIGNIFICANCE: f64 = 1e-4;
 /// Quotients of the same few numbers.
 const ROUNDING: f64 = 1e-12;
 /// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
@@ -28,116 +27,43 @@ const PLACES_MAX: usize = 80;
 const PLACES_PER_SIGMA: f64 = 4.0;
 /// The least width of a bin in direction cosines.
 const WIDTH: f64 = 2.0 / BINS as f64;
-/// Bins that reach beyond this radius count with the rest: the density over direction cosines has a pole at 1.
-const RADIUS: f64 = 0.99;
-const SAMPLES: usize = 200_000;
-/// Bins with fewer expected samples are taken together.
-const POOLED: f64 = 10.0;
 
 fn build(field: &HeightField, options: &Options) -> Surface {
     Surface::new(field, options).unwrap()
 }
 
-/// Upper tail of the χ² distribution (Wilson and Hilferty).
-fn chi_square_tail(chi_square: f64, freedom: f64) -> f64 {
-    let z = ((chi_square / freedom).cbrt() - (1.0 - 2.0 / (9.0 * freedom))) / (2.0 / (9.0 * freedom)).sqrt();
-    0.5 * libm::erfc(z / 2f64.sqrt())
-}
-
-/// Bins along one axis of the plane of direction cosines.
-#[derive(Clone, Copy)]
-struct Bins {
-    low: f64,
-    width: f64,
-    places: usize,
-}
-
-impl Bins {
-    /// Bins over the hemisphere. Where the density is bilinear between nodes and wavelengths are one, bins begin and end at
-    /// nodes: one place in each mesh of the lattice is then exact.
-    fn new(surface: &Surface, axis: usize, wi: Vec3, wavelengths: &[f64]) -> Self {
-        let lattice = surface.table().lattice();
-        let period = [lattice.x.period_um, lattice.y.period_um][axis];
-        let sigma: [f64; 2] = surface.table().power_sigma();
-        let mesh = wavelengths[0] * 1e-3 / period;
-        match surface.sampler().layout() {
-            SamplerLayout::Square(layout) if layout.axes[axis].sigma.is_none() && wavelengths.len() == 1 => {
-                let places = (WIDTH / mesh).ceil();
-                let low = ((wi[axis] - 1.0) / mesh).floor() * mesh - wi[axis];
-                Self { low, width: places * mesh, places: places as usize }
-            }
-            _ => Self::over(-1.0, WIDTH, mesh * sigma[axis]),
+/// Bins over the hemisphere. Where the density is bilinear between nodes and wavelengths are one, bins begin and end at
+/// nodes: one place in each mesh of the lattice is then exact.
+fn bins(surface: &Surface, axis: usize, wi: Vec3, wavelengths: &[f64]) -> Bins {
+    let lattice = surface.table().lattice();
+    let period = [lattice.x.period_um, lattice.y.period_um][axis];
+    let sigma: [f64; 2] = surface.table().power_sigma();
+    let mesh = wavelengths[0] * 1e-3 / period;
+    match surface.sampler().layout() {
+        SamplerLayout::Square(layout) if layout.axes[axis].sigma.is_none() && wavelengths.len() == 1 => {
+            let places = (WIDTH / mesh).ceil();
+            let low = ((wi[axis] - 1.0) / mesh).floor() * mesh - wi[axis];
+            Bins { count: BINS, low, width: places * mesh, places: places as usize }
         }
-    }
-
-    /// Bins for Gaussians of that standard deviation.
-    fn over(low: f64, width: f64, sigma: f64) -> Self {
-        let places = ((PLACES_PER_SIGMA * width / sigma).ceil() as usize).clamp(8, PLACES_MAX);
-        Self { low, width, places }
-    }
-
-    fn far(&self, bin: usize) -> f64 {
-        (self.width * bin as f64 + self.low).abs().max((self.width * (bin + 1) as f64 + self.low).abs())
-    }
-
-    fn place(&self, bin: usize, place: usize) -> f64 {
-        (bin as f64 + (place as f64 + 0.5) / self.places as f64) * self.width + self.low
+        _ => bins_over(-1.0, WIDTH, mesh * sigma[axis]),
     }
 }
 
-/// Probability of the histogram of samples for `wavelengths` under the density for `claimed`.
+/// Bins for Gaussians of that standard deviation.
+fn bins_over(low: f64, width: f64, sigma: f64) -> Bins {
+    let places = ((PLACES_PER_SIGMA * width / sigma).ceil() as usize).clamp(8, PLACES_MAX);
+    Bins { count: BINS, low, width, places }
+}
+
+/// Probability of samples for `wavelengths` under the density for `claimed`.
 fn agreement(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64]) -> f64 {
-    let bins = [0, 1].map(|axis| Bins::new(surface, axis, wi, claimed));
-    agreement_within(surface, wi, wavelengths, claimed, bins)
+    agreement_within(surface, wi, wavelengths, claimed, [0, 1].map(|axis| bins(surface, axis, wi, claimed)))
 }
 
-/// The same with bins of one's own along x and y; all else is one bin.
-fn agreement_within(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64], [x, y]: [Bins; 2]) -> f64 {
-    let inside = |bin: usize| x.far(bin % BINS).hypot(y.far(bin / BINS)) < RADIUS;
-    let mut expected: Vec<f64> = (0..BINS * BINS)
-        .into_par_iter()
-        .map(|bin| {
-            if !inside(bin) {
-                return 0.0;
-            }
-            let mut sum = 0.0;
-            for place in 0..x.places * y.places {
-                let [x, y] = [x.place(bin % BINS, place % x.places), y.place(bin / BINS, place / x.places)];
-                let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
-                sum += surface.pdf(wi, wo, claimed) / wo[2];
-            }
-            sum * x.width * y.width / (x.places * y.places) as f64
-        })
-        .collect();
-    // The last bin holds the rest, with the samples that fall below the horizon.
-    expected.push(1.0 - expected.iter().sum::<f64>());
-    assert!(expected[BINS * BINS] > -1e-3, "the density integrates to more than one: {}", expected[BINS * BINS]);
-    let mut found = vec![0.0; BINS * BINS + 1];
-    let mut random = Random::new(23);
-    for _ in 0..SAMPLES {
-        let bin = surface.sample_direction(wi, wavelengths, random.three()).map_or(BINS * BINS, |wo| {
-            let [x, y] = [(wo[0], x), (wo[1], y)].map(|(c, bins)| ((c - bins.low) / bins.width).floor());
-            let there = [x, y].iter().all(|i| (0.0..BINS as f64).contains(i));
-            if there { y as usize * BINS + x as usize } else { BINS * BINS }
-        });
-        found[if bin < BINS * BINS && inside(bin) { bin } else { BINS * BINS }] += 1.0;
-    }
-    let (mut chi_square, mut freedom, mut few) = (0.0, -1.0, (0.0, 0.0));
-    let mut add = |expected: f64, found: f64| {
-        chi_square += (found - expected).powi(2) / expected;
-        freedom += 1.0;
-    };
-    for (expected, found) in expected.iter().map(|p| p * SAMPLES as f64).zip(found) {
-        if expected >= POOLED {
-            add(expected, found);
-        } else {
-            few = (few.0 + expected, few.1 + found);
-        }
-    }
-    if few.0 >= POOLED {
-        add(few.0, few.1);
-    }
-    chi_square_tail(chi_square, f64::max(freedom, 1.0))
+/// The same with bins of one's own along x and y.
+fn agreement_within(surface: &Surface, wi: Vec3, wavelengths: &[f64], claimed: &[f64], bins: [Bins; 2]) -> f64 {
+    let density = |wo: Vec3| surface.pdf(wi, wo, claimed);
+    chi_square::agreement(bins, density, |random| surface.sample_direction(wi, wavelengths, random.three())).0
 }
 
 /// No energy is kept: the density does not know of it, and it takes longest.
@@ -271,7 +197,7 @@ fn narrow_orders_are_drawn_as_their_density_says() {
         // The order (1, 0), and ten standard deviations in all.
         let sigma = nm * 1e-3 / (TAU * 2f64.sqrt() * coherence / 4.0);
         let bins = [nm * 1e-3 / period - wi[0], -wi[1]]
-            .map(|middle| Bins::over(middle - 5.0 * sigma, 10.0 * sigma / BINS as f64, sigma));
+            .map(|middle| bins_over(middle - 5.0 * sigma, 10.0 * sigma / BINS as f64, sigma));
         let p = agreement_within(&surface, wi, &[nm], &[nm], bins);
         println!("{coherence} µm: p = {p:.4}");
         assert!(p > SIGNIFICANCE, "{coherence} µm, {kind}: {p:e}");

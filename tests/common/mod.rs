@@ -1,6 +1,8 @@
 //! Helpers that several test binaries share.
 #![allow(dead_code)] // Each binary uses some of them.
 
+pub mod chi_square;
+
 use ndarray::Array2;
 use std::f64::consts::TAU;
 use sunbeam::height_field::{HeightField, Preset};

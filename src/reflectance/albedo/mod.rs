@@ -16,7 +16,8 @@
 //!
 //! [`AlbedoTable`] holds `A` on a grid of direction and wavelength. A first grid, half as fine, holds the albedo; a second what is asked for
 //! with that in the integral, which is less; this is `B`. Nodes of the table have what is asked for with `B`, and are raised until the table
-//! is not below what is asked for at tens of thousands of places between them. At others it can be, by little: see `docs/stability.md`.
+//! is not below what is asked for at tens of thousands of places between them, and at more about those where it was. At others it can be, by
+//! little: see `docs/tables.md`.
 
 mod build;
 mod colour;

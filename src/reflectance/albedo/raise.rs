@@ -22,7 +22,7 @@ struct Look {
     at: [f64; 2],
     /// From zero for the first plane to one for the last.
     plane: f64,
-    /// The order that leaves along the surface at this plane's wavelength, if it was chosen for that ([`super::super::lobes::Lobes::grazing_nm`]).
+    /// The order that leaves along the surface at this plane's wavelength, if it was chosen for that (`Lobes::grazing_nm`).
     order: Option<usize>,
 }
 
@@ -33,15 +33,19 @@ impl<const K: usize> Source<'_, K> {
         let known = Nodes { layout, values: nodes.values.clone() };
         let first = gaps::<K>(&layout)
             * (self.fineness.samples * layout.cells_in_plane() + self.fineness.rim_samples * layout.cells as usize);
-        let mut looks: Vec<Look> = (0..first).into_par_iter().map(|i| self.look(&layout, i)).collect();
+        let again = self.fineness.again;
+        let mut lacking: Vec<Look> = Vec::new();
         for round in 0..ROUNDS {
+            let looks: Vec<Look> = if round == 0 {
+                (0..first).into_par_iter().map(|i| self.look(&layout, i)).collect()
+            } else {
+                let about = |i: usize| self.look_about(&layout, &lacking[i / again], round, i);
+                (0..lacking.len() * again).into_par_iter().filter_map(about).collect()
+            };
             // There are fewer places each time.
             let [done, then] = [round, round + 1].map(|round| 1.0 - 0.3f64.powi(round as i32));
             let steps = progress.part(done, then).of_steps(looks.len());
-            let lacking = self.raise_at(&looks, &known, nodes, &steps);
-            let again = self.fineness.again;
-            let about = |i: usize| self.look_about(&layout, &lacking[i / again], round, i);
-            looks = (0..lacking.len() * again).into_par_iter().filter_map(about).collect();
+            lacking = self.raise_at(&looks, &known, nodes, &steps);
         }
     }
 
@@ -68,7 +72,7 @@ impl<const K: usize> Source<'_, K> {
 
     /// The `i`-th place about one where something was lacking, along its ridge if it has one; `None` where that ends.
     fn look_about(&self, layout: &AlbedoLayout, lacking: &Look, round: usize, i: usize) -> Option<Look> {
-        let width = 1.0 / (round + 1) as f64;
+        let width = 1.0 / round as f64;
         let [x, y, towards] = scattered(i).map(|t| (t - 0.5) * width);
         let at = [lacking.at[0] + x, lacking.at[1] + y];
         let plane = match lacking.order {
