@@ -5,7 +5,6 @@ mod common;
 use common::chi_square::{self, Bins, SIGNIFICANCE};
 use common::{Random, direction, preset, relief, sinusoid, waves};
 use ndarray::Array2;
-use rayon::prelude::*;
 use std::f64::consts::TAU;
 use sunbeam::bench::sampler::{sampler, sampler_row};
 use sunbeam::height_field::{HeightField, Level, Preset};
