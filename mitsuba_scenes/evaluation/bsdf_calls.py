@@ -13,6 +13,7 @@ from ..skin import preset_skin
 from .benchmark_scenes import ALPHA, ALUMINIUM, REFERENCE
 
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
+RELIEFS = ("blazed", "xenopeltis")
 CALLS = ("eval", "pdf", "eval_pdf", "sample")
 # Elements of a wavefront: the first tells how many more fit into the time.
 FEWEST, MOST = 1 << 10, 1 << 21
@@ -22,9 +23,11 @@ SEED = 1
 
 
 def bsdfs() -> dict[str, dict]:
-    """Two reliefs in aluminium, and Mitsuba's own."""
+    """Two reliefs in aluminium, with the albedo that keeps energy and bare, and Mitsuba's own."""
+    diffraction = {name: {"type": "diffraction", **preset_skin(name), **ALUMINIUM} for name in RELIEFS}
     return {
-        **{name: {"type": "diffraction", **preset_skin(name), **ALUMINIUM} for name in ("blazed", "xenopeltis")},
+        **diffraction,
+        **{f"{name}, bare": {**each, "conserve_energy": False} for name, each in diffraction.items()},
         REFERENCE: {"type": "roughconductor", "alpha": ALPHA, **ALUMINIUM},
     }
 

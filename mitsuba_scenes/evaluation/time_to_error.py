@@ -40,27 +40,34 @@ NOISE_PICTURES = 8
 BUDGET_S = 6.0
 
 
-def relative_error(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> float:
-    """Root of the mean over judged pixels and channels of the squared deviation over the truth's square, or that of a
-    tenth of its mean where it is darker."""
+def relative_deviation(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> np.ndarray:
+    """Deviations (judged pixels, channels) over the truth, or over a tenth of its mean where it is darker."""
     floor = FLOOR * truth[judged].mean()
-    deviation = (image - truth)[judged] / np.maximum(np.abs(truth[judged]), floor)
-    return float(np.sqrt(np.mean(deviation**2)))
+    return (image - truth)[judged] / np.maximum(np.abs(truth[judged]), floor)
+
+
+def relative_error(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> float:
+    """Root of the mean over judged pixels and channels of the squared deviation."""
+    return float(np.sqrt(np.mean(relative_deviation(image, truth, judged) ** 2)))
 
 
 def noise(images: np.ndarray) -> dict:
     """Relative error of one of so many independent pictures (n, rows, columns, 3) of the same thing, n > 1.
 
     The converged picture is the mean of all. It has 1/n of a picture's variance, and each picture is in it, so that
-    deviations from it are too small by √(1 − 1/n), which is put right. `error_std` is the standard error of the result.
+    deviations from it are too small by √(1 − 1/n), which is put right. `error_std` is the standard error of the result,
+    `channel_errors` are those of red, green and blue.
     """
     n = len(images)
     truth = images.mean(axis=0)
     judged = truth.sum(axis=2) > 0
-    squares = np.array([relative_error(image, truth, judged) ** 2 for image in images]) * n / (n - 1)
+    of_channels = [np.mean(relative_deviation(image, truth, judged) ** 2, axis=0) for image in images]
+    of_channels = np.array(of_channels) * n / (n - 1)
+    squares = of_channels.mean(axis=1)
     error = float(np.sqrt(squares.mean()))
     spread = float(np.std(squares, ddof=1) / math.sqrt(n) / (2 * error)) if error > 0 else 0.0
-    return {"error": error, "error_std": spread}
+    channels = np.sqrt(of_channels.mean(axis=0)).tolist()
+    return {"error": error, "error_std": spread, "channel_errors": channels}
 
 
 def seconds_to_error(seconds: float, error: float, aim: float = ERROR) -> float:
