@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from conftest import use_variant
 
-from mitsuba_scenes.evaluation import bsdf_calls, headline, rgb_against_spectral, time_to_error
+from mitsuba_scenes.evaluation import bsdf_calls, headline, rgb_against_spectral, sampling, time_to_error
 from mitsuba_scenes.evaluation.benchmark_scenes import REFERENCE, scenes
 
 NOISE = 0.1
@@ -27,6 +27,14 @@ def test_the_noise_is_found_without_knowing_the_truth(count):
     found = time_to_error.noise(pictures(count))["error"]
     # The mean of two in place of the truth would give 0.7 of it, that of eight 0.94.
     assert found == pytest.approx(NOISE, rel=ERROR_TOLERANCE)
+
+
+def test_the_noise_of_a_channel_is_its_own():
+    still, noisy = pictures(8, noise=0.0), pictures(8)
+    found = time_to_error.noise(np.concatenate([noisy[..., :1], still[..., 1:]], axis=-1))
+    # Red alone has a third of the values.
+    assert found["channel_errors"] == pytest.approx([NOISE, 0, 0], rel=2 * ERROR_TOLERANCE, abs=1e-12)
+    assert found["error"] == pytest.approx(NOISE / np.sqrt(3), rel=2 * ERROR_TOLERANCE)
 
 
 def test_the_standard_error_covers_the_errors_spread():
@@ -161,6 +169,16 @@ def test_calls_take_time():
     use_variant("llvm_ad_rgb")
     bsdf = bsdf_of(scenes()[0])
     assert bsdf_calls.call_ns({"it": bsdf}, "sample")["it"] > bsdf_calls.per_element_ns(0, 0, 1)
+
+
+def test_what_was_before_stands_beside_the_same_of_now():
+    def cell(scene, seconds):
+        ways = [{"name": name, "seconds_to_error": seconds} for name in ("blazed", REFERENCE)]
+        return {"scene": scene, "variant": "llvm_ad_rgb", "ways": ways}
+
+    found = sampling.beside([cell("sphere", 100.0), cell("gone", 1.0)], [cell("disc", 3.0), cell("sphere", 2.0)])
+    assert [(each["scene"], each["name"]) for each in found] == [("sphere", "blazed")]
+    assert (found[0]["before"]["seconds_to_error"], found[0]["now"]["seconds_to_error"]) == (100.0, 2.0)
 
 
 def test_the_report_has_a_line_for_each_figure():
