@@ -106,8 +106,8 @@ def test_the_table_of_methods_has_every_method(realtime_runs, files, relief, tmp
     flip = {name: figures[methods.SAME_RAYS]["flip"]["mean"] for name, figures in against.items()}
     assert flip[methods.SAME_RAYS] == 0.0
     assert flip["table"] < SAME_MODEL_FLIP < flip["stam"]
-    # Energy is kept by wavelength there and by band here, which is nearer than not at all. What is left is what a table by wavelength is
-    # raised by at ridges, which bands do not have.
+    # Energy is kept by wavelength there and by band here, which is nearer than not at all. What is left is what a table
+    # by wavelength is raised by at ridges, which bands do not have.
     kept = {name: against[name][methods.ENERGY_KEPT]["flip"]["mean"] for name in ("table", methods.TABLE_KEPT)}
     assert kept[methods.TABLE_KEPT] < 0.6 * kept["table"], kept
     # Only the skin counts.
