@@ -27,6 +27,8 @@ def main() -> int:
     )
     parser.add_argument("--scenes", nargs="+", help="of these scenes alone; with --plugin")
     options = parser.parse_args()
+    if options.scenes and not options.plugin:
+        parser.error("--scenes goes with --plugin")
     try:
         if options.plugin:
             environment.use_plugin(options.plugin)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from ..environment import use_variant
+from ..environment import SetupError, use_variant
 from . import bsdf_calls, first_render, rgb_against_spectral, time_to_error
 from .benchmark_scenes import scanned_surface, scenes
 from .speed_error import processor
@@ -60,10 +60,11 @@ def of_cells(cell_s: float, names: list[str] | None = None) -> dict:
 
 def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
     """Each scene, of these names if any, in each variant."""
+    all_scenes = {scene.name: scene for scene in scenes()}
+    if unknown := set(names or ()) - set(all_scenes):
+        raise SetupError(f"unknown scene {', '.join(sorted(unknown))}; there are {', '.join(all_scenes)}")
     found = []
-    for scene in scenes():
-        if names and scene.name not in names:
-            continue
+    for scene in [all_scenes[name] for name in names or all_scenes]:
         for variant in time_to_error.VARIANTS:
             print(f"{scene.name}, {variant} ...", flush=True)
             found.append(time_to_error.measure(scene, variant, cell_s))
