@@ -10,6 +10,7 @@
 //!
 //! XYZ is relative throughout: the D65 white has Y = 1.
 
+mod cie;
 mod difference;
 mod exposure;
 mod observer;

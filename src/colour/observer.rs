@@ -1,40 +1,15 @@
-//! The CIE 1931 2° colour matching functions and the illuminant D65, tabulated once at 1 nm.
+//! The CIE 1931 2° colour matching functions and the illuminant D65, between the CIE's values at 1 nm.
 
-use std::sync::LazyLock;
-
-use colorimetry::{illuminant::CieIlluminant, observer::Observer, spectrum::NS};
+use super::cie::{D65, OBSERVER_1931, RANGE_NM};
 
 /// First and last wavelength, in nm, at which the tables have data of their own (CIE data at 1 nm).
 /// Outside, the observer sees nothing (0) and D65 keeps its last value.
-pub const OBSERVER_RANGE_NM: (f64, f64) = (380.0, 780.0);
-
-struct Tables {
-    xyz: [[f64; 3]; NS],
-    d65: [f64; NS],
-}
-
-static TABLES: LazyLock<Tables> = LazyLock::new(|| {
-    let mut xyz = [[0.0; 3]; NS];
-    for (offset, value) in xyz.iter_mut().enumerate() {
-        // The wavelength is inside the crate's range by construction; 0 is its value outside.
-        *value = Observer::Cie1931
-            .xyz_at_wavelength(OBSERVER_RANGE_NM.0 as usize + offset)
-            .map_or([0.0; 3], |stimulus| stimulus.to_array());
-    }
-    // The crate scales the spectrum to an irradiance; CIE tables have 100 at 560 nm.
-    let spectrum: &[f64] = CieIlluminant::D65.illuminant().as_ref().as_ref();
-    let at_560 = spectrum[560 - OBSERVER_RANGE_NM.0 as usize];
-    let mut d65 = [0.0; NS];
-    for (out, &value) in d65.iter_mut().zip(spectrum) {
-        *out = 100.0 * value / at_560;
-    }
-    Tables { xyz, d65 }
-});
+pub const OBSERVER_RANGE_NM: (f64, f64) = (RANGE_NM.0 as f64, RANGE_NM.1 as f64);
 
 /// Index of the entry at or below the wavelength and the fraction towards the next one.
 fn locate(wavelength_nm: f64) -> (usize, f64) {
-    let position = (wavelength_nm - OBSERVER_RANGE_NM.0).clamp(0.0, (NS - 1) as f64);
-    let index = (position as usize).min(NS - 2);
+    let position = (wavelength_nm - OBSERVER_RANGE_NM.0).clamp(0.0, (D65.len() - 1) as f64);
+    let index = (position as usize).min(D65.len() - 2);
     (index, position - index as f64)
 }
 
@@ -47,7 +22,7 @@ pub fn cie_xyz(wavelength_nm: f64) -> [f64; 3] {
         return [0.0; 3];
     }
     let (index, t) = locate(wavelength_nm);
-    let (below, above) = (TABLES.xyz[index], TABLES.xyz[index + 1]);
+    let (below, above) = (OBSERVER_1931[index], OBSERVER_1931[index + 1]);
     std::array::from_fn(|c| below[c] + t * (above[c] - below[c]))
 }
 
@@ -57,7 +32,7 @@ pub fn cie_xyz(wavelength_nm: f64) -> [f64; 3] {
 /// 360 nm, where no eye looks).
 pub fn d65(wavelength_nm: f64) -> f64 {
     let (index, t) = locate(wavelength_nm);
-    let (below, above) = (TABLES.d65[index], TABLES.d65[index + 1]);
+    let (below, above) = (D65[index], D65[index + 1]);
     below + t * (above - below)
 }
 
