@@ -9,9 +9,9 @@ CARGO  := cargo
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
 
-# Two builds of one package at a time would only wait for each other.
+# Two builds at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-traced test-python lint format demo crosscheck bench figures docs api-docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-python lint format demo crosscheck bench figures docs api-docs clean help
 
 all: plugin
 
@@ -34,63 +34,65 @@ $(READY): requirements.lock scripts/setup.sh
 
 # Cargo knows what is out of date. The copy is replaced in one step, since a running Mitsuba may have it mapped.
 plugin: $(READY)
-	$(CARGO) build --release --lib --features mitsuba
+	$(CARGO) build --release -p sunbeam-mitsuba
 	@mkdir -p $(dir $(PLUGIN))
-	@cmp -s target/release/libsunbeam.so $(PLUGIN) || \
-		{ cp target/release/libsunbeam.so $(PLUGIN).new && mv $(PLUGIN).new $(PLUGIN); }
+	@cmp -s target/release/libsunbeam_mitsuba.so $(PLUGIN) || \
+		{ cp target/release/libsunbeam_mitsuba.so $(PLUGIN).new && mv $(PLUGIN).new $(PLUGIN); }
 	@echo "plugin: $(CURDIR)/$(PLUGIN)"
 
-# The command line tool with the GPU renderer and its window, target/release/sunbeam.
+# The command, target/release/sunbeam, and its window beside it.
 tool:
-	$(CARGO) build --release --bin sunbeam --features viewer
+	$(CARGO) build --release -p sunbeam-cli -p sunbeam-window
 
-# The C ABI. The plugin has it too, but asks for Mitsuba's libraries.
+# The C interface, as others link it.
 library:
-	$(CARGO) rustc --release --lib --crate-type cdylib,staticlib
+	$(CARGO) build --release -p sunbeam-c
 	@mkdir -p $(LIBRARY)/lib $(LIBRARY)/include
-	@cp target/release/libsunbeam.so target/release/libsunbeam.a $(LIBRARY)/lib/
-	@cp include/sunbeam.h $(LIBRARY)/include/
+	@cp target/release/libsunbeam_c.so $(LIBRARY)/lib/libsunbeam.so
+	@cp target/release/libsunbeam_c.a $(LIBRARY)/lib/libsunbeam.a
+	@cp crates/c_abi/include/sunbeam.h $(LIBRARY)/include/
+	@mkdir -p $(LIBRARY)/lib/pkgconfig $(LIBRARY)/lib/cmake/sunbeam
+	@cp crates/c_abi/package/sunbeam.pc $(LIBRARY)/lib/pkgconfig/
+	@cp crates/c_abi/package/*.cmake $(LIBRARY)/lib/cmake/sunbeam/
 	@echo "library: $(CURDIR)/$(LIBRARY)"
 
-# include/sunbeam.h from src/capi/.
+# crates/c_abi/include/sunbeam.h from crates/c_abi/src/.
 header:
-	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release --test header
+	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
 
-test: test-rust test-traced test-python
+test: test-rust test-python
 
-# In the release profile, which the plugin is built in too: one set of dependencies serves both.
+# In the release profile, which all else is built in too: one set of dependencies serves everything. The plugin's tests, of
+# what Dr.Jit records without a renderer, need the libraries of the wheels.
 test-rust: $(READY)
-	$(CARGO) test --release --features viewer
-
-# What Dr.Jit records, without a renderer. The libraries are those of the wheels.
-test-traced: $(READY)
 	LD_LIBRARY_PATH=$$($(PY) -c "import importlib.util as u; print(':'.join(u.find_spec(n).submodule_search_locations[0] for n in ('drjit', 'mitsuba')))") \
-		$(CARGO) test --release --lib --features mitsuba mitsuba::
+		$(CARGO) test --release --workspace
 
 test-python: plugin library tool
 	$(PY) -m pytest
 
 lint: $(READY)
 	$(CARGO) fmt --check
-	$(CARGO) clippy --release --all-targets -- -D warnings
-	$(CARGO) clippy --release --all-targets --features mitsuba -- -D warnings
-	$(CARGO) clippy --release --all-targets --features viewer -- -D warnings
+	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
+	$(CARGO) clippy --release -p sunbeam --no-default-features -- -D warnings
+	$(PY) scripts/unified_features.py
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
-	.venv/bin/clang-format --dry-run -Werror cpp_shim/*.cpp cpp_shim/*.h
+	.venv/bin/mypy
+	.venv/bin/clang-format --dry-run -Werror crates/mitsuba/cpp_shim/*.cpp crates/mitsuba/cpp_shim/*.h
 
 format: $(READY)
 	$(CARGO) fmt
 	.venv/bin/ruff check --fix
 	.venv/bin/ruff format
-	.venv/bin/clang-format -i cpp_shim/*.cpp cpp_shim/*.h
+	.venv/bin/clang-format -i crates/mitsuba/cpp_shim/*.cpp crates/mitsuba/cpp_shim/*.h
 
 crosscheck: plugin tool
 	$(PY) -m mitsuba_scenes.crosscheck
 
-# A window takes minutes more to build, and is not needed here.
+# The window takes minutes more to build, and is not needed here.
 demo: plugin
-	$(CARGO) build --release --bin sunbeam --features gpu
+	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m mitsuba_scenes.demo
 
 # What the plugin costs in Mitsuba beside roughconductor, what the methods cost and how far off they are, how evenly the
@@ -116,7 +118,7 @@ docs: $(READY)
 
 # The Rust API, target/doc/sunbeam/index.html.
 api-docs:
-	$(CARGO) doc --no-deps
+	$(CARGO) doc --no-deps -p sunbeam -p sunbeam-realtime
 
 clean:
 	rm -rf target out

@@ -1,5 +1,4 @@
-//! Without the feature `mitsuba` there is nothing to do. With it, the C++ half of the Mitsuba plugin is compiled
-//! against the headers and libraries that the PyPI wheels of Mitsuba and Dr.Jit carry (docs/plugin-build.md).
+//! Tells the cache which code builds tables.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -7,11 +6,6 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rustc-env=SUNBEAM_TABLES_CODE={:016x}", tables_code());
-    #[cfg(feature = "mitsuba")]
-    if let Err(reason) = mitsuba::build() {
-        eprintln!("error: cannot build the Mitsuba plugin: {reason}");
-        std::process::exit(1);
-    }
 }
 
 /// Whose sources these are.
@@ -35,132 +29,4 @@ fn tables_code() -> u64 {
         (path.to_string_lossy(), fs::read(&path).ok()).hash(&mut hasher);
     }
     hasher.finish()
-}
-
-#[cfg(feature = "mitsuba")]
-mod mitsuba {
-    use std::env;
-    use std::path::{Path, PathBuf};
-    use std::process::Command;
-
-    /// The layout of Mitsuba's classes is no interface and changes between releases, so these are exact.
-    const WHEELS: [(&str, &str); 3] = [("mitsuba", "3.9.1"), ("drjit", "1.5.0"), ("nanobind", "2.14.0")];
-
-    const SOURCES: [&str; 9] = [
-        "cpp_shim/checks.cpp",
-        "cpp_shim/diffraction.cpp",
-        "cpp_shim/jit.cpp",
-        "cpp_shim/jit_tests.cpp",
-        "cpp_shim/parameters.cpp",
-        "cpp_shim/progress.cpp",
-        "cpp_shim/variants_cuda.cpp",
-        "cpp_shim/variants_llvm.cpp",
-        "cpp_shim/variants_scalar.cpp",
-    ];
-
-    /// The Rust files that declare what crosses the boundary.
-    const BRIDGES: [&str; 3] = ["src/mitsuba/bridge.rs", "src/mitsuba/jit.rs", "src/mitsuba/jit_tests.rs"];
-
-    /// Dr.Jit turns small arrays into SIMD registers where the instruction set allows it, which changes layouts and
-    /// the calling convention: without the wheel's `-march` the plugin loads and renders garbage.
-    const FLAGS: [&str; 5] = [
-        "-march=x86-64-v3",
-        "-fno-strict-aliasing",
-        "-fno-math-errno",
-        "-fvisibility=hidden",
-        "-fvisibility-inlines-hidden",
-    ];
-
-    /// The backends that the wheel was built with; they decide on members of its classes.
-    const BACKENDS: [&str; 4] = ["MI_ENABLE_CUDA", "MI_ENABLE_LLVM", "MI_ENABLE_EMBREE", "MI_ENABLE_AUTODIFF"];
-
-    pub fn build() -> Result<(), String> {
-        println!("cargo:rerun-if-changed=cpp_shim");
-        for bridge in BRIDGES {
-            println!("cargo:rerun-if-changed={bridge}");
-        }
-        println!("cargo:rerun-if-env-changed=SUNBEAM_PYTHON");
-        let (os, arch) = (env::var("CARGO_CFG_TARGET_OS"), env::var("CARGO_CFG_TARGET_ARCH"));
-        if os.as_deref() != Ok("linux") || arch.as_deref() != Ok("x86_64") {
-            return Err("the wheel's calling convention is known for Linux on x86-64 only".into());
-        }
-        let [mitsuba, drjit, nanobind] = find_wheels()?;
-
-        let mut shim = cxx_build::bridges(BRIDGES);
-        shim.std("c++17").opt_level(2).debug(false).warnings(true).define("NDEBUG", None);
-        shim.includes(["cpp_shim"]);
-        // As system headers: their warnings are not ours to mend.
-        for dir in [
-            mitsuba.join("include"),
-            drjit.join("include"),
-            nanobind.join("include"),
-            nanobind.join("ext/robin_map/include"),
-        ] {
-            shim.flag("-isystem").flag(&dir);
-        }
-        for flag in FLAGS {
-            shim.flag(flag);
-        }
-        for backend in BACKENDS {
-            shim.define(backend, "1");
-        }
-        for source in SOURCES {
-            shim.file(source);
-        }
-        shim.try_compile("sunbeam_mitsuba").map_err(|error| error.to_string())?;
-
-        for (dir, library) in [(&mitsuba, "mitsuba"), (&drjit, "drjit-core"), (&drjit, "drjit-extra")] {
-            println!("cargo:rustc-link-search=native={}", dir.display());
-            println!("cargo:rustc-link-lib=dylib={library}");
-        }
-        // Mitsuba unloads plugins at exit, when threads of ours may still run.
-        println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
-        // A foreign Mitsuba may lack functions; resolve them late, so that the version check speaks first.
-        println!("cargo:rustc-cdylib-link-arg=-Wl,-z,lazy");
-        Ok(())
-    }
-
-    /// The folders of the installed packages, their versions checked.
-    fn find_wheels() -> Result<[PathBuf; 3], String> {
-        let python = find_python();
-        println!("cargo:rerun-if-changed={}", python.display());
-        let script = "import importlib.metadata as m, sys\n\
-                      for name in sys.argv[1:]:\n\
-                      \x20   try:\n\
-                      \x20       d = m.distribution(name); print(d.version, d.locate_file(name), sep='\\t')\n\
-                      \x20   except m.PackageNotFoundError:\n\
-                      \x20       print('none', '', sep='\\t')\n";
-        let output = Command::new(&python)
-            .args(["-c", script])
-            .args(WHEELS.map(|(name, _)| name))
-            .output()
-            .map_err(|error| format!("{} does not run: {error}", python.display()))?;
-        if !output.status.success() {
-            return Err(format!("{} failed: {}", python.display(), String::from_utf8_lossy(&output.stderr).trim()));
-        }
-        let stdout = String::from_utf8_lossy(&output.stdout);
-        let mut folders = stdout.lines().zip(WHEELS).map(|(line, (name, wanted))| {
-            let (found, folder) = line.split_once('\t').unwrap_or((line, ""));
-            if found == wanted {
-                println!("cargo:rerun-if-changed={folder}/__init__.py");
-                return Ok(PathBuf::from(folder));
-            }
-            Err(format!(
-                "it needs {name} {wanted} in {}, where there is {found}. Run `make plugin`, which installs \
-                 requirements.lock into .venv, or name an interpreter that has it in SUNBEAM_PYTHON",
-                python.display()
-            ))
-        });
-        let mut next = || folders.next().unwrap_or_else(|| Err(format!("{} did not answer", python.display())));
-        Ok([next()?, next()?, next()?])
-    }
-
-    /// The interpreter whose packages count: `SUNBEAM_PYTHON`, the checkout's `.venv`, or `python3`.
-    fn find_python() -> PathBuf {
-        if let Some(python) = env::var_os("SUNBEAM_PYTHON") {
-            return python.into();
-        }
-        let venv = Path::new(&env::var_os("CARGO_MANIFEST_DIR").unwrap_or_default()).join(".venv/bin/python");
-        if venv.exists() { venv } else { "python3".into() }
-    }
 }

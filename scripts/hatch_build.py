@@ -12,7 +12,7 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
 class PluginBuildHook(BuildHookInterface):
-    """Runs ``cargo build --features mitsuba`` and names the platform that the result is for."""
+    """Runs ``cargo build`` and names the platform that the result is for."""
 
     def initialize(self, version: str, build_data: dict) -> None:
         """Called by hatchling before it collects the files of a wheel."""
@@ -22,14 +22,14 @@ class PluginBuildHook(BuildHookInterface):
         # the checkout is asked anyway; naming it would make Cargo build anew what `make plugin` has built.
         if Path(sys.prefix) != root / ".venv":
             environment.setdefault("SUNBEAM_PYTHON", sys.executable)
-        command = ["cargo", "build", "--release", "--lib", "--features", "mitsuba"]
+        command = ["cargo", "build", "--release", "--package", "sunbeam-mitsuba"]
         try:
             subprocess.run(command, cwd=root, env=environment, check=True)
         except FileNotFoundError:
             raise SystemExit("sunbeam-mitsuba needs Rust to be built: see https://rustup.rs") from None
         except subprocess.CalledProcessError as error:
             raise SystemExit(f"`{' '.join(command)}` failed with status {error.returncode}") from None
-        plugin = root / environment["CARGO_TARGET_DIR"] / "release" / "libsunbeam.so"
+        plugin = root / environment["CARGO_TARGET_DIR"] / "release" / "libsunbeam_mitsuba.so"
         build_data["force_include"][str(plugin)] = "sunbeam_mitsuba/plugins/diffraction.so"
         # Any Python that Mitsuba runs in, but this platform alone.
         build_data["pure_python"] = False

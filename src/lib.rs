@@ -1,35 +1,78 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
-//! Data flows one way: [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → consumers
-//! (the command line, the Mitsuba plugin, the C ABI in [`capi`]). Nothing upstream knows a consumer. [`compare`] judges their pictures, [`bench`]
-//! what the methods cost and how far off they are; [`cache`] keeps tables on disk.
+//! A relief of fractions of a micrometre (a grating, a compact disc, the skin of a snake) sends each wavelength its own way. From its
+//! [`HeightField`](height_field::HeightField) this library computes the spectral BSDF, with the transforms of the
+//! relief tabulated beforehand: an evaluation is a handful of look-ups, and directions are drawn by the orders.
 //!
-//! # Conventions (stated once, used everywhere)
-//! - Local frame: z is the normal, x the tangent, y the bitangent; `wi` and `wo` point away from the surface.
-//! - `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
+//! ```
+//! use sunbeam::height_field::Preset;
+//! use sunbeam::reflectance::{Options, Surface};
+//!
+//! // A blazed grating of 2.5 µm, seen through a coherence length of 20 µm.
+//! let field = Preset::Blazed.build(None, None)?;
+//! let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
+//! let surface = Surface::new(&field, &options)?;
+//!
+//! // Light along the normal; green leaves at order 1, where the sine is the wavelength over the period.
+//! let sine: f64 = 0.55 / 2.5;
+//! let (wi, order) = ([0.0, 0.0, 1.0], [-sine, 0.0, (1.0 - sine * sine).sqrt()]);
+//! let between = [-1.5 * sine, 0.0, (1.0 - 2.25 * sine * sine).sqrt()];
+//! assert!(surface.f(wi, order, 550.0) > 1000.0 * surface.f(wi, between, 550.0));
+//!
+//! // A direction for three random numbers; its weight is f·cosθ/pdf of each wavelength carried.
+//! let sample = surface.sample(wi, &[550.0], [0.3, 0.6, 0.1]).expect("above the horizon");
+//! assert!((sample.pdf - surface.pdf(wi, sample.wo, &[550.0])).abs() < 1e-9 * sample.pdf);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! Parameters under the names that scene files and the command line have, with their defaults, are a
+//! [`SurfaceConfig`](config::SurfaceConfig):
+//!
+//! ```
+//! # #[cfg(all(feature = "files", feature = "cache"))] {
+//! use sunbeam::cache::Cache;
+//! use sunbeam::config::SurfaceConfig;
+//!
+//! let config = SurfaceConfig::from_json(r#"{"preset": "sinusoidal", "period": 2, "conserve_energy": false}"#)?;
+//! let (surface, _) = config.build(&Cache::off())?;
+//! assert!(surface.report().table.error < 1e-3);
+//! # }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Where what is
+//!
+//! Data flows one way: [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → whoever asks
+//! (a command line, a plugin for Mitsuba, a C interface and a realtime renderer are packages of their own). Nothing here
+//! knows who that is.
+//!
+//! # Conventions
+//!
+//! Stated once, used everywhere.
+//!
+//! - Local frame: z is the normal, x the tangent, y the bitangent. `wi` and `wo` have unit length and point away from the surface, to the
+//!   light and to the viewer.
+//! - The scattering vector `q = wi + wo = (u, v, w)`: `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
 //! - Lengths on the surface are in µm, wavelengths in nm at every interface.
 //! - Fourier sign is positive: `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`,
 //!   with the phase rate `κ = 2πw/λ` in rad/µm. Order `j` leaves at `u = λ·jx/Lx`, `v = λ·jy/Ly`.
-//! - Reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
+//! - Transforms are means: order 0 of a flat tile is 1.
 //! - Bins of a two-dimensional transform are stored `[jy][jx]`, non-negative orders first (FFT order).
+//! - The reflectance `f_r` is in 1/sr and does not contain the cosine; a `pdf` is per solid angle.
+//!
+//! # Features
+//!
+//! - `files` (on by default): height fields from and to files.
+//! - `cache` (on by default): tables on disk. With both, [`config`] also builds what it describes.
 
-pub mod bench;
+#[cfg(feature = "cache")]
 pub mod cache;
-pub mod capi;
 pub mod colour;
 pub mod colour_table;
-pub mod compare;
 pub mod config;
-#[cfg(feature = "gpu")]
-pub mod gpu;
-pub mod guard;
 pub mod height_field;
 pub mod methods;
 pub mod numeric;
 pub mod reflectance;
-pub mod snake;
 pub mod table;
 pub mod transform;
-
-#[cfg(feature = "mitsuba")]
-mod mitsuba;

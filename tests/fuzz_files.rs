@@ -1,6 +1,8 @@
 //! Mutated files of every format are read or refused: no panic, no long wait, no large allocation; and what is accepted
 //! gets through the estimate of a build.
 
+#![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
+
 #[path = "../src/height_field/file/tests/samples.rs"]
 #[allow(dead_code)]
 mod samples;
@@ -146,9 +148,9 @@ fn mutate_within(random: &mut Pcg64, extension: &str, bytes: &[u8], donors: &[Ve
             let mut xml = samples::x3p_description("I", z, 1, samples::X3P_LINK).into_bytes();
             let mut data: Vec<u8> = (0..12).map(|_| random.random()).collect();
             if random.random() {
-                mutate(random, &mut xml, donors)
+                mutate(random, &mut xml, donors);
             } else {
-                mutate(random, &mut data, donors)
+                mutate(random, &mut data, donors);
             }
             Some(samples::archive(&[("main.xml", &xml), ("bindata/data.bin", &data)]))
         }
@@ -212,8 +214,8 @@ fn read(path: &Path, number: usize) -> Outcome {
 
 /// Whether a surface of the field may be built, by its estimate; levelled as files are.
 fn estimated(field: &HeightField, number: usize) -> Option<(HeightField, Options)> {
-    let model = if number % 2 == 0 { Model::Ensemble } else { Model::Patch };
-    let tiling = if number % 3 == 0 { Tiling::Periodic } else { Tiling::Aperiodic };
+    let model = if number.is_multiple_of(2) { Model::Ensemble } else { Model::Patch };
+    let tiling = if number.is_multiple_of(3) { Tiling::Periodic } else { Tiling::Aperiodic };
     let options = Options {
         model,
         tiling,

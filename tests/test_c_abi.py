@@ -3,6 +3,7 @@
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -85,3 +86,49 @@ def test_library_exports_the_abi_alone():
     functions = {name for name in declared if name.startswith("sunbeam_") and name in names}
     assert names == functions
     assert len(functions) == 10
+
+
+@pytest.mark.skipif(not shutil.which("pkg-config"), reason="pkg-config is missing")
+@pytest.mark.parametrize("static", [False, True], ids=["shared", "static"])
+def test_pkg_config_says_how_to_link(static, tmp_path):
+    words = ["pkg-config", "--cflags", "--libs", *(["--static"] if static else []), "sunbeam >= 0.1"]
+    environment = {**os.environ, "PKG_CONFIG_PATH": str(LIBRARY / "lib" / "pkgconfig")}
+    flags = subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout.split()
+    assert set(SYSTEM) - {"-lc"} <= set(flags) or not static
+    name, standard = compiler("example.c")
+    program = tmp_path / "example"
+    words = [name, standard, str(SOURCES / "example.c"), "-o", str(program), *flags, "-lm"]
+    subprocess.run([*words, f"-Wl,-rpath,{LIBRARY / 'lib'}"], check=True)
+    run(program)
+
+
+CMAKE_PROJECT = """
+cmake_minimum_required(VERSION 3.15)
+project(user C)
+find_package(sunbeam 0.1 REQUIRED CONFIG)
+foreach(library sunbeam sunbeam_static)
+    add_executable(with_${library} %s)
+    set_target_properties(with_${library} PROPERTIES C_STANDARD 11)
+    target_link_libraries(with_${library} PRIVATE sunbeam::${library} m)
+endforeach()
+"""
+
+
+def test_cmake_finds_the_library(tmp_path):
+    cmake = Path(sys.executable).with_name("cmake")
+    (tmp_path / "CMakeLists.txt").write_text(CMAKE_PROJECT % (SOURCES / "example.c"))
+    configure = [cmake, "-S", tmp_path, "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={LIBRARY}"]
+    for words in ([*configure, "-G", "Unix Makefiles"], [cmake, "--build", tmp_path / "build"]):
+        done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+    for library in ("sunbeam", "sunbeam_static"):
+        run(tmp_path / "build" / f"with_{library}")
+
+
+def test_cmake_refuses_another_minor_version(tmp_path):
+    cmake = Path(sys.executable).with_name("cmake")
+    (tmp_path / "CMakeLists.txt").write_text((CMAKE_PROJECT % "none.c").replace("sunbeam 0.1", "sunbeam 0.2"))
+    words = [cmake, "-S", tmp_path, "-B", tmp_path / "build", f"-DCMAKE_PREFIX_PATH={LIBRARY}"]
+    done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
+    assert done.returncode != 0
+    assert 'compatible with requested version "0.2"' in " ".join(done.stderr.split())

@@ -100,9 +100,12 @@ def test_versions_are_the_same_everywhere(package):
     project = (REPOSITORY / "pyproject.toml").read_text()
     assert f'version = "{package.__version__}"' in project
     assert f'version = "{package.__version__}"' in (REPOSITORY / "Cargo.toml").read_text()
+    packaging = REPOSITORY / "crates/c_abi/package"
+    assert f"Version: {package.__version__}\n" in (packaging / "sunbeam.pc").read_text()
+    assert f'PACKAGE_VERSION "{package.__version__}"' in (packaging / "sunbeam-config-version.cmake").read_text()
     for text in (project, (REPOSITORY / "requirements.lock").read_text()):
         assert f"mitsuba=={package.MITSUBA_VERSION}" in text
-    assert f'("mitsuba", "{package.MITSUBA_VERSION}")' in (REPOSITORY / "build.rs").read_text()
+    assert f'("mitsuba", "{package.MITSUBA_VERSION}")' in (REPOSITORY / "crates/mitsuba/build.rs").read_text()
 
 
 def directions(count, seed):

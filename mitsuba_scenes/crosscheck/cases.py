@@ -25,7 +25,7 @@ SKINS = ("blazed", "elaphe", "xenopeltis")
 FEW_ORDERS, MANY_ORDERS = 16, 6
 # Parameters that say what the relief is.
 RELIEF = ("preset", "period", "height", "filename", "pixel_size", "max_height", "channel", "fill", "tiling", "level")
-# The patch model with nothing added: what FLSS, the sources' method, computes on a GPU.
+# The patch model with nothing added: what FLSS, Single 2014's method, computes on a GPU.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 

@@ -33,7 +33,7 @@ SAME_RAYS, ENERGY_KEPT = "ensemble, same rays", "ensemble, energy kept"
 TABLE_KEPT = "table, energy kept"
 # Pixels across each of the three pictures on the sheet.
 PANEL = 288
-# The sources' methods keep no energy, so the reference keeps none either; what it changes is told beside them.
+# The published methods keep no energy, so the reference keeps none either; what it changes is told beside them.
 REFERENCE = {"model": "ensemble", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 
@@ -45,7 +45,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
 
     reports = {}
     for method in METHODS:
-        # The sources' methods know no ensemble.
+        # The published methods know no ensemble.
         skin = {**case.skin, **REFERENCE, "model": "ensemble" if method == "table" else "patch"}
         reports[method] = realtime.render(file(method), method, files.mesh, skin, light, view, SUPERSAMPLE)
     skin = {**case.skin, **REFERENCE, "conserve_energy": True}

@@ -1,1 +1,1 @@
-"""The sources' evaluation, reproduced: each page of figures in `docs/` from one command that computes its numbers."""
+"""Single 2014's evaluation, reproduced: each page of figures in `docs/` from one command that computes its numbers."""

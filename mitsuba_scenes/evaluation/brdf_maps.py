@@ -1,4 +1,4 @@
-"""The sources' BRDF maps (figures 2.3 to 2.13) as contact sheets, each panel with its error against a reference."""
+"""The BRDF maps of Single 2014 (figures 2.3 to 2.13) as contact sheets, each panel with its error against a reference."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Panel:
 
 @dataclass
 class Sheet:
-    """A figure of the sources."""
+    """A figure of Single 2014."""
 
     name: str
     title: str
@@ -63,7 +63,7 @@ def method(name: str, *options) -> tuple:
 
 
 def sheets() -> list[Sheet]:
-    """What the sources show, with our series beside theirs."""
+    """What Single 2014 shows, with our series beside theirs."""
     fine = method("flss", "--lambda-step", 1)
     theirs = ("--series", "taylor", "--terms")
     return [

@@ -1,4 +1,4 @@
-"""The sources' Table 1.1: the spacing of a grating, found from the angles at which its colours are brightest."""
+"""Table 1.1 of Single 2014: the spacing of a grating, found from the angles at which its colours are brightest."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .page import images
 PAGE = "periodicity"
 METHODS = ("flss", "nmm", "pq")
 THETA_I_DEG = 75
-# The sources' grids: first, last and step; and the step between angles.
+# Single 2014's grids: first, last and step; and the step between angles.
 WAVELENGTHS_NM, ANGLE_STEP_DEG = (380, 780, 1), 0.01
 # Of the blazed tile, which is one period; 26 of them are 65 um.
 REPEATS = (2, 3, 5, 10, 26)
@@ -24,7 +24,7 @@ REPEATS = (2, 3, 5, 10, 26)
 
 @dataclass(frozen=True)
 class Grating:
-    """A surface, the angles that the sources searched in degrees, their mean and variance in nm and nm² by method."""
+    """A surface, the angles that Single 2014 searched in degrees, their mean and variance in nm and nm² by method."""
 
     preset: str
     angles_deg: tuple[float, float]
@@ -81,7 +81,7 @@ def figures() -> dict:
 
 
 def evaluate(grating: Grating, method: str, **options) -> dict:
-    """The report of `sunbeam evaluate` on the sources' grid."""
+    """The report of `sunbeam evaluate` on Single 2014's grid."""
     words = ["evaluate", "--preset", grating.preset, "--method", method, "--theta-i", THETA_I_DEG]
     words += [f"--angles={grating.angles_deg[0]},{grating.angles_deg[1]}", "--angle-step", ANGLE_STEP_DEG]
     words += ["--wavelength-step", WAVELENGTHS_NM[2]]

@@ -1,6 +1,6 @@
 """Random questions to the plugin in Mitsuba: nothing may come out but finite numbers that are not negative.
 
-The twin of `src/bench/stability/questions.rs`, in single precision and through Dr.Jit's kernels.
+The twin of `crates/cli/src/benchmarks/stability/questions.rs`, in single precision and through Dr.Jit's kernels.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The sources' renderings (figures 2.14 to 2.18, 2.21, 2.22), on the GPU and path-traced in Mitsuba."""
+"""The renderings of Single 2014 (figures 2.14 to 2.18, 2.21, 2.22), on the GPU and path-traced in Mitsuba."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ def efficiencies(
     """For each light the share of the power in every propagating order, out of the tool's exact values.
 
     On the axis of an order the reflectance is `O |c_j|² K(0) / λ²` with `K(0) = 4πs²`, and the order carries
-    `O |c_j|²` (model.md §2).
+    `O |c_j|²` (docs/model.md#the-reflectance).
     """
     questions, sizes = [], []
     for light in lights:

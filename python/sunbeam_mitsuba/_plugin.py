@@ -48,7 +48,7 @@ def register() -> None:
     import mitsuba as mi
 
     def known(*_: object) -> None:
-        resolver = mi.file_resolver()
+        resolver = mi.file_resolver()  # type: ignore[operator]  # Mitsuba's stubs know it as an object
         if str(PLUGIN_FOLDER) not in [str(folder) for folder in resolver]:
             resolver.append(str(PLUGIN_FOLDER))
 

@@ -1,4 +1,4 @@
-"""The BSDF for NumPy, through the C ABI that the plugin exports (``include/sunbeam.h``)."""
+"""The BSDF for NumPy, through the C ABI that the plugin exports (``sunbeam.h``)."""
 
 from __future__ import annotations
 
@@ -9,11 +9,18 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 from ctypes import POINTER, byref, c_char_p, c_double, c_int, c_size_t, c_ssize_t, c_void_p
 from functools import cache
-from typing import Any, Callable
+from typing import TYPE_CHECKING, Any, Callable, Union, cast
 
 import numpy as np
 
 from ._plugin import PLUGIN
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Floats = NDArray[np.float32]
+    # What a parameter of the plugin may be.
+    Parameter = Union[str, float, bool, os.PathLike[str]]
 
 _OK, _BUFFER_TOO_SMALL = 0, 6
 # Fewer evaluations than this are not worth a thread.
@@ -65,7 +72,7 @@ def _check(status: int) -> None:
 class _Items:
     """An array as the ABI takes it: ``width`` floats for each item, or the same for all where it has one axis."""
 
-    def __init__(self, values: np.ndarray, batch: tuple[int, ...]):
+    def __init__(self, values: Floats, batch: tuple[int, ...]):
         width = values.shape[-1]
         self._stride = 0 if values.ndim == 1 else width
         if values.ndim > 1:
@@ -85,7 +92,7 @@ class _Results(_Items):
         self._stride = width
 
 
-def _direction(name: str, values: Any) -> np.ndarray:
+def _direction(name: str, values: ArrayLike) -> Floats:
     array = np.asarray(values, dtype=np.float32)
     if array.shape[-1:] != (3,):
         raise SunbeamError(f"{name} has the shape {array.shape}, but must end in 3: x, y, z")
@@ -108,7 +115,12 @@ class Surface:
     Raises :class:`SunbeamError` where a parameter is not accepted.
     """
 
-    def __init__(self, heights_um: Any = None, pixel_um: float | tuple[float, float] | None = None, **parameters: Any):
+    def __init__(
+        self,
+        heights_um: ArrayLike | None = None,
+        pixel_um: float | tuple[float, float] | None = None,
+        **parameters: Parameter,
+    ):
         config = json.dumps(parameters, default=os.fspath).encode()
         handle = c_void_p()
         self._handle = None
@@ -136,7 +148,7 @@ class Surface:
         given = json.dumps(self.describe()["config"])
         return f"Surface({given})"
 
-    def describe(self) -> dict:
+    def describe(self) -> dict[str, Any]:
         """The configuration, where the tables came from, their size and measured error."""
         needed = c_size_t()
         status = _library().sunbeam_surface_describe(self._handle, None, 0, byref(needed))
@@ -144,9 +156,9 @@ class Surface:
             _check(status)
         text = ctypes.create_string_buffer(needed.value)
         _check(_library().sunbeam_surface_describe(self._handle, text, needed, byref(needed)))
-        return json.loads(text.value)
+        return cast("dict[str, Any]", json.loads(text.value))
 
-    def eval(self, wi: Any, wo: Any, wavelength_nm: Any) -> np.ndarray:
+    def eval(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
         """The reflectance f_r in 1/sr, without the cosine.
 
         ``wi`` and ``wo`` are ``[..., 3]`` and broadcast against each other. One wavelength gives an array of that shape
@@ -154,16 +166,16 @@ class Surface:
         """
         return self._evaluate("eval", wi, wo, wavelength_nm)[0]
 
-    def pdf(self, wi: Any, wo: Any, wavelength_nm: Any) -> np.ndarray:
+    def pdf(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
         """The density with which :meth:`sample` finds ``wo``, per solid angle, for all the wavelengths carried."""
         return self._evaluate("pdf", wi, wo, wavelength_nm)[0]
 
-    def eval_pdf(self, wi: Any, wo: Any, wavelength_nm: Any) -> tuple[np.ndarray, np.ndarray]:
+    def eval_pdf(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> tuple[Floats, Floats]:
         """Both of these in one, for the time of the latter."""
         f, pdf = self._evaluate("eval_pdf", wi, wo, wavelength_nm)
         return f, pdf
 
-    def _evaluate(self, what: str, wi: Any, wo: Any, wavelength_nm: Any) -> list[np.ndarray]:
+    def _evaluate(self, what: str, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> list[Floats]:
         wi, wo = _direction("wi", wi), _direction("wo", wo)
         nm, single = _wavelengths(wavelength_nm)
         batch = np.broadcast_shapes(wi.shape[:-1], wo.shape[:-1], nm.shape[:-1])
@@ -181,7 +193,7 @@ class Surface:
         scalar = {"eval": [single], "pdf": [True], "eval_pdf": [single, True]}[what]
         return [array.values[..., 0] if one else array.values for array, one in zip(results, scalar)]
 
-    def sample(self, wi: Any, wavelength_nm: Any, u: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def sample(self, wi: ArrayLike, wavelength_nm: ArrayLike, u: ArrayLike) -> tuple[Floats, Floats, Floats]:
         """Outgoing directions for random numbers ``u``, ``[..., 3]`` in [0, 1): ``wo``, ``pdf`` and ``weight``.
 
         The weight is ``f cosθo / pdf``, for each of the wavelengths where there are several. Samples that fall below
@@ -204,7 +216,7 @@ class Surface:
         return wo, pdf[..., 0], weight[..., 0] if single else weight
 
 
-def _wavelengths(wavelength_nm: Any) -> tuple[np.ndarray, bool]:
+def _wavelengths(wavelength_nm: ArrayLike) -> tuple[Floats, bool]:
     """The wavelengths with an axis of their own, and whether it was added."""
     nm = np.asarray(wavelength_nm, dtype=np.float32)
     return (nm.reshape(1), True) if nm.ndim == 0 else (nm, False)

@@ -33,6 +33,7 @@ pub const DEFAULT_LIMIT_MB: u64 = 2000;
 /// Why the environment does not describe a cache.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the environment variable {variable} is {found:?}, but must be {accepted}")]
+#[allow(missing_docs)] // Each message says what its fields are.
 pub struct CacheError {
     pub variable: &'static str,
     pub found: String,

@@ -78,7 +78,7 @@ impl SpectralToRgb {
         Ok(Self { first_nm, step_nm, weights })
     }
 
-    /// The grid of the full-spectrum method: 380 to 780 nm in the given step (the sources use 5 nm).
+    /// The grid of the full-spectrum method: 380 to 780 nm in the given step (Single 2014 uses 5 nm).
     ///
     /// # Errors
     /// As [`SpectralToRgb::new`].

@@ -26,7 +26,9 @@ const SPECTRAL_SHARE: f64 = 0.5;
 pub struct ColourTableOptions {
     /// Four standard deviations of the coherence window, in µm.
     pub coherence_length_um: f64,
+    /// Which coherence model is tabulated.
     pub model: Model,
+    /// Whether the tile repeats.
     pub tiling: Tiling,
     /// Relative error of the spectral table that the colours are made of.
     pub tolerance: f64,

@@ -15,6 +15,7 @@ const MANTISSA_BITS: u32 = super::pack::EXCESS.ilog2() + 1;
 /// A colour table as an evaluator reads it.
 #[derive(Clone, Copy, Debug)]
 pub struct ColourView<N: Numbers> {
+    /// How the words are to be read.
     pub layout: ColourLayout,
     /// [`super::ColourTable::words`].
     pub words: N::Words,

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 /// Why a configuration did not become a surface.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)] // Each message says what its fields are.
 pub enum BuildError {
     #[error(transparent)]
     Config(#[from] ConfigError),

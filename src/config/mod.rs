@@ -11,8 +11,10 @@
 //! assert_eq!(error.to_string(), "parameter \"period\" is -2, but must be a length in µm in (0, 1e3]");
 //! ```
 
+#[cfg(all(feature = "files", feature = "cache"))]
 mod build;
 
+#[cfg(all(feature = "files", feature = "cache"))]
 pub use build::BuildError;
 
 use std::fmt;
@@ -39,7 +41,9 @@ pub const MAX_LENGTH_UM: f64 = 1e3;
 /// Where the heights come from.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source<'a> {
+    /// A built-in surface.
     Preset(Preset),
+    /// A file, of the format that its extension says.
     File(&'a PathBuf),
 }
 
@@ -135,6 +139,7 @@ impl Default for SurfaceConfig {
 
 /// Why a configuration is refused. Each message names the parameter, what was found and what is accepted.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // Each message says what its fields are.
 pub enum ConfigError {
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },
@@ -155,11 +160,17 @@ pub enum ConfigError {
 /// The accepted values of a number, for messages.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Accepted {
+    /// A length in µm in (0, 1e3].
     Length,
+    /// A coherence length in µm, [`COHERENCE_LENGTH_UM`].
     CoherenceLength,
+    /// The real part of an index, [`ETA`].
     Eta,
+    /// The imaginary part of an index, [`K`].
     K,
+    /// A relative error of tables, [`TOLERANCE`].
     Tolerance,
+    /// Times as much memory and time as a build may take by itself.
     BuildLimit,
 }
 
@@ -179,6 +190,9 @@ impl fmt::Display for Accepted {
 
 impl SurfaceConfig {
     /// Reads and validates a JSON object; fields left out take their defaults.
+    ///
+    /// # Errors
+    /// [`ConfigError::Syntax`], [`ConfigError::Malformed`], and those of [`SurfaceConfig::validate`].
     pub fn from_json(json: &str) -> Result<Self, ConfigError> {
         let mut reader = serde_json::Deserializer::from_str(json);
         let config: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
@@ -196,6 +210,9 @@ impl SurfaceConfig {
     }
 
     /// Refuses values out of range and parameters that contradict each other.
+    ///
+    /// # Errors
+    /// [`ConfigError::OutOfRange`], [`ConfigError::TooLong`], [`ConfigError::Contradiction`].
     pub fn validate(&self) -> Result<(), ConfigError> {
         let lengths = [
             ("period", self.period),

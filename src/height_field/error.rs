@@ -4,6 +4,7 @@ use thiserror::Error;
 /// Why a height field was refused. Every message names what is wrong and what is accepted.
 #[derive(Debug, Error)]
 #[non_exhaustive]
+#[allow(missing_docs)] // Each message says what its fields are.
 pub enum HeightFieldError {
     /// The array has no pixels.
     #[error("the height field has no pixels; at least one is needed")]

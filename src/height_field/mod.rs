@@ -2,23 +2,27 @@
 //!
 //! A field comes from a [`Preset`], from a file ([`HeightField::read`]) or from an array ([`HeightField::new`]).
 //!
-//! In the presets' frame the periodicity that the sources measure lies along x. For *Elaphe* that is across the fingers,
+//! In the presets' frame the periodicity that Single 2014 measures lies along x. For *Elaphe* that is across the fingers,
 //! so its preset is turned by a quarter (+90°) against the published picture, whose fingers lie along x.
 
 mod cd;
 mod crop;
 mod error;
+#[cfg(feature = "files")]
 mod file;
 mod fill;
 mod level;
 mod preset;
-pub(crate) mod random;
+// Benchmarks draw from it too, so that they ask the same everywhere.
+#[doc(hidden)]
+pub mod random;
 mod roughness;
 mod skin;
 mod synthetic;
 mod tile;
 
 pub use error::HeightFieldError;
+#[cfg(feature = "files")]
 pub use file::{FileField, FileScale, ReadOptions};
 pub use fill::Fill;
 pub use level::Level;

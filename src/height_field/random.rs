@@ -9,30 +9,30 @@ use rand_pcg::Pcg64Mcg;
 use std::f64::consts::TAU;
 
 /// A seeded generator of uniform and normal numbers.
-pub(crate) struct Random(Pcg64Mcg);
+pub struct Random(Pcg64Mcg);
 
 impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
+    pub fn new(seed: u64) -> Self {
         Self(Pcg64Mcg::seed_from_u64(seed))
     }
 
     /// Uniform in `[0, 1)`.
-    pub(crate) fn unit(&mut self) -> f64 {
+    pub fn unit(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in `[low, high)`.
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
         low + (high - low) * self.unit()
     }
 
     /// Normal with mean 0 and standard deviation 1 (sum of 12 uniforms: bounded by ±6, no tails to worry about).
-    pub(crate) fn normal(&mut self) -> f64 {
+    pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
 
     /// A smooth field, periodic over `nx × ny` pixels, mean 0, root mean square 1: waves of 1 to `max_wave` periods a tile.
-    pub(crate) fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
+    pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
         let mut field = Array2::zeros((ny, nx));
         for kx in -max_wave..=max_wave {
             for ky in 0..=max_wave {
@@ -57,7 +57,7 @@ impl Random {
     }
 
     /// White noise blurred `passes_x` and `passes_y` times with the kernel (1 2 1)/4, periodic, root mean square 1.
-    pub(crate) fn blurred_noise(&mut self, nx: usize, ny: usize, passes_x: usize, passes_y: usize) -> Array2<f64> {
+    pub fn blurred_noise(&mut self, nx: usize, ny: usize, passes_x: usize, passes_y: usize) -> Array2<f64> {
         let mut field = Array2::from_shape_simple_fn((ny, nx), || self.unit() - 0.5);
         let mut next = field.clone();
         for pass in 0..passes_x + passes_y {
@@ -88,7 +88,7 @@ fn normalise(field: &mut Array2<f64>) {
 }
 
 /// 0 below `from`, 1 above `to`, a cubic with flat ends between (either order).
-pub(crate) fn smooth_step(from: f64, to: f64, x: f64) -> f64 {
+pub fn smooth_step(from: f64, to: f64, x: f64) -> f64 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }

@@ -28,7 +28,9 @@ pub struct Seam {
 /// The seams across x and across y; `None` along an axis of one pixel, which repeats as it is.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Seams {
+    /// Where the right edge meets the left one.
     pub x: Option<Seam>,
+    /// Where the upper edge meets the lower one.
     pub y: Option<Seam>,
 }
 
@@ -45,7 +47,9 @@ pub struct TileReport {
     pub rms_change_um: f64,
     /// Root mean square height before (over the part that is kept) and after, in µm: blending what does not match lowers it.
     pub rms_um: [f64; 2],
+    /// The steps across the edges of the rectangle as it was cut out.
     pub seams_before: Seams,
+    /// The same once its edges were blended.
     pub seams_after: Seams,
 }
 

@@ -1,4 +1,4 @@
-//! FLSS, full lambda spectral sampling (Dhillon et al. 2014): the patch model of model.md §2 at equal steps of the
+//! FLSS, full lambda spectral sampling (Dhillon et al. 2014): the patch model of docs/model.md#the-reflectance at equal steps of the
 //! wavelength, each the sum over a neighbourhood of wave orders.
 
 use super::colours::{self, Colours};

@@ -1,11 +1,11 @@
-//! The methods of realtime evaluation (model.md §4), each once in Rust, the truth, and once in WGSL, its twin of the
+//! The methods of realtime evaluation (docs/realtime.md), each once in Rust, the truth, and once in WGSL, its twin of the
 //! same name in the file beside it.
 //!
 //! A method answers `∫ S(f; κ)/λ² · weight(λ) dλ` for `q = wi + wo = (u, v, w)` as linear sRGB in 1/sr: a `S/λ²` of 1 at
-//! every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of model.md §2) is the caller's. Single
+//! every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of docs/model.md#the-reflectance) is the caller's. Single
 //! precision throughout, as on the GPU; the oracle is [`crate::reflectance::Exact`].
 //!
-//! [`build`] makes one. The sources' methods evaluate a single window in a fixed place over a tile that repeats (`model = patch`,
+//! [`build`] makes one. The published methods evaluate a single window in a fixed place over a tile that repeats (`model = patch`,
 //! `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings, and alone
 //! conserves energy where it is asked to.
 
@@ -62,6 +62,7 @@ pub trait Method: Send + Sync {
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'static str,
+    /// The source.
     pub wgsl: &'static str,
     /// Defines `fn conserving(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of [`Method::conserving`].
     pub conserving: &'static str,

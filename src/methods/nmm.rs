@@ -4,14 +4,14 @@
 //! They are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. So they lie as thick as
 //! `|u|Lx/λ²` and `|v|Ly/λ²` over λ: dense in the blue. Both lists together, with `N = |u|Lx + |v|Ly`, sum
 //!
-//! - *unweighted*, as in the sources: `Σ S/λ² · W(λ)/N`, W the colour weights over λ² scaled so that a constant is white.
+//! - *unweighted*, as in Single 2014: `Σ S/λ² · W(λ)/N`, W the colour weights over λ² scaled so that a constant is white.
 //!   The spectrum inside each channel is seen through 1/λ², hence a shift of hue;
 //! - *weighted*: `Σ S/λ² · λ²/N · weight(λ)`, that is each list with its own spacing `dλ = λ²/(|u|Lx)`, and the mean of the
 //!   two by how dense they are: a quadrature of `∫ S/λ² weight dλ`.
 //!
 //! Both take each sample for the share of its order that the mean over its cell is of its peak ([`line_width`]). A list
 //! counts where it can hold an order other than 0: not along an axis of one pixel, nor for `|u|Lx < λmin`. Where none
-//! counts, around (u, v) = (0, 0), the answer is white, as the sources have it, at the value at 550 nm.
+//! counts, around (u, v) = (0, 0), the answer is white, as Single 2014 has it, at the value at 550 nm.
 
 use super::colours::{self, Colours, colour_density};
 use super::orders::{OrderCounts, OrderGrid, Orders};

@@ -23,7 +23,7 @@ pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
 pub const REPEATS_MAX: u32 = 10_000;
 
-/// The methods of the sources (model.md §4), and ours.
+/// The published methods (docs/realtime.md), and ours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MethodKind {
@@ -65,7 +65,7 @@ impl MethodKind {
         }
     }
 
-    /// Whether the method is one of the sources': they evaluate a single window in a fixed place over a tile that repeats.
+    /// Whether the method is one of the published ones: they evaluate a single window in a fixed place over a tile that repeats.
     pub const fn is_patch_only(self) -> bool {
         !matches!(self, Self::Table)
     }
@@ -87,12 +87,12 @@ pub struct MethodOptions {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
     /// Orders that are summed along each axis, 1 to 64 (default: as many as the tolerance asks for, and for NMM's colours no
-    /// more than one of 0.15 does). The sources have 3.
+    /// more than one of 0.15 does). Single 2014 has 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
-    /// The series of the phase screen (default: `chebyshev`). The sources have `taylor`.
+    /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.
     pub series: Series,
-    /// Whether the wavelengths that NMM picks count by the part of the spectrum they stand for (default: true). The sources
+    /// Whether the wavelengths that NMM picks count by the part of the spectrum they stand for (default: true). Single 2014
     /// have false.
     pub weighted: bool,
     /// How often the tile repeats, along both axes or along x and y, 1 to 10000 (default: so often that peaks are as
@@ -126,7 +126,9 @@ impl Default for MethodOptions {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a whole number or an array of two")]
 pub enum Repeats {
+    /// So many along either axis.
     Both(u32),
+    /// So many along x and y.
     Each([u32; 2]),
 }
 
@@ -142,6 +144,7 @@ impl Repeats {
 
 /// Why a method was not made.
 #[derive(Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // Each message says what its fields are.
 pub enum MethodError {
     #[error("parameter {name:?} is {found}, but must be {accepted}")]
     OutOfRange { name: &'static str, found: f64, accepted: &'static str },

@@ -1,4 +1,4 @@
-//! The wave orders of a tile as the methods read them, and the sources' sum over a neighbourhood of them.
+//! The wave orders of a tile as the methods read them, and Single 2014's sum over a neighbourhood of them.
 
 use super::bessel::TERMS_MAX;
 use super::term_weights::TermWeights;

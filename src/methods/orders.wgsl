@@ -1,4 +1,4 @@
-// Twin of orders.rs: the wave orders of a tile, and the sources' sum over a neighbourhood of them.
+// Twin of orders.rs: the wave orders of a tile, and Single 2014's sum over a neighbourhood of them.
 
 const FAINT: f32 = 40.0;
 

@@ -1,7 +1,7 @@
 //! PQ (Dhillon et al. 2014): the tile repeats P×Q times, and beyond there is nothing.
 //!
 //! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²` with `p = (u, v)·L/λ`, `D_P(p) = sin(πPp)/(P·sin(πp))` and j the order
-//! nearest to p, as the sources round. Over the cell of an order `∫D_P² dp = 1/P`, so the power integrates to
+//! nearest to p, as Single 2014 rounds. Over the cell of an order `∫D_P² dp = 1/P`, so the power integrates to
 //! `Σ|c_j|² = 1`. Where two orders meet, S jumps; and between the orders it rings, which is what costs the method its
 //! accuracy. The coherence length only gives the default of P and Q: `2√π·s/L`, at least 1, rounded, with which the peaks
 //! are as bright as with a Gaussian window.

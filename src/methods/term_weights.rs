@@ -114,7 +114,7 @@ mod tests {
                         assert!(kept >= needed(x, remainder), "{remainder}, {largest}, {x}: {kept}");
                         // Never more than the largest argument takes, and an even number.
                         assert!(
-                            kept <= count.next_multiple_of(2) && kept % 2 == 0,
+                            kept <= count.next_multiple_of(2) && kept.is_multiple_of(2),
                             "{remainder}, {largest}, {x}: {kept}"
                         );
                     }
@@ -141,7 +141,7 @@ mod tests {
                     seen += 1;
                     let mut alone = None;
                     grid.at_wavelengths(1.5, std::iter::once((um, ())), |_, (), weights| {
-                        alone = Some(weights.to_vec())
+                        alone = Some(weights.to_vec());
                     });
                     let alone = alone.unwrap();
                     assert_eq!(weights.len(), 8);

@@ -37,13 +37,17 @@ pub trait Mask: State + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Outpu
 
 /// What reals and indices share.
 pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+    /// What a comparison gives.
     type Mask: Mask;
     /// `self < other`; false where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
     /// `self ≤ other`; false where either is NaN.
     fn le(self, other: Self) -> Self::Mask;
+    /// The lesser of each pair.
     fn min(self, other: Self) -> Self;
+    /// The greater of each pair.
     fn max(self, other: Self) -> Self;
+    /// `yes` where the mask holds, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
 
     /// `self` brought into `[low, high]`.
@@ -55,14 +59,19 @@ pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output =
 
 /// Reals of single or double precision.
 pub trait Real: Number + Div<Output = Self> + Neg<Output = Self> {
+    /// A constant.
     fn lit(value: f64) -> Self;
     /// `self·b + c`, fused where that is fast.
     fn fma(self, b: Self, c: Self) -> Self;
+    /// The absolute value.
     fn abs(self) -> Self;
     /// NaN below zero.
     fn sqrt(self) -> Self;
+    /// The greatest whole number that is not above it.
     fn floor(self) -> Self;
+    /// The least whole number that is not below it.
     fn ceil(self) -> Self;
+    /// Two to this power.
     fn exp2(self) -> Self;
     /// Of a positive, normal number.
     fn log2(self) -> Self;
@@ -72,6 +81,7 @@ pub trait Real: Number + Div<Output = Self> + Neg<Output = Self> {
 pub trait Index:
     Number + BitAnd<Output = Self> + BitOr<Output = Self> + Shl<u32, Output = Self> + Shr<u32, Output = Self>
 {
+    /// A constant.
     fn lit(value: u32) -> Self;
 }
 
@@ -81,19 +91,25 @@ pub trait Numbers: Copy {
     type Real: Real<Mask = Self::Mask>;
     /// Double precision, for places on a lattice: a narrow order is a small part of the distance from the origin.
     type Double: Real<Mask = Self::Mask>;
+    /// Whole numbers from zero on: places in arrays.
     type Index: Index<Mask = Self::Mask>;
+    /// What a comparison gives.
     type Mask: Mask;
     /// A table of words of 32 bits.
     type Words: Copy;
 
+    /// A mask that holds everywhere, or nowhere.
     fn mask(value: bool) -> Self::Mask;
     /// The `W` words of `table` from `W·at` on (`W` is 1, 2 or 4); zeros where the mask is false. The evaluator sees to it
     /// that they are there.
     fn gather<const W: usize>(table: Self::Words, at: Self::Index, mask: Self::Mask) -> [Self::Index; W];
     /// The number of single precision whose bits these are.
     fn from_bits(bits: Self::Index) -> Self::Real;
+    /// In the precision of [`Numbers::Double`].
     fn widen(x: Self::Real) -> Self::Double;
+    /// In the precision of [`Numbers::Real`].
     fn narrow(x: Self::Double) -> Self::Real;
+    /// A whole number as a real one.
     fn real(i: Self::Index) -> Self::Real;
     /// Towards zero, of a number in `[0, 2³²)`. Elsewhere the answer is any number, and differs between families.
     fn index(x: Self::Real) -> Self::Index;

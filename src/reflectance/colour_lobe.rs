@@ -45,12 +45,15 @@ pub struct ColourSurface {
 pub struct ColourSurfaceReport {
     /// Bytes of the colour table, of the sampler, and of the albedo.
     pub table_bytes: usize,
+    /// Bytes of the sampler's table.
     pub sampler_bytes: usize,
+    /// Bytes of the albedo's table; zero where energy is not conserved.
     pub albedo_bytes: usize,
     /// The coherence length shown in µm; see [`crate::colour_table::ColourTableReport`].
     pub coherence_length_um: f64,
     /// Seconds for the colour table, with the spectral table it is made of, and for everything.
     pub table_seconds: f64,
+    /// Seconds for everything.
     pub build_seconds: f64,
 }
 
@@ -214,9 +217,11 @@ fn reference(index: &SpectralIndex) -> ComplexIndex {
 pub struct ColourFactors {
     /// See [`ColourSurface::reference`].
     pub reference: Option<ComplexIndex>,
+    /// The obliquity factor that the table holds.
     pub obliquity: Obliquity,
     /// V-cavity shadowing and masking.
     pub shadowing: bool,
+    /// What becomes of negative channels.
     pub gamut: Gamut,
 }
 
@@ -232,8 +237,11 @@ pub enum Gamut {
 
 /// The evaluator of a [`ColourSurface`] over one family of numbers.
 pub struct ColourLobe<N: Numbers> {
+    /// What multiplies the table.
     pub factors: ColourFactors,
+    /// The colours.
     pub table: ColourView<N>,
+    /// Where directions are drawn.
     pub sampler: ColourSamplerView<N>,
     /// What conserves energy.
     pub albedo: Option<ColourAlbedoView<N>>,

@@ -120,6 +120,7 @@ impl ColourSampler {
 /// A [`ColourSampler`] to be read by one family of numbers.
 #[derive(Clone, Copy)]
 pub struct ColourSamplerView<N: Numbers> {
+    /// How the words are to be read.
     pub layout: ColourSamplerLayout,
     /// [`ColourSampler::words`].
     pub words: N::Words,

@@ -7,7 +7,7 @@ use rustfft::num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
 
-/// The oracle: the reflectance by the direct sum of model.md §1 and §2 in double precision, with no table and no
+/// The oracle: the reflectance by the direct sum of docs/model.md#the-reflectance in double precision, with no table and no
 /// truncated window.
 ///
 /// Where the tile repeats, all of its orders are summed with their Gaussians. A scan that stands alone is summed over
@@ -103,7 +103,7 @@ impl Exact {
     /// What the sums run over at one κ, row-major: order powers, order amplitudes, autocorrelation, or phase screen.
     fn data(&self, kappa: f64) -> Arc<Vec<Complex64>> {
         // A poisoned lock only means that another query panicked; what it holds is still whole.
-        let lock = || self.last.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let lock = || self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some((_, data)) = lock().as_ref().filter(|(at, _)| *at == kappa) {
             return data.clone();
         }

@@ -5,12 +5,14 @@ use serde::{Deserialize, Serialize};
 /// Complex refractive index `eta + i k` relative to the outside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ComplexIndex {
+    /// The real part; positive.
     pub eta: f64,
+    /// The imaginary part; zero for a dielectric.
     pub k: f64,
 }
 
-/// Unpolarised Fresnel reflectance at a plane interface for the cosine of the angle of incidence (model.md §2; Born &
-/// Wolf §14.2). `k = 0` is a dielectric. In [0, 1] for every index with `eta > 0`, `k ≥ 0` and cosine in [0, 1].
+/// Unpolarised Fresnel reflectance at a plane interface for the cosine of the angle of incidence (docs/model.md#the-reflectance; Born &
+/// Wolf, section 14.2). `k = 0` is a dielectric. In [0, 1] for every index with `eta > 0`, `k ≥ 0` and cosine in [0, 1].
 pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
     if index.eta == 1.0 && index.k == 0.0 {
         // No interface; the formula would be 0/0 at grazing incidence.
@@ -24,7 +26,7 @@ pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
     (0.5 * (s.norm_sqr() + p.norm_sqr())).clamp(0.0, 1.0)
 }
 
-/// [`fresnel_unpolarised`] of a given index for numbers of any family, without complex ones (Born & Wolf §14.2: the
+/// [`fresnel_unpolarised`] of a given index for numbers of any family, without complex ones (Born & Wolf, section 14.2: the
 /// transmitted normal component is `a + ib`).
 #[inline(always)]
 pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
@@ -56,6 +58,7 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
 /// A complex refractive index that may depend on the wavelength.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SpectralIndex {
+    /// The same at every wavelength.
     Constant(ComplexIndex),
     /// Wavelengths in nm, rising, and the index at each; linear in between, and beyond the ends as at them.
     Sampled(Vec<(f64, ComplexIndex)>),
@@ -63,6 +66,7 @@ pub enum SpectralIndex {
 
 /// Why samples are no index.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // Each message says what its fields are.
 pub enum SpectralIndexError {
     #[error("an index by wavelength needs at least one sample")]
     Empty,

@@ -2,7 +2,7 @@ use super::fresnel::{ComplexIndex, fresnel_unpolarised};
 use crate::numeric::Real;
 use serde::{Deserialize, Serialize};
 
-/// A direction in the local frame (model.md §1), of unit length.
+/// A direction in the local frame (docs/model.md#conventions), of unit length.
 pub type Vec3 = [f64; 3];
 
 /// How far from 1 the length of a given direction may be: what is printed with four digits passes, and is normalised.
@@ -10,6 +10,7 @@ pub const LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// Why three numbers are not a direction; the message follows the name of what was given.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // Each message says what its fields are.
 pub enum DirectionError {
     #[error("is the zero vector; it must be a direction")]
     Zero,
@@ -33,7 +34,7 @@ pub fn unit_vector(components: [f64; 3]) -> Result<Vec3, DirectionError> {
     Ok(components.map(|c| c / length))
 }
 
-/// The obliquity factor O (model.md §2). Both are 1 at the mirror direction and reciprocal.
+/// The obliquity factor O (docs/model.md#the-reflectance). Both are 1 at the mirror direction and reciprocal.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Obliquity {
@@ -57,7 +58,9 @@ pub struct Pair {
     pub v: f64,
     /// `cosθi + cosθo`.
     pub w: f64,
+    /// Cosine of the angle of `wi` with the normal.
     pub cos_i: f64,
+    /// Cosine of the angle of `wo` with the normal.
     pub cos_o: f64,
 }
 
@@ -103,7 +106,7 @@ impl Pair {
     }
 }
 
-/// The obliquity factor O of the scattering vector `q = wi + wo` and the two cosines (model.md, the reflectance).
+/// The obliquity factor O of the scattering vector `q = wi + wo` and the two cosines (docs/model.md, the reflectance).
 #[inline(always)]
 pub(crate) fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
     match kind {

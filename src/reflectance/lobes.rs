@@ -122,7 +122,7 @@ impl<'a> Lobes<'a> {
         // |λf − wi| = radius along the surface.
         let radius = 1.0 - INSIDE * sigma;
         let root = (b * b - a * (wi[0] * wi[0] + wi[1] * wi[1] - radius * radius)).sqrt();
-        let nm = 1e3 * (if which % 2 == 0 { b + root } else { b - root }) / a;
+        let nm = 1e3 * (if which.is_multiple_of(2) { b + root } else { b - root }) / a;
         (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&nm).then_some(nm)
     }
 

@@ -1,4 +1,4 @@
-//! The reflectance `f_r = R·O·M·S/λ²` of model.md §2, its sampling, and the oracle that judges it.
+//! The reflectance `f_r = R·O·M·S/λ²` of docs/model.md#the-reflectance, its sampling, and the oracle that judges it.
 //!
 //! [`Surface`] answers from tables; [`Exact`] from the direct double-precision sum. Both divide by what the same
 //! [`AlbedoTable`] holds where energy is to be conserved, and both take the same [`Pair`] of directions.

@@ -12,11 +12,15 @@ use serde::{Deserialize, Serialize};
 /// Everything about a surface's lobe but the words of its tables.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct SpectralLayout {
+    /// Of the power spectrum.
     pub table: PackedLayout,
+    /// Of the sampler.
     pub sampler: SamplerLayout,
     /// `None` where energy is not kept, or keeps itself.
     pub albedo: Option<AlbedoLayout>,
+    /// The obliquity factor.
     pub obliquity: Obliquity,
+    /// Whether V-cavities shadow and mask.
     pub shadowing: bool,
 }
 
@@ -25,7 +29,9 @@ pub struct SpectralLayout {
 /// once.
 #[derive(Clone, Copy)]
 pub struct SpectralLobe<'a, N: Numbers> {
+    /// How the words are to be read.
     pub layout: &'a SpectralLayout,
+    /// The table's words, the sampler's and the albedo's.
     pub words: [N::Words; 3],
 }
 

@@ -21,13 +21,16 @@ const TABLE_SHARE: f64 = 0.5;
 
 pub(super) const COS_85_DEGREES: f64 = 0.087_155_742_747_658_17;
 
-/// What of the model is asked for (model.md §2); the defaults are those of the plugin for a preset.
+/// What of the model is asked for (docs/model.md#the-reflectance); the defaults are those of the plugin for a preset.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Four standard deviations of the coherence window, in µm.
     pub coherence_length_um: f64,
+    /// The coherence model.
     pub model: Model,
+    /// Whether the tile repeats.
     pub tiling: Tiling,
+    /// The obliquity factor.
     pub obliquity: Obliquity,
     /// Scale so that the albedo is at most one.
     pub conserve_energy: bool,
@@ -93,6 +96,7 @@ pub struct Answer {
 /// A sampled direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
+    /// The direction, of unit length.
     pub wo: Vec3,
     /// Density per solid angle, the mean over the wavelengths carried.
     pub pdf: f64,
@@ -117,6 +121,7 @@ pub struct Surface {
 /// What building a surface took and gave.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SurfaceReport {
+    /// Of the power spectrum.
     pub table: TableReport,
     /// Bytes of all tables: spectrum, sampler and albedo.
     pub bytes: usize,

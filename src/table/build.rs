@@ -61,6 +61,7 @@ pub struct Built {
     pub table: SpectralTable,
     /// What is evaluated.
     pub packed: PackedTable,
+    /// Sizes, and the measured error.
     pub report: TableReport,
 }
 

@@ -76,7 +76,10 @@ pub enum Purpose {
     /// Nothing else is built.
     Table,
     /// A surface: the sampler, and the albedo where energy is to be conserved.
-    Surface { energy: bool },
+    Surface {
+        /// Whether energy is conserved, which takes another table.
+        energy: bool,
+    },
 }
 
 /// All that decides what a build takes.
@@ -88,12 +91,15 @@ pub struct BuildDemand {
     pub pixel_um: (f64, f64),
     /// Highest minus lowest height in µm.
     pub range_um: f64,
+    /// The coherence model.
     pub model: Model,
+    /// Whether the tile repeats.
     pub tiling: Tiling,
     /// Four standard deviations of the coherence window, in µm.
     pub coherence_length_um: f64,
     /// Relative error of the table.
     pub tolerance: f64,
+    /// What the tables are for.
     pub purpose: Purpose,
 }
 

@@ -10,12 +10,20 @@ const PLACES: usize = 512;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Joining {
     /// The Gaussian of an order, `exp(−d²/2σ²)`: exact where nodes are orders.
-    Gaussian { sigma: f64 },
+    Gaussian {
+        /// Standard deviation in nodes.
+        sigma: f64,
+    },
     /// The exponential of a semicircle, `exp(β(√(1 − (d/r)²) − 1))` for `|d| < r`, else nothing. Its transform falls off as
     /// fast as that of anything so narrow can, so that few nodes join what was sampled at hardly more than its own rate
     /// (Barnett, Magland, af Klinteberg, *A parallel nonuniform fast Fourier transform library based on an "exponential
     /// of semicircle" kernel*, SIAM J. Sci. Comput. 41, 2019).
-    Semicircle { beta: f64, radius: f64 },
+    Semicircle {
+        /// β of the exponent.
+        beta: f64,
+        /// r in nodes.
+        radius: f64,
+    },
 }
 
 impl Joining {

@@ -31,7 +31,9 @@ pub struct LatticeAxis {
 /// Both axes of a lattice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lattice {
+    /// Along x.
     pub x: LatticeAxis,
+    /// Along y.
     pub y: LatticeAxis,
 }
 
@@ -161,7 +163,7 @@ mod tests {
     fn smooth_sizes_are_the_least_there_are() {
         let smooth = |mut n: usize| {
             for p in [2, 3, 5] {
-                while n % p == 0 {
+                while n.is_multiple_of(p) {
                     n /= p;
                 }
             }

@@ -1,4 +1,4 @@
-//! Tables from which the power density `S(f; κ)` of model.md §2 is read with a handful of look-ups.
+//! Tables from which the power density `S(f; κ)` of docs/model.md#the-reflectance is read with a handful of look-ups.
 //!
 //! A table is a lattice of spatial frequencies. Each node of it carries, as functions of κ, what the model needs
 //! there (an order power, or a complex amplitude), and weights join the nodes:

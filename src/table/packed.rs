@@ -59,6 +59,7 @@ pub struct PackedLayout {
     pub period_um: [f64; 2],
     /// How nodes are joined, and the standard deviation of that in nodes.
     pub joining: [Joining; 2],
+    /// Standard deviations along x and y, in cells.
     pub sigma: [f64; 2],
     /// Nodes read by one look-up.
     pub taps: [u32; 2],
@@ -70,10 +71,13 @@ pub struct PackedLayout {
     pub norm: f64,
     /// Largest κ, spacing of knots and κ₀, rad/µm.
     pub kappa_max: f64,
+    /// Distance of nodes of κ below the knee, in rad/µm.
     pub kappa_step: f64,
+    /// Where distances begin to grow with κ, in rad/µm.
     pub kappa_knee: f64,
     /// Power of order zero at κ = 0, where the format leaves it out of the entries.
     pub zero: f64,
+    /// How entries are packed.
     pub format: Format,
 }
 

@@ -9,7 +9,7 @@ use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// Which coherence model the spectrum follows (model.md §2).
+/// Which coherence model the spectrum follows (docs/model.md#coherence).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Model {
@@ -30,7 +30,7 @@ impl Model {
     }
 }
 
-/// Whether the tile repeats (model.md §2).
+/// Whether the tile repeats (docs/model.md#coherence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tiling {

@@ -12,7 +12,9 @@ const UNROLLED_TAPS: u32 = 8;
 /// A [`super::PackedTable`] whose words are read by a family of numbers.
 #[derive(Clone, Copy)]
 pub struct TableView<N: Numbers> {
+    /// How the words are to be read.
     pub layout: PackedLayout,
+    /// The entries.
     pub words: N::Words,
 }
 

@@ -6,14 +6,14 @@ use rustfft::FftNum;
 use rustfft::num_complex::{Complex, Complex64};
 use serde::{Deserialize, Serialize};
 
-/// Which expansion of `exp(iκh)` is summed (model.md §3).
+/// Which expansion of `exp(iκh)` is summed (docs/model.md#the-two-expansions).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Series {
     /// Jacobi–Anger: `Σ (2−δ_n0) iⁿ J_n(κH) T_n(h/H)`; every term is bounded by 2.
     #[default]
     Chebyshev,
-    /// `Σ (iκh)ⁿ/n!`, as the sources have it; its terms grow to `e^{κH}` before they cancel.
+    /// `Σ (iκh)ⁿ/n!`, as Single 2014 has it; its terms grow to `e^{κH}` before they cancel.
     Taylor,
 }
 

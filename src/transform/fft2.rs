@@ -6,7 +6,7 @@ use std::sync::Arc;
 /// Sign of the exponent of a transform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
-    /// `Σ x · exp(+2πi jk/n)`, the sign of model.md §1.
+    /// `Σ x · exp(+2πi jk/n)`, the sign of docs/model.md#conventions.
     Positive,
     /// `Σ x · exp(−2πi jk/n)`.
     Negative,

@@ -2,7 +2,7 @@ use crate::height_field::HeightField;
 use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Order amplitude `c_j(κ)` by the direct double-precision sum of model.md §1, for any integer order
+/// Order amplitude `c_j(κ)` by the direct double-precision sum of docs/model.md#the-phase-screen, for any integer order
 /// `(jx, jy)` and `kappa` in rad/µm. Costs a pass over the tile; it exists to judge everything else.
 pub fn naive_order_amplitude(field: &HeightField, kappa: f64, jx: i64, jy: i64) -> Complex64 {
     let (nx, ny) = field.size();

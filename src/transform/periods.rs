@@ -26,7 +26,9 @@ pub struct Period {
 /// The dominant periods along x and y.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Periods {
+    /// Along x; `None` where the relief does not change along it.
     pub x: Option<Period>,
+    /// Along y; likewise.
     pub y: Option<Period>,
 }
 

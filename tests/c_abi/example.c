@@ -17,6 +17,13 @@
         }                                                                                                              \
     } while (0)
 
+/* The header that this was compiled with is the library's. */
+static void versions_agree(void) {
+    char version[32];
+    snprintf(version, sizeof version, "%d.%d.%d", SUNBEAM_VERSION_MAJOR, SUNBEAM_VERSION_MINOR, SUNBEAM_VERSION_PATCH);
+    EXPECT(strcmp(version, sunbeam_version()) == 0);
+}
+
 /* A grating of period 2 um, seen through a window of coherent light 10 um wide. */
 static const char *CONFIG = "{\"preset\": \"sinusoidal\", \"period\": 2.0, \"height\": 0.2, \"coherence_length\": 10, "
                             "\"conserve_energy\": false, \"tolerance\": 0.01}";
@@ -121,6 +128,7 @@ static void errors(const sunbeam_surface *surface) {
 int main(void) {
     sunbeam_surface *surface = NULL;
     printf("sunbeam %s\n", sunbeam_version());
+    versions_agree();
     EXPECT(sunbeam_surface_new(CONFIG, &surface) == SUNBEAM_STATUS_OK);
     first_order(surface);
     albedo(surface);

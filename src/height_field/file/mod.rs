@@ -3,6 +3,7 @@
 mod bytes;
 mod channel;
 mod exr;
+mod film;
 mod gsf;
 mod gwy;
 mod nanoscope;

@@ -8,7 +8,7 @@ use ndarray::Array2;
 const SEED: u64 = 0x000e_1a9e_0001;
 const LAYERS: usize = 20;
 const FINGERS: usize = 57;
-/// Distance of the fingers: the sources' periodicity from peak angles, 1144.26 nm.
+/// Distance of the fingers: Single 2014's periodicity from peak angles, 1144.26 nm.
 const PERIOD_UM: f64 = 1.144_26;
 /// Largest height of the published scan.
 const TOP_UM: f64 = 0.434_72;
@@ -99,7 +99,7 @@ fn along_x() -> (Array2<f64>, f64) {
     (heights, extent / PIXELS as f64)
 }
 
-/// The skin turned by a quarter, so that the fingers point along +y and are 1.144 µm apart along x, where the sources
+/// The skin turned by a quarter, so that the fingers point along +y and are 1.144 µm apart along x, where Single 2014
 /// measure the periodicity; in the published picture the fingers lie along x.
 pub(in crate::height_field) fn elaphe() -> Result<HeightField, HeightFieldError> {
     let (heights, step) = along_x();

@@ -1,7 +1,7 @@
 //! Procedural snake skins after atomic-force scans of shed skin.
 //!
 //! The scans: 6.5 µm crops published with M. Single, *An Interactive Shader for Natural Diffraction Gratings* (Bern, 2014).
-//! `tests/snake_spectra.rs` holds the skins against them.
+//! `tests/core/snake_spectra.rs` holds the skins against them.
 //!
 //! Both skins are layers of cells that end in fingers and lie over each other like tiles on a roof. Across layer `l`
 //! runs `t`, from 0 where the gaps between its fingers open to 1 where the fingers end on the next layer. Coordinates

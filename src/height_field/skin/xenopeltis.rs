@@ -9,7 +9,7 @@ const SEED: u64 = 0x5e40_9e17_0001;
 const LAYERS: usize = 42;
 /// Makes the fingers 0.621 µm apart; the warp spreads that by some 6 % either way between regions.
 const FINGERS: usize = 105;
-/// Distance of the layers: the sources' periodicity from peak angles, 1552.27 nm.
+/// Distance of the layers: Single 2014's periodicity from peak angles, 1552.27 nm.
 const LAYER_UM: f64 = 1.552_27;
 /// Largest height of the published scan.
 const TOP_UM: f64 = 0.818_69;

@@ -52,6 +52,7 @@ pub struct AlbedoReport {
     pub albedo_max_unscaled: f64,
     /// Mean of the albedo over incident directions weighted by cosθ and over wavelengths, before and after.
     pub albedo_mean_unscaled: f64,
+    /// The mean of the same albedos once energy is conserved.
     pub albedo_mean_scaled: f64,
 }
 

@@ -45,8 +45,9 @@ pub struct AlbedoLayout {
     pub cells: u32,
     /// Nodes in wavelength, at least two; the bands where the table holds colours.
     pub planes: u32,
-    /// Wavelength of the first plane in nm, and planes per nm.
+    /// Wavelength of the first plane in nm.
     pub wavelength_min_nm: f32,
+    /// Planes of the grid for each nm of wavelength.
     pub planes_per_nm: f32,
 }
 

@@ -33,7 +33,9 @@ pub struct Sampler {
 /// How a surface is sampled, in plain numbers; they say where the sampler's words have what.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SamplerLayout {
+    /// Orders along one axis, each a Gaussian.
     Orders(OrdersLayout),
+    /// Summed areas over the square of frequencies.
     Square(SquareLayout),
 }
 
@@ -86,7 +88,9 @@ impl Sampler {
 /// A [`Sampler`] to be read by one family of numbers.
 #[derive(Clone, Copy)]
 pub struct SamplerView<N: Numbers> {
+    /// How the words are to be read.
     pub layout: SamplerLayout,
+    /// The powers.
     pub words: N::Words,
 }
 

@@ -35,16 +35,20 @@ pub struct OrdersLayout {
     /// Intervals in κ. A word has the powers at both ends of one, the lower half first, each as the upper half of a number of
     /// single precision, `[order along y][order along x][interval]`.
     pub intervals: u32,
+    /// Intervals of the records for each rad/µm of κ.
     pub intervals_per_kappa: f64,
+    /// The obliquity factor that weighs orders.
     pub obliquity: Obliquity,
 }
 
 /// One axis of the lattice of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrdersAxis {
+    /// The period along the axis, in µm.
     pub period_um: f64,
     /// Number of the order at the origin, counted from the first.
     pub origin: u32,
+    /// Orders along the axis.
     pub nodes: u32,
     /// Standard deviation of an order's Gaussian in nodes.
     pub sigma: f64,

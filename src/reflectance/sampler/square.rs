@@ -47,7 +47,9 @@ pub struct SquareAxis {
 /// Where a square's words have what, in plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SquareLayout {
+    /// The sums.
     pub areas: SummedAreaLayout,
+    /// The frequencies along x and y.
     pub axes: [SquareAxis; 2],
     /// Bands per rad/µm.
     pub bands_per_kappa: f64,

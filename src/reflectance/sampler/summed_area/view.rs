@@ -7,7 +7,9 @@ use crate::reflectance::sampler::BELOW_ONE;
 /// Whole blocks, from the `low` ones to those before the `high` ones along x and y.
 #[derive(Clone, Copy)]
 pub struct Rectangle<N: Numbers> {
+    /// The first column and row.
     pub low: [N::Index; 2],
+    /// The column and row after the last.
     pub high: [N::Index; 2],
 }
 
@@ -22,7 +24,9 @@ pub struct Drawn<N: Numbers> {
 /// A [`SummedArea`] to be read by one family of numbers.
 #[derive(Clone, Copy)]
 pub struct SummedAreaView<N: Numbers> {
+    /// How the words are to be read.
     pub layout: SummedAreaLayout,
+    /// The sums.
     pub words: N::Words,
 }
 

@@ -1,0 +1,288 @@
+//! The exports as a C program would call them; C, C++ and threads are in `tests/c_abi/`.
+
+use super::*;
+use std::ffi::{CStr, CString, c_char};
+use std::ptr::{null, null_mut};
+
+/// Built at once, and unlike in x and y.
+const QUICK: &str = r#"{"preset":"blazed","period":2.0,"coherence_length":8,"conserve_energy":false,"tolerance":0.01}"#;
+const DOWN: [f32; 3] = [0.0, 0.0, -1.0];
+
+fn message() -> String {
+    // SAFETY: the library's own string, read before the next call.
+    unsafe { CStr::from_ptr(sunbeam_last_error()) }.to_str().unwrap().to_owned()
+}
+
+fn new(json: &str) -> Result<*mut SurfaceHandle, (Status, String)> {
+    let json = CString::new(json).unwrap();
+    let mut surface = null_mut();
+    // SAFETY: both are valid.
+    match unsafe { sunbeam_surface_new(json.as_ptr(), &mut surface) } {
+        Status::Ok => Ok(surface),
+        status => {
+            assert!(surface.is_null());
+            Err((status, message()))
+        }
+    }
+}
+
+fn floats(values: &[f32], stride: isize) -> Floats {
+    Floats { data: values.as_ptr(), stride }
+}
+
+fn out(values: &mut [f32], stride: isize) -> FloatsOut {
+    FloatsOut { data: values.as_mut_ptr(), stride }
+}
+
+#[test]
+fn a_batch_answers_what_the_library_does() {
+    let surface = new(QUICK).unwrap();
+    let config = sunbeam::config::SurfaceConfig::from_json(QUICK).unwrap();
+    let (direct, _) = config.build(&sunbeam::cache::Cache::off()).unwrap();
+    // Items five floats apart, the wavelengths the same for all, and the last item first in the results.
+    let mut wi = Vec::new();
+    let mut wo = Vec::new();
+    for i in 0..20 {
+        let x = 0.09 * i as f32 - 0.9;
+        wi.extend([0.6, 0.0, 0.8, f32::NAN, f32::NAN]);
+        wo.extend([x, 0.1, (0.99 - x * x).sqrt(), f32::NAN, f32::NAN]);
+    }
+    let wavelengths = [400.0, 550.0, 700.0];
+    let (mut f, mut pdf, mut again) = ([0.0; 60], [0.0; 20], [0.0; 20]);
+    // SAFETY: the arrays are as large as the strides say.
+    unsafe {
+        let last = FloatsOut { data: f.as_mut_ptr().add(57), stride: -3 };
+        let (wi, wo, nm) = (floats(&wi, 5), floats(&wo, 5), floats(&wavelengths, 0));
+        assert_eq!(sunbeam_surface_eval_pdf(surface, 20, wi, wo, 3, nm, last, out(&mut pdf, 1)), Status::Ok);
+        assert_eq!(sunbeam_surface_pdf(surface, 20, wi, wo, 3, nm, out(&mut again, 1)), Status::Ok);
+        let mut alone = [0.0; 60];
+        assert_eq!(sunbeam_surface_eval(surface, 20, wi, wo, 3, nm, out(&mut alone, 3)), Status::Ok);
+        for i in 0..20 {
+            assert_eq!(alone[3 * i..][..3], f[57 - 3 * i..][..3]);
+        }
+    }
+    assert_eq!(pdf, again);
+    let mut lit = 0;
+    for i in 0..20 {
+        let unit = |v: &[f32]| sunbeam::reflectance::unit_vector([v[0], v[1], v[2]].map(f64::from)).unwrap();
+        let (wi, wo) = (unit(&wi[5 * i..]), unit(&wo[5 * i..]));
+        for (k, nm) in wavelengths.into_iter().enumerate() {
+            let expected = direct.eval_pdf(wi, wo, f64::from(nm)).f as f32;
+            assert_eq!(f[57 - 3 * i + k], expected);
+            lit += usize::from(expected > 0.1);
+        }
+        assert_eq!(pdf[i], direct.pdf(wi, wo, &wavelengths.map(f64::from)) as f32);
+    }
+    assert!(lit > 3, "only {lit} of 60 answers say anything");
+    // SAFETY: made above, used no more.
+    unsafe { sunbeam_surface_free(surface) };
+}
+
+#[test]
+fn samples_weigh_what_eval_and_pdf_say() {
+    let surface = new(r#"{"preset":"blazed","coherence_length":8,"conserve_energy":false,"eta":1.5}"#).unwrap();
+    let count = 200;
+    let u: Vec<f32> = (0..3 * count).map(|i| (i as f32 * 0.618_034).fract()).collect();
+    let (wi, nm) = ([0.6, 0.0, 0.8], [450.0, 600.0]);
+    let (mut wo, mut pdf, mut weight) = (vec![0.0; 3 * count], vec![0.0; count], vec![0.0; 2 * count]);
+    let (mut f, mut density) = (vec![0.0; 2 * count], vec![0.0; count]);
+    // SAFETY: the arrays are as large as the strides say.
+    unsafe {
+        let (to, of, by) = (out(&mut wo, 3), out(&mut pdf, 1), out(&mut weight, 2));
+        let status =
+            sunbeam_surface_sample(surface, count, floats(&wi, 0), 2, floats(&nm, 0), floats(&u, 3), to, of, by);
+        assert_eq!(status, Status::Ok, "{}", message());
+        // Where a sample fell below the horizon there is no direction, hence any will do.
+        for sampled in wo.chunks_mut(3).filter(|w| w[2] == 0.0) {
+            sampled.copy_from_slice(&DOWN);
+        }
+        let (to, values, densities) = (floats(&wo, 3), out(&mut f, 2), out(&mut density, 1));
+        let status = sunbeam_surface_eval_pdf(surface, count, floats(&wi, 0), to, 2, floats(&nm, 0), values, densities);
+        assert_eq!(status, Status::Ok, "{}", message());
+        sunbeam_surface_free(surface);
+    }
+    let mut above = 0;
+    for i in 0..count {
+        // Directions were rounded to single precision in between, and the orders are 8 µm wide: 1e-6 of 1/8 µm / λ.
+        let close = |a: f32, b: f32| (a - b).abs() <= 1e-4 * (a.abs() + b.abs()) + 1e-6;
+        assert!(close(pdf[i], density[i]), "{} {}", pdf[i], density[i]);
+        for k in 0..2 {
+            let expected = if pdf[i] > 0.0 { f[2 * i + k] * wo[3 * i + 2] / density[i] } else { 0.0 };
+            assert!(close(weight[2 * i + k], expected), "{} {expected}", weight[2 * i + k]);
+        }
+        above += usize::from(pdf[i] > 0.0);
+    }
+    assert!(above > count / 2, "{above}");
+}
+
+#[test]
+fn bad_items_are_counted_and_the_others_answered() {
+    let surface = new(QUICK).unwrap();
+    let wi: Vec<f32> = [[0.6, 0.0, 0.8], [f32::NAN, 0.0, 1.0], [0.0; 3], [0.0, 0.0, 1.0], DOWN].concat();
+    let nm = [550.0, 550.0, 550.0, 900.0, 550.0];
+    let (mut f, mut pdf) = ([7.0; 5], [7.0; 5]);
+    // SAFETY: the arrays are as large as the strides say.
+    let status = unsafe {
+        let (wi, wo, nm) = (floats(&wi, 3), floats(&[0.0, 0.0, 1.0], 0), floats(&nm, 1));
+        sunbeam_surface_eval_pdf(surface, 5, wi, wo, 1, nm, out(&mut f, 1), out(&mut pdf, 1))
+    };
+    assert_eq!(status, Status::BadValue);
+    assert_eq!(
+        message(),
+        "3 of 5 items are not usable; the first is item 1: `wi` has length NaN; it must be 1 to 0.001"
+    );
+    assert!(f[0] > 0.0 && pdf[0] > 0.0 && f[1..] == [0.0; 4] && pdf[1..] == [0.0; 4], "{f:?} {pdf:?}");
+    let (mut wo, mut weight) = ([7.0; 3], [7.0]);
+    // SAFETY: as above.
+    let status = unsafe {
+        let (to, of, by) = (out(&mut wo, 3), out(&mut pdf, 1), out(&mut weight, 1));
+        let (up, u) = (floats(&[0.0, 0.0, 1.0], 0), floats(&[0.5, 1.0, 0.5], 3));
+        sunbeam_surface_sample(surface, 1, up, 1, floats(&[550.0], 0), u, to, of, by)
+    };
+    assert_eq!((status, wo, weight), (Status::BadValue, [0.0; 3], [0.0]));
+    assert!(message().contains("`u` holds 1") && message().contains("[0, 1)"), "{}", message());
+    // SAFETY: made above, used no more.
+    unsafe { sunbeam_surface_free(surface) };
+}
+
+#[test]
+fn every_pointer_may_be_null_or_misaligned() {
+    let surface = new(QUICK).unwrap();
+    let up = [0.0, 0.0, 1.0, 550.0];
+    let mut result = [0.0; 8];
+    let good = floats(&up, 0);
+    let nothing = Floats { data: null(), stride: 3 };
+    let odd = Floats { data: up.as_ptr().cast::<u8>().wrapping_add(1).cast(), stride: 0 };
+    // SAFETY: what is not null is valid, and what is misaligned is refused before it is read.
+    unsafe {
+        let nm = Floats { data: up.as_ptr().add(3), stride: 0 };
+        let to = out(&mut result, 1);
+        let eval = |surface, wi, wo, nm, f| (sunbeam_surface_eval(surface, 1, wi, wo, 1, nm, f), message());
+        let nowhere = FloatsOut { data: null_mut(), stride: 1 };
+        for (name, outcome) in [
+            ("surface", eval(null(), good, good, nm, to)),
+            ("wi", eval(surface, nothing, good, nm, to)),
+            ("wo", eval(surface, good, odd, nm, to)),
+            ("wavelength_nm", eval(surface, good, good, nothing, to)),
+            ("f", eval(surface, good, good, nm, nowhere)),
+        ] {
+            assert_eq!(outcome.0, Status::BadPointer);
+            assert!(outcome.1.contains(&format!("`{name}`")), "{}", outcome.1);
+        }
+        // Nothing is asked, so nothing needs to be anywhere.
+        assert_eq!(sunbeam_surface_eval(surface, 0, nothing, nothing, 1, nothing, nowhere), Status::Ok);
+        assert_eq!(sunbeam_surface_eval(surface, 1, good, good, 0, nm, to), Status::BadValue);
+        assert_eq!(sunbeam_surface_eval(surface, 1, good, good, usize::MAX, nm, to), Status::BadValue);
+        let overlapping = out(&mut result, 1);
+        assert_eq!(sunbeam_surface_eval(surface, 2, good, good, 3, nm, overlapping), Status::BadValue);
+        assert!(message().contains("overlap"), "{}", message());
+        assert_eq!(sunbeam_surface_new(null(), &mut null_mut()), Status::BadPointer);
+        assert_eq!(sunbeam_surface_new(c"{}".as_ptr(), null_mut()), Status::BadPointer);
+        assert_eq!(sunbeam_surface_describe(surface, null_mut(), 1 << 20, &mut 0), Status::BadPointer);
+        assert_eq!(sunbeam_surface_describe(surface, null_mut(), 0, null_mut()), Status::BadPointer);
+        sunbeam_surface_free(null_mut());
+        sunbeam_surface_free(surface);
+    }
+}
+
+#[test]
+fn configurations_are_refused_by_kind() {
+    for (json, status, mentioned) in [
+        ("{", Status::BadConfig, "JSON"),
+        (r#"{"preset":"cobra"}"#, Status::BadConfig, "xenopeltis"),
+        (r#"{"coherence_length":-1}"#, Status::BadConfig, "[1e-3, 1e5]"),
+        (r#"{"k":1}"#, Status::BadConfig, "\"eta\""),
+        (r#"{"filename":"no/such.gsf"}"#, Status::BadHeightField, "no/such.gsf"),
+    ] {
+        let (found, message) = new(json).unwrap_err();
+        assert_eq!(found, status, "{message}");
+        assert!(message.contains(mentioned), "{message}");
+    }
+    let latin = [b'{' as c_char, 0xe9u8 as c_char, 0];
+    // SAFETY: a string with its end.
+    assert_eq!(unsafe { sunbeam_surface_new(latin.as_ptr(), &mut null_mut()) }, Status::BadConfig);
+    assert!(message().contains("UTF-8"), "{}", message());
+}
+
+#[test]
+fn heights_from_memory_are_those_of_a_scan() {
+    // Rows ten floats apart, of which six are heights.
+    let (nx, ny) = (6, 4);
+    let heights: Vec<f32> = (0..10 * ny).map(|i| 0.02 * ((i * i) % 7) as f32).collect();
+    let json = r#"{"coherence_length":2,"tolerance":0.01,"conserve_energy":false}"#;
+    let make = |json: &str, nx: usize, ny: usize, pixel: f64| {
+        let (json, mut surface) = (CString::new(json).unwrap(), null_mut());
+        // SAFETY: the heights are as large as is said, or are refused.
+        let status = unsafe {
+            sunbeam_surface_from_heights(json.as_ptr(), floats(&heights, 10), nx, ny, pixel, 0.2, &mut surface)
+        };
+        (status, surface)
+    };
+    let (status, surface) = make(json, nx, ny, 0.1);
+    assert_eq!(status, Status::Ok, "{}", message());
+    let rows = ndarray::Array2::from_shape_fn((ny, nx), |(iy, ix)| f64::from(heights[10 * iy + ix]));
+    let field = sunbeam::height_field::HeightField::new(rows, 0.1, 0.2).unwrap();
+    let options = sunbeam::reflectance::Options {
+        coherence_length_um: 2.0,
+        tiling: sunbeam::table::Tiling::Aperiodic,
+        conserve_energy: false,
+        tolerance: 0.01,
+        ..Default::default()
+    };
+    let direct =
+        sunbeam::reflectance::Surface::new(&field.levelled(sunbeam::height_field::Level::Plane), &options).unwrap();
+    let mut f = [0.0];
+    let nm = [500.0];
+    // SAFETY: one item each.
+    let status = unsafe {
+        let (wi, wo) = (floats(&[0.6, 0.0, 0.8], 3), floats(&[0.0, 0.28, 0.96], 3));
+        sunbeam_surface_eval(surface, 1, wi, wo, 1, floats(&nm, 1), out(&mut f, 1))
+    };
+    assert_eq!(status, Status::Ok);
+    let unit = |v: [f32; 3]| sunbeam::reflectance::unit_vector(v.map(f64::from)).unwrap();
+    let expected = direct.eval_pdf(unit([0.6, 0.0, 0.8]), unit([0.0, 0.28, 0.96]), 500.0).f as f32;
+    assert!(expected > 0.0 && f[0] == expected, "{f:?} {expected}");
+    // SAFETY: made above, used no more.
+    unsafe { sunbeam_surface_free(surface) };
+    for (json, nx, ny, pixel, status, mentioned) in [
+        (json, 0, ny, 0.1, Status::BadHeightField, "pixel"),
+        (json, nx, ny, 0.0, Status::BadHeightField, "finite and positive"),
+        (json, usize::MAX, 2, 0.1, Status::BadValue, "nx"),
+        (r#"{"preset":"flat"}"#, nx, ny, 0.1, Status::BadConfig, "\"preset\""),
+    ] {
+        let (found, surface) = make(json, nx, ny, pixel);
+        assert_eq!(found, status, "{}", message());
+        assert!(surface.is_null() && message().contains(mentioned), "{}", message());
+    }
+}
+
+#[test]
+fn the_description_fits_a_buffer_of_the_size_it_names() {
+    let surface = new(QUICK).unwrap();
+    let mut needed = 0;
+    // SAFETY: the buffers have the sizes that are said.
+    unsafe {
+        assert_eq!(sunbeam_surface_describe(surface, null_mut(), 0, &mut needed), Status::BufferTooSmall);
+        let mut buffer = vec![1 as c_char; needed];
+        assert_eq!(
+            sunbeam_surface_describe(surface, buffer.as_mut_ptr(), needed - 1, &mut needed),
+            Status::BufferTooSmall
+        );
+        assert_eq!(sunbeam_surface_describe(surface, buffer.as_mut_ptr(), needed, &mut needed), Status::Ok);
+        let text = CStr::from_ptr(buffer.as_ptr()).to_str().unwrap();
+        assert_eq!(text.len() + 1, needed);
+        let description: serde_json::Value = serde_json::from_str(text).unwrap();
+        assert_eq!(description["config"]["period"], 2.0);
+        assert!(description["table"]["relative_error"].as_f64().unwrap() < 0.01);
+        sunbeam_surface_free(surface);
+        assert_eq!(CStr::from_ptr(sunbeam_version()).to_str().unwrap(), env!("CARGO_PKG_VERSION"));
+    }
+}
+
+#[test]
+fn a_panic_is_a_status_and_messages_belong_to_threads() {
+    assert_eq!(status::call(|| panic!("a defect\0of ours")), Status::Internal);
+    assert!(message().contains("a defect") && message().contains("report it"), "{}", message());
+    let elsewhere = std::thread::spawn(message).join().unwrap();
+    assert_eq!(elsewhere, "");
+}

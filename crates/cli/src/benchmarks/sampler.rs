@@ -1,0 +1,81 @@
+//! How evenly sampling weighs what it finds: statistics of `f_r cosθo / pdf`, which is constant for a perfect sampler.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use rayon::prelude::*;
+use serde::Serialize;
+use sunbeam::reflectance::{Surface, Vec3};
+
+/// Incident polar angles in degrees at which samplers are measured.
+pub const THETAS_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
+/// Incident azimuths in degrees.
+pub const PHIS_DEG: [f64; 3] = [0.0, 25.0, 90.0];
+/// Wavelengths in nm.
+pub const WAVELENGTHS_NM: [f64; 3] = [450.0, 530.0, 650.0];
+
+/// Statistics of the sampling weight at one incidence and wavelength, with the Fresnel reflectance left out. Samples
+/// that are lost have weight zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SamplerRow {
+    /// Incident polar angle and azimuth in degrees.
+    pub theta_deg: f64,
+    pub phi_deg: f64,
+    pub wavelength_nm: f64,
+    /// Mean weight, an estimate of the albedo.
+    pub mean: f64,
+    /// Standard deviation over the mean.
+    pub relative_std: f64,
+    /// 99.9th percentile over the mean.
+    pub p999_to_mean: f64,
+    /// Largest weight found over the mean.
+    pub max_to_mean: f64,
+    /// Share of the samples that fell beyond the horizon.
+    pub lost: f64,
+}
+
+/// Statistics of `samples` weights for each of [`THETAS_DEG`], [`PHIS_DEG`] and [`WAVELENGTHS_NM`].
+pub fn sampler(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
+    let mut places = Vec::new();
+    for theta in THETAS_DEG {
+        for phi in PHIS_DEG {
+            places.extend(WAVELENGTHS_NM.map(|nm| (theta, phi, nm)));
+        }
+    }
+    places.par_iter().map(|&(theta, phi, nm)| sampler_row(surface, theta, phi, nm, samples)).collect()
+}
+
+/// Statistics of `samples` weights, at least one, at one incidence (degrees) and wavelength (nm). The random numbers
+/// are the same every time.
+pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_nm: f64, samples: usize) -> SamplerRow {
+    let mut random = Pcg64::seed_from_u64(31);
+    let wi = direction(theta_deg, phi_deg);
+    let samples = samples.max(1);
+    let mut lost = 0;
+    let mut weights: Vec<f64> = (0..samples)
+        .map(|_| {
+            let sample = surface.sample(wi, &[wavelength_nm], random.random());
+            lost += usize::from(sample.is_none());
+            sample.map_or(0.0, |sample| sample.weight)
+        })
+        .collect();
+    weights.sort_by(f64::total_cmp);
+    let count = samples as f64;
+    let mean = weights.iter().sum::<f64>() / count;
+    let variance = weights.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / count;
+    let relative = |value: f64| if mean > 0.0 { value / mean } else { 0.0 };
+    SamplerRow {
+        theta_deg,
+        phi_deg,
+        wavelength_nm,
+        mean,
+        relative_std: relative(variance.sqrt()),
+        p999_to_mean: relative(weights[(0.999 * count) as usize]),
+        max_to_mean: relative(weights[samples - 1]),
+        lost: lost as f64 / count,
+    }
+}
+
+fn direction(theta_deg: f64, phi_deg: f64) -> Vec3 {
+    let ((st, ct), (sp, cp)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
+    [st * cp, st * sp, ct]
+}

@@ -1,0 +1,229 @@
+use super::method_args::{Asked, Method, MethodArgs};
+use super::reflector::Reflector;
+use super::surface_args::SurfaceArgs;
+use super::{Outcome, print_json};
+use serde::Serialize;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_encode};
+use sunbeam::reflectance::Vec3;
+
+/// Accepted sides of the map in pixels.
+const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
+
+/// Write a map of the reflectance over the outgoing hemisphere, in colour
+///
+/// The hemisphere is seen from above: the pixel at (x, y) in the unit disc is the direction wo = (x, y, √(1−x²−y²)),
+/// x right is +x, y up is +y (the top row is y = +1). Its value is Σ f_r(λ)·w(λ) in 1/sr over 380 to 780 nm, w the
+/// weights of D65 and the CIE 1931 2° observer in linear sRGB that sum to (1, 1, 1): f_r alone, without the cosine, so
+/// a white Lambertian surface would be 1/π everywhere. Black outside the disc. Colours outside the gamut keep their
+/// negative components in the EXR; the PNG clips them. Prints what was written as JSON.
+#[derive(clap::Args)]
+pub struct BrdfMapArgs {
+    /// The map: linear sRGB, 32-bit floats (.exr)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// The map as a picture, sRGB (.png)
+    #[arg(long, value_name = "FILE")]
+    png: Option<PathBuf>,
+    /// Factor before the picture is encoded [default: so that 1 % of the disc's pixels are clipped]
+    #[arg(long, allow_negative_numbers = true)]
+    exposure: Option<f64>,
+    /// Angle of wi with the normal in degrees, in [0, 90)
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    theta_i: f64,
+    /// Azimuth of wi in degrees from +x towards +y
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    phi_i: f64,
+    /// Where it is computed
+    #[arg(long, value_enum, default_value_t = Backend::Cpu)]
+    backend: Backend,
+    /// With --backend gpu the GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
+    #[arg(long, value_name = "any|software")]
+    adapter: Option<sunbeam_realtime::AdapterChoice>,
+    /// Pixels along each side
+    #[arg(long, value_name = "PIXELS", default_value_t = 256)]
+    size: usize,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    surface: SurfaceArgs,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Backend {
+    Cpu,
+    /// In single precision; the methods flss, nmm, pq, stam and table
+    Gpu,
+}
+
+/// The values of pixels, black outside the disc.
+struct Map {
+    rgb: Vec<[f64; 3]>,
+    /// `None` where they depend on the directions.
+    wavelengths: Option<usize>,
+    /// Seconds for all directions, when the method's data was there.
+    seconds: f64,
+    gpu: Option<GpuReport>,
+}
+
+/// What the GPU took.
+#[derive(Serialize)]
+struct GpuReport {
+    adapter: String,
+    gpu_ms: f64,
+}
+
+#[derive(Serialize)]
+struct Report<'a> {
+    output: &'a PathBuf,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    png: &'a Option<PathBuf>,
+    /// Of the picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    exposure: Option<f64>,
+    size: usize,
+    wi: Vec3,
+    method: &'static str,
+    /// `None` where they depend on the directions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    wavelengths: Option<usize>,
+    /// Largest value of each channel, 1/sr.
+    max: [f64; 3],
+    seconds: f64,
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    gpu: Option<GpuReport>,
+}
+
+impl BrdfMapArgs {
+    fn check(&self) -> Result<(), String> {
+        let refuse = |name: &str, found: &dyn std::fmt::Display, accepted: &str| {
+            Err(format!("parameter {name:?} is {found}, but must be {accepted}"))
+        };
+        if !(0.0..90.0).contains(&self.theta_i) {
+            return refuse("theta-i", &self.theta_i, "in [0, 90) degrees");
+        }
+        if !self.phi_i.is_finite() {
+            return refuse("phi-i", &self.phi_i, "finite");
+        }
+        if !SIZE.contains(&self.size) {
+            return refuse("size", &self.size, "1 to 16384 pixels");
+        }
+        match self.exposure {
+            Some(exposure) if !(exposure.is_finite() && exposure > 0.0) => {
+                refuse("exposure", &exposure, "finite and positive")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn wi(&self) -> Vec3 {
+        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta_i.to_radians().sin_cos(), self.phi_i.to_radians().sin_cos());
+        [sin * cos_phi, sin * sin_phi, cos]
+    }
+}
+
+/// Runs `sunbeam brdf-map`.
+pub fn run(args: &BrdfMapArgs) -> Outcome {
+    args.check()?;
+    let size = args.size;
+    let pixels: Vec<Option<Vec3>> = (0..size * size).map(|i| outgoing(i % size, i / size, size)).collect();
+    let Map { rgb: map, wavelengths, seconds, gpu } = match args.backend {
+        Backend::Cpu => on_cpu(args, &pixels)?,
+        Backend::Gpu => on_gpu(args, &pixels)?,
+    };
+    write_exr(&args.output, size, &map)?;
+    let mut exposure = None;
+    if let Some(path) = &args.png {
+        let inside = map.iter().zip(&pixels).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
+        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(inside));
+        let bytes: Vec<u8> = map
+            .iter()
+            .flat_map(|rgb| srgb_encode(rgb.map(|value| value * factor)))
+            .map(|value| (255.0 * value).round() as u8)
+            .collect();
+        super::png::write(path, (size, size), png::ColorType::Rgb, &bytes)?;
+        exposure = Some(factor);
+    }
+    let max = map.iter().fold([0.0f64; 3], |max, rgb| std::array::from_fn(|c| max[c].max(rgb[c])));
+    print_json(&Report {
+        output: &args.output,
+        png: &args.png,
+        exposure,
+        size,
+        wi: args.wi(),
+        method: args.method.method().name(),
+        wavelengths,
+        max,
+        seconds,
+        gpu,
+    })
+}
+
+fn on_cpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+    let method = args.method.method();
+    let options = args.method.options(Asked::Colour)?;
+    let spectrum = SpectralToRgb::visible(options.lambda_step_nm)?;
+    let reflector = Reflector::new(&args.surface, method, &options, false)?;
+    let wi = args.wi();
+    let start = Instant::now();
+    let rgb = reflector.map(pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.rgb(wi, wo, &spectrum)));
+    let seconds = start.elapsed().as_secs_f64();
+    let steps = !matches!(method, Method::Realtime(kind) if !kind.options().contains(&"lambda_step_nm"));
+    Ok(Map { rgb, wavelengths: steps.then(|| spectrum.weights().len()), seconds, gpu: None })
+}
+
+fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
+    use super::realtime::{self, Realtime};
+    use sunbeam_realtime::Query;
+
+    let realtime = Realtime::new(&args.method, &args.surface)?;
+    let index = args.surface.config()?.index();
+    let gpu = realtime::open(args.adapter)?;
+    let (shader, report) = realtime.build(&gpu, index)?;
+    let single = |w: Vec3| w.map(|c| c as f32);
+    let wi = single(args.wi());
+    // Below the surface, which answers zero.
+    let outside = [0.0, 0.0, -1.0];
+    let start = Instant::now();
+    let queries: Vec<Query> = pixels.iter().map(|wo| Query::new(wi, wo.map_or(outside, single))).collect();
+    let answers = shader.evaluate(&gpu, &queries)?;
+    Ok(Map {
+        rgb: answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect(),
+        wavelengths: report.wavelengths(),
+        seconds: start.elapsed().as_secs_f64(),
+        gpu: Some(GpuReport { adapter: gpu.adapter(), gpu_ms: answers.gpu_ms }),
+    })
+}
+
+/// The direction at the middle of a pixel, `None` outside the disc. Row 0 is the top.
+pub fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
+    let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
+    let (x, y) = (place(column), -place(row));
+    let z_squared = 1.0 - x * x - y * y;
+    (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])
+}
+
+fn write_exr(path: &Path, size: usize, map: &[[f64; 3]]) -> Result<(), String> {
+    let pixel = |x: usize, y: usize| {
+        let [r, g, b] = map[y * size + x].map(|value| value as f32);
+        (r, g, b)
+    };
+    exr::prelude::write_rgb_file(path, size, size, pixel)
+        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn x_is_right_and_y_is_up() {
+        assert_eq!(outgoing(0, 0, 8), None);
+        let [x, y, _] = outgoing(7, 3, 8).unwrap();
+        assert!(x == 0.875 && y == 0.125);
+        let [x, y, _] = outgoing(4, 0, 8).unwrap();
+        assert!(x == 0.125 && y == 0.875);
+    }
+}

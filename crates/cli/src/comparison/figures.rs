@@ -1,0 +1,95 @@
+//! The numbers that a comparison comes down to.
+
+use super::{DisplayPair, Picture};
+use serde::Serialize;
+use sunbeam::colour::{ciede2000, linear_srgb_to_lab, srgb_encode};
+
+/// The ε of the relative error as a share of the reference's mean absolute value.
+pub const RELATIVE_EPSILON: f64 = 0.01;
+
+/// How different a picture `b` is from its reference `a`, over the compared pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Figures {
+    /// Root of the mean of `(b − a)²` over pixels and channels, linear, unexposed.
+    pub rmse: f64,
+    /// Mean of `(b − a)²/(a² + ε²)` over pixels and channels, linear; ε is [`RELATIVE_EPSILON`] times the mean of `|a|`,
+    /// so that the figure does not depend on the unit of radiance. `None` where `a` is black and `b` is not.
+    pub relative_mse: Option<f64>,
+    /// `−10·log10` of the mean squared difference of the shown, sRGB-encoded pictures, whose peak is 1, in dB. `None`
+    /// where they are equal: it would be infinite.
+    pub psnr_db: Option<f64>,
+    /// CIEDE2000 of the shown pictures; the white is (1, 1, 1).
+    pub delta_e_2000: DeltaE,
+    /// FLIP of the shown pictures in 8 bits.
+    pub flip: Flip,
+}
+
+/// CIEDE2000 over the compared pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct DeltaE {
+    /// The mean.
+    pub mean: f64,
+    /// The smallest value that 99 % of the pixels do not exceed.
+    pub p99: f64,
+}
+
+/// FLIP over the compared pixels, each in [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Flip {
+    /// The mean, which is the figure that its authors recommend.
+    pub mean: f64,
+    /// The smallest value that 99 % of the pixels do not exceed.
+    pub p99: f64,
+}
+
+impl Figures {
+    /// Of the pixels `chosen`, at least one.
+    pub(super) fn new(a: &Picture, b: &Picture, chosen: &[usize], shown: &DisplayPair, flip_map: &[f32]) -> Self {
+        let pairs = || {
+            let pixels = chosen.iter().map(|&i| (a.pixels()[i], b.pixels()[i]));
+            pixels.flat_map(|(a, b)| (0..3).map(move |c| (f64::from(a[c]), f64::from(b[c]))))
+        };
+        let channels = 3.0 * chosen.len() as f64;
+        let mean = |sum: f64| sum / channels;
+        let epsilon = RELATIVE_EPSILON * mean(pairs().map(|(a, _)| a.abs()).sum());
+        let square = |(a, b): (f64, f64)| (b - a) * (b - a);
+        let squared: f64 = mean(pairs().map(square).sum());
+        let relative = mean(pairs().map(|(a, b)| square((a, b)) / (a * a + epsilon * epsilon)).sum());
+        let relative_mse = if squared == 0.0 { Some(0.0) } else { relative.is_finite().then_some(relative) };
+
+        let [shown_a, shown_b] = shown.linear();
+        let encoded = chosen.iter().map(|&i| (srgb_encode(shown_a[i]), srgb_encode(shown_b[i])));
+        let encoded = mean(encoded.flat_map(|(a, b)| (0..3).map(move |c| square((a[c], b[c])))).sum());
+        let lab = |i: usize| (linear_srgb_to_lab(shown_a[i]), linear_srgb_to_lab(shown_b[i]));
+        let delta_e = chosen.iter().map(|&i| lab(i)).map(|(a, b)| ciede2000(a, b)).collect();
+        let (delta_e_mean, delta_e_p99) = mean_and_p99(delta_e);
+        let (flip_mean, flip_p99) = mean_and_p99(chosen.iter().map(|&i| f64::from(flip_map[i])).collect());
+        Self {
+            rmse: squared.sqrt(),
+            relative_mse,
+            psnr_db: (encoded > 0.0).then(|| -10.0 * encoded.log10()),
+            delta_e_2000: DeltaE { mean: delta_e_mean, p99: delta_e_p99 },
+            flip: Flip { mean: flip_mean, p99: flip_p99 },
+        }
+    }
+}
+
+/// The mean, and the smallest value that 99 % do not exceed; of at least one value.
+fn mean_and_p99(mut values: Vec<f64>) -> (f64, f64) {
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let rank = (0.99 * values.len() as f64).ceil() as usize - 1;
+    let (_, p99, _) = values.select_nth_unstable_by(rank, f64::total_cmp);
+    (mean, *p99)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_percentile_is_a_value_that_99_of_100_do_not_exceed() {
+        assert_eq!(mean_and_p99((1..=100).rev().map(f64::from).collect()), (50.5, 99.0));
+        assert_eq!(mean_and_p99((1..=200).map(f64::from).collect()).1, 198.0);
+        assert_eq!(mean_and_p99(vec![7.0]), (7.0, 7.0));
+    }
+}

@@ -1,0 +1,124 @@
+//! The arguments that say what the realtime renderer draws: mesh, camera, light.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+use sunbeam::reflectance::ComplexIndex;
+use sunbeam_realtime::snake::{PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
+use sunbeam_realtime::{Blend, Camera, Light, Mesh, View};
+
+/// Refractive index of keratin, which scales are made of.
+pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
+/// Pixels of the pigment texture along and around the body.
+const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
+
+/// What is seen, from where, in which light.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Scene")]
+pub struct SceneArgs {
+    /// Another mesh than the snake: triangles with normals and texture coordinates (.ply)
+    #[arg(long, value_name = "FILE", conflicts_with = "resolution")]
+    mesh: Option<PathBuf>,
+    /// Times the cells of the snake in each direction
+    #[arg(long, value_name = "FACTOR", default_value_t = 4.0, allow_negative_numbers = true)]
+    resolution: f64,
+    /// Whether there is a ground
+    #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
+    ground: bool,
+    /// How the pigment below the relief shows: physical (diffuse, weighted by what is not reflected), mix (mixed with
+    /// the diffraction colour at a fixed --share), none
+    #[arg(long, value_name = "MODE", default_value = "physical")]
+    blend: Blend,
+    /// Share of the diffraction colour with --blend mix, 0 to 1 [default: 0.5]
+    #[arg(long, allow_negative_numbers = true)]
+    share: Option<f32>,
+    /// Turns the grating against the tangent
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
+    rotation: f64,
+    /// Where the camera is
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    camera_origin: Option<Point>,
+    /// What is in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    camera_target: Option<Point>,
+    /// Horizontal field of view
+    #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true)]
+    fov: f64,
+    /// Where the sun is, counter-clockwise seen from above, from +x
+    #[arg(long, value_name = "DEGREES", default_value_t = -150.0, allow_negative_numbers = true)]
+    light_azimuth: f64,
+    /// How high the sun is above the ground
+    #[arg(long, value_name = "DEGREES", default_value_t = 40.0, allow_negative_numbers = true)]
+    light_elevation: f64,
+    /// The direction to the sun, instead of the two angles
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["light_azimuth", "light_elevation"])]
+    light_from: Option<Point>,
+}
+
+/// Width and height in pixels.
+#[derive(Clone, Copy, Debug)]
+pub struct Size(pub u32, pub u32);
+
+impl FromStr for Size {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+        sides.map(|(width, height)| Self(width, height)).ok_or("it must be two whole numbers, such as 384x256")
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Point([f64; 3]);
+
+impl FromStr for Point {
+    type Err = &'static str;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let numbers: Option<Vec<f64>> =
+            text.split(',').map(|part| part.trim().parse().ok().filter(|number: &f64| number.is_finite())).collect();
+        let point = numbers.and_then(|numbers| numbers.try_into().ok());
+        point.map(Self).ok_or("it must be three numbers, such as 1,0,2.5")
+    }
+}
+
+impl SceneArgs {
+    /// The view, with so many rays along each side of a pixel.
+    pub fn view(&self, supersample: u32) -> Result<View, Box<dyn std::error::Error>> {
+        let camera = Camera::default();
+        let blend = match (self.blend, self.share) {
+            (Blend::FixedMix { .. }, Some(share)) => Blend::FixedMix { share },
+            (_, Some(_)) => return Err("parameter \"share\" needs --blend mix".into()),
+            (blend, None) => blend,
+        };
+        Ok(View {
+            camera: Camera {
+                origin: self.camera_origin.map_or(camera.origin, |point| point.0),
+                target: self.camera_target.map_or(camera.target, |point| point.0),
+                fov_deg: self.fov,
+            },
+            light: match self.light_from {
+                Some(point) => Light::from_direction(point.0)?,
+                None => Light::from_angles(self.light_azimuth, self.light_elevation)?,
+            },
+            blend,
+            ground: self.ground,
+            rotation_deg: self.rotation,
+            supersample,
+        })
+    }
+
+    /// The mesh, and the snake's pigment for its texture coordinates.
+    pub fn mesh(&self) -> Result<(Mesh, PigmentTexture), Box<dyn std::error::Error>> {
+        if !(self.resolution.is_finite() && self.resolution > 0.0) {
+            let found = self.resolution;
+            return Err(format!("parameter \"resolution\" is {found}, but must be finite and positive").into());
+        }
+        let options = SnakeOptions::default().with_resolution(self.resolution);
+        let pigment = pigment_texture(&options, PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
+        let mesh = match &self.mesh {
+            Some(path) => Mesh::read_ply(path)?,
+            None => Mesh::from(&SnakeMesh::build(&options)?),
+        };
+        Ok((mesh, pigment))
+    }
+}

@@ -1,0 +1,88 @@
+//! The published methods on the command line.
+
+use super::service::{directions, eval};
+use super::support::{refused, run, succeeded};
+use serde_json::{Value, json};
+
+#[test]
+fn what_a_method_does_not_know_or_heed_is_refused() {
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["eval", "--method", "flss", "--model", "ensemble"], &["flss", "--model must be patch"]),
+        (&["eval", "--method", "pq", "--conserve-energy", "true"], &["pq", "--conserve-energy must be false"]),
+        (&["eval", "--method", "nmm", "--tiling", "aperiodic"], &["nmm", "--tiling must be periodic"]),
+        (&["eval", "--terms", "9"], &["--terms", "--method table", "none"]),
+        (&["eval", "--method", "flss", "--lambda-step", "5"], &["--lambda-step", "flss", "--terms, --neighbourhood"]),
+        (&["brdf-map", "--method", "stam", "--repeats", "3", "-o", "a.exr"], &["--repeats", "stam", "--period-um"]),
+        (&["brdf-map", "--method", "nmm", "--lambda-step", "5", "-o", "a.exr"], &["--lambda-step", "--weighted"]),
+        (&["eval", "--method", "flss", "--terms", "257"], &["\"terms\"", "257", "1 to 256"]),
+        (&["eval", "--method", "flss", "--series", "fourier"], &["fourier", "chebyshev, taylor"]),
+        (&["eval", "--method", "pq", "--repeats", "2.5"], &["2.5", "whole number"]),
+        (&["eval", "--method", "stam", "--preset", "flat"], &["no period", "period_um"]),
+        (&["eval", "--method", "colour-table"], &["colour-table", "by wavelength", "table"]),
+        (
+            &["brdf-map", "--method", "colour-table", "--model", "patch", "--conserve-energy", "true", "-o", "a.exr"],
+            &["must be false"],
+        ),
+        (&["brdf-map", "--method", "colour-table", "--table-resolution", "9", "-o", "a.exr"], &["9", "0.25 to 4"]),
+        (&["evaluate", "--theta-i", "90"], &["\"theta-i\"", "90"]),
+        (&["evaluate", "--angles=-40,-50"], &["--angles", "-55,-40"]),
+        (&["evaluate", "--preset", "flat"], &["no period", "\"angles\""]),
+        (&["evaluate", "--wavelength-step", "0"], &["\"wavelength-step\"", "0.1 to 20"]),
+    ];
+    for (arguments, mentioned) in cases {
+        let message = refused(arguments);
+        assert!(mentioned.iter().all(|part| message.contains(part)), "{arguments:?}: {message}");
+    }
+}
+
+#[test]
+fn the_sources_methods_answer_for_a_patch() {
+    let pairs: Vec<_> = directions(40).zip(directions(80).skip(40)).collect();
+    let lines: Vec<String> =
+        pairs.iter().map(|(wi, wo)| json!({"wi": wi, "wo": wo, "wavelength": [380, 550, 780]}).to_string()).collect();
+    // A short window of a short tile, so that most pairs are lit.
+    let surface =
+        ["--preset", "sinusoidal", "--period", "1.3", "--coherence-length", "2.5", "--eta", "0.2", "--k", "3"];
+    let patch = [&surface[..], &["--model", "patch", "--conserve-energy", "false"]].concat();
+    let exact = eval(&[&patch[..], &["--method", "exact"]].concat(), &lines);
+    let largest =
+        |answers: &[Value], c: usize| answers.iter().map(|answer| answer["f"][c].as_f64().unwrap()).fold(0.0, f64::max);
+    for method in ["flss", "nmm"] {
+        let found = eval(&[&surface[..], &["--method", method]].concat(), &lines);
+        for (found, direct) in found.iter().zip(&exact) {
+            assert_eq!(found["pdf"], direct["pdf"], "one sampler serves both");
+            for c in 0..3 {
+                let (f, truth) = (found["f"][c].as_f64().unwrap(), direct["f"][c].as_f64().unwrap());
+                // Amplitudes are cut at a tenth of the tolerance, 1e-3, of those of far and perhaps brighter orders.
+                let brightest = largest(&exact, c);
+                let allowed = 1e-3 * (truth * brightest).sqrt() + 1e-6 * brightest;
+                assert!((f - truth).abs() < allowed, "{method}: {f} {truth} {brightest}");
+            }
+        }
+    }
+    for arguments in [&["--method", "pq", "--repeats", "2,3"][..], &["--method", "stam", "--period-um", "1.3"]] {
+        let found = eval(&[&surface[..], arguments].concat(), &lines);
+        assert!((0..3).all(|c| largest(&found, c) > 0.0), "{arguments:?}");
+    }
+    let line = r#"{"wi":[0,0,1],"wo":[0,0,1],"wavelength":[550,800]}"#;
+    let answer = &eval(&["--preset", "flat", "--method", "flss"], &[line])[0];
+    assert!(answer["error"].as_str().unwrap().contains("[380, 780]"), "{answer}");
+}
+
+#[test]
+fn the_sources_methods_find_the_spacing_of_the_blazed_grating() {
+    let folder = tempfile::tempdir().unwrap();
+    let plot = folder.path().join("blazed.svg");
+    let sources = ["--preset", "blazed", "--theta-i", "75", "--angles=-55,-40", "--wavelength-step", "5"];
+    for method in ["flss", "nmm", "pq", "exact"] {
+        let arguments = ["evaluate", "--method", method, "--model", "patch", "--plot", plot.to_str().unwrap()];
+        let found: Value = serde_json::from_str(&succeeded(run(&[&arguments[..], &sources].concat(), ""))).unwrap();
+        // Single 2014 found 2499.997 nm with a variance of 0.377 nm². A step of 0.01° is 0.2 nm² at 50°, and the Gaussian
+        // over λ² has its peak some thousandths of a degree beside the order.
+        assert!((found["mean_nm"].as_f64().unwrap() - 2500.0).abs() < 1.0, "{method}: {found}");
+        assert!(found["variance_nm2"].as_f64().unwrap() < 0.5, "{method}: {found}");
+        assert_eq!(found["peaks_deg"].as_array().unwrap().len(), 81);
+        let drawing = std::fs::read_to_string(&plot).unwrap();
+        assert!(drawing.contains("<svg") && drawing.contains("grating equation"), "{method}");
+    }
+}

@@ -1,0 +1,117 @@
+//! `sunbeam render` and `brdf-map --backend gpu` as users meet them.
+
+use super::gpu_support::gpu;
+use super::support::{refused, run, succeeded};
+use ndarray::{Array3, s};
+use serde_json::Value;
+use std::path::Path;
+
+/// Rounding of both sides' single precision, relative to the value or to a thousandth of the map's mean; as in
+/// the realtime renderer's tests.
+const MAP_TOLERANCE: f32 = 1e-3;
+
+/// Linear pixels of an EXR, (height, width, 3).
+fn exr(path: &Path) -> Array3<f32> {
+    use exr::prelude::*;
+    let image = read_first_rgba_layer_from_file(
+        path,
+        |size, _| Array3::zeros((size.height(), size.width(), 3)),
+        |pixels: &mut Array3<f32>, at, (r, g, b, _): (f32, f32, f32, f32)| {
+            pixels.slice_mut(s![at.y(), at.x(), ..]).assign(&ndarray::arr1(&[r, g, b]));
+        },
+    );
+    image.unwrap().layer_data.channel_data.pixels
+}
+
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&succeeded(run(arguments, ""))).unwrap()
+}
+
+#[test]
+fn render_writes_a_picture_its_png_and_what_the_pixels_see() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (picture, png, pairs) = (path("a.exr"), path("a.png"), path("a.npy"));
+    let common = ["render", "--method", "stam", "--preset", "blazed", "--size", "48x32", "--resolution", "1"];
+    let own = ["-o", &picture, "--png", &png, "--pairs", &pairs, "--rotation", "-90", "--light-from", "-1,-0.6,0.9"];
+    let report = json(&[&common[..], &own].concat());
+    assert!(report["gpu_ms"].as_f64().unwrap() > 0.0 && report["gpu_stages_ms"]["locate"].as_f64().unwrap() > 0.0);
+    assert!(!report["adapter"].as_str().unwrap().is_empty());
+    assert_eq!(report["method"], "stam");
+    let pixels = exr(Path::new(&picture));
+    assert_eq!(pixels.dim(), (32, 48, 3));
+    assert!(pixels.iter().all(|value| value.is_finite()) && pixels.iter().sum::<f32>() > 0.0);
+    assert!(std::fs::read(&png).unwrap().starts_with(b"\x89PNG"));
+
+    let pairs: Array3<f32> = ndarray_npy::read_npy(&pairs).unwrap();
+    assert_eq!(pairs.dim(), (32, 48, 8));
+    let lit = pairs.slice(s![.., .., 6]).sum();
+    assert_eq!(f64::from(lit), report["answered"].as_f64().unwrap());
+    for pixel in pairs.lanes(ndarray::Axis(2)) {
+        let length = |from: usize| (from..from + 3).map(|i| pixel[i] * pixel[i]).sum::<f32>();
+        let on_the_mesh = pixel.iter().any(|value| *value != 0.0);
+        let expected = if on_the_mesh { 1.0 } else { 0.0 };
+        assert!((length(0) - expected).abs() < 1e-5 && (length(3) - expected).abs() < 1e-5, "{pixel}");
+        assert!(pixel[7] == pixel[2] && pixel.iter().all(|value| value.is_finite()));
+    }
+
+    // Without ground and pigment only what diffracts is left; supersampling changes the picture, and the mesh may come
+    // from a file.
+    let (bare, ply) = (path("b.exr"), path("snake.ply"));
+    json(&["snake", "-o", &ply]);
+    let common = ["render", "--method", "stam", "--preset", "blazed", "--size", "48x32", "--mesh", &ply];
+    let own = ["-o", &bare, "--ground", "false", "--blend", "none", "--supersample", "2"];
+    json(&[&common[..], &own].concat());
+    assert!(exr(Path::new(&bare)).iter().filter(|value| **value == 0.0).count() > 1000);
+}
+
+#[test]
+fn a_map_is_the_same_on_both_backends() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (cpu, gpu) = (path("cpu.exr"), path("gpu.exr"));
+    for (method, preset) in [("flss", "elaphe"), ("nmm", "blazed"), ("pq", "blazed"), ("stam", "elaphe")] {
+        let common = ["brdf-map", "--method", method, "--preset", preset, "--size", "48", "--theta-i", "35"];
+        let optics = ["--eta", "1.56", "--shadowing", "--phi-i", "20"];
+        json(&[&common[..], &optics, &["-o", &cpu]].concat());
+        let report = json(&[&common[..], &optics, &["-o", &gpu, "--backend", "gpu"]].concat());
+        assert!(report["gpu_ms"].as_f64().unwrap() > 0.0);
+        let (a, b) = (exr(Path::new(&gpu)), exr(Path::new(&cpu)));
+        let floor = 1e-3 * b.iter().map(|value| value.abs()).sum::<f32>() / b.len() as f32;
+        assert!(floor > 0.0, "{method}: the map is black");
+        let error = |(a, b): (&f32, &f32)| (a - b).abs() / (b.abs() + floor);
+        let worst = |b: &Array3<f32>| a.iter().zip(b).map(error).fold(0.0, f32::max);
+        assert!(worst(&b) < MAP_TOLERANCE, "{method}: {}", worst(&b));
+        // Upside down it is another map.
+        assert!(worst(&b.slice(s![..;-1, .., ..]).to_owned()) > MAP_TOLERANCE, "{method}");
+    }
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_in_one_line() {
+    let Some(_) = gpu() else { return };
+    let cases: &[(&[&str], &[&str])] = &[
+        (&["--method", "exact"], &["exact", "flss, nmm, pq, stam"]),
+        (&["--method", "flss", "--model", "ensemble"], &["--model", "patch"]),
+        (&["--method", "stam", "--size", "384"], &["--size", "384x256"]),
+        (&["--method", "stam", "--size", "0x9"], &["\"width\"", "1 to 16384"]),
+        (&["--method", "stam", "--camera-origin", "1,2"], &["--camera-origin", "three numbers"]),
+        (&["--method", "stam", "--light-elevation", "-3"], &["light-elevation", "(0, 90]"]),
+        (&["--method", "stam", "--light-from", "0,0,0"], &["light-from", "zero"]),
+        (&["--method", "stam", "--blend", "add"], &["blend", "physical"]),
+        (&["--method", "stam", "--share", "0.5"], &["share", "mix"]),
+        (&["--method", "stam", "--supersample", "99"], &["supersample", "1 to 64"]),
+        (&["--method", "stam", "--supersample", "2", "--pairs", "a.npy"], &["pairs", "--supersample 1"]),
+        (&["--method", "stam", "--mesh", "no/such.ply"], &["--mesh", "--resolution"]),
+        (&["--method", "stam", "--adapter", "fast"], &["--adapter", "software"]),
+        (&["--method", "stam", "--preset", "flat", "--period-um", "-2"], &["period_um"]),
+    ];
+    for (arguments, mentioned) in cases {
+        let message = refused(&[&["render", "-o", "a.exr", "--resolution", "0.2"], *arguments].concat());
+        assert!(mentioned.iter().all(|part| message.contains(part)), "{arguments:?}: {message}");
+    }
+    let message = refused(&["render", "-o", "a.exr", "--method", "stam", "--mesh", "no/such.ply"]);
+    assert!(message.contains("no/such.ply"), "{message}");
+}

@@ -1,0 +1,40 @@
+//! Keeps panics from crossing into C++ or C: every function that foreign code calls runs its body in [`guard`].
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// A panic that was caught; the message is its own.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("internal error of sunbeam, please report it: {0}")]
+pub struct Panic(pub String);
+
+/// Runs `body` such that a panic comes out as an `Err`.
+///
+/// State that `body` was changing must not be used after an error: callers build new values or only read.
+///
+/// # Errors
+/// Those of `body`, and a [`Panic`].
+pub fn guard<T, E: From<Panic>>(body: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| Err(Panic(message(payload.as_ref())).into()))
+}
+
+fn message(payload: &(dyn Any + Send)) -> String {
+    let text = payload.downcast_ref::<&str>().copied();
+    text.or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+        .unwrap_or("a panic without a message")
+        .to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_pass_and_panics_become_errors() {
+        assert_eq!(guard(|| Ok::<_, Panic>(3)), Ok(3));
+        assert_eq!(guard(|| Err::<(), _>(Panic("own".into()))), Err(Panic("own".into())));
+        assert_eq!(guard(|| -> Result<(), Panic> { panic!("literal") }), Err(Panic("literal".into())));
+        assert_eq!(guard(|| -> Result<(), Panic> { panic!("number {}", 3) }), Err(Panic("number 3".into())));
+        assert!(guard(|| -> Result<(), Panic> { std::panic::panic_any(3) }).is_err());
+    }
+}

@@ -1,0 +1,68 @@
+// The words of a surface's tables in a backend's memory.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include <drjit/traversable_base.h>
+#include <mitsuba/render/bsdf.h>
+
+#include "sunbeam_mitsuba/src/bridge.rs.h"
+
+namespace sunbeam {
+
+namespace dr = drjit;
+
+/// Variables that kernels gather from. Surfaces that share their tables share the memory, in all variants of a backend.
+template <typename Float> class Buffers {
+public:
+    static constexpr size_t COUNT = 3;
+    using UInt32X                 = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
+    using Words                   = dr::Array<UInt32X, COUNT>;
+
+    explicit Buffers(const Surface &surface) : m_shared(shared(surface)), m_words(*m_shared) {}
+
+    /// The indices of the variables, 0 where there are no words.
+    std::array<uint32_t, COUNT> indices() const {
+        std::array<uint32_t, COUNT> indices;
+        for (size_t i = 0; i < COUNT; ++i)
+            indices[i] = m_words[i].index();
+        return indices;
+    }
+
+private:
+    /// Uploads what is not in use yet.
+    static std::shared_ptr<const Words> shared(const Surface &surface) {
+        static std::mutex mutex;
+        static std::map<uint64_t, std::weak_ptr<const Words>> in_use;
+        const std::lock_guard lock(mutex);
+        for (auto i = in_use.begin(); i != in_use.end();)
+            i = i->second.expired() ? in_use.erase(i) : std::next(i);
+        auto &entry = in_use[surface.identity()];
+        if (auto words = entry.lock())
+            return words;
+        auto words = std::make_shared<Words>();
+        for (size_t i = 0; i < COUNT; ++i)
+            if (const auto from = surface.words(i); !from.empty()) {
+                // Packets are read only from arrays whose length is a multiple of theirs.
+                std::vector<uint32_t> whole_packets((from.size() + 3) / 4 * 4);
+                std::copy(from.begin(), from.end(), whole_packets.begin());
+                (*words)[i] = dr::load<UInt32X>(whole_packets.data(), whole_packets.size());
+            }
+        entry = words;
+        return words;
+    }
+
+    /// Keeps the memory shared while this object has handles of its own, as `DRJIT_TRAVERSE` needs them.
+    std::shared_ptr<const Words> m_shared;
+    Words m_words;
+
+public:
+    DRJIT_TRAVERSE(Buffers, m_words)
+};
+
+} // namespace sunbeam

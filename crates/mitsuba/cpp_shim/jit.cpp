@@ -1,0 +1,218 @@
+#include "jit.h"
+
+#include <cstdio>
+#include <exception>
+
+#include <drjit-core/jit.h>
+#include <drjit-core/nanostl.h>
+#include <drjit/autodiff.h>
+
+#include "sunbeam_mitsuba/src/jit.rs.h"
+
+namespace sunbeam::jit {
+namespace {
+
+/// Of fixed size, since there may be no memory left when it is written.
+thread_local char first_error[1024] = "";
+
+void keep(const char *message) {
+    if (!*first_error)
+        std::snprintf(first_error, sizeof first_error, "%s", *message ? message : "an error without a message");
+}
+
+/// Leaves Dr.Jit's frames when a callback of a loop has failed on the other side, which knows why.
+struct Abandoned : std::exception {
+    const char *what() const noexcept override { return "a loop's body failed"; }
+};
+
+/// Runs `call`; a failure becomes `failed`.
+template <typename T, typename Call> T guarded(T failed, const Call &call) noexcept {
+    try {
+        return call();
+    } catch (const Abandoned &) {
+        // Its reason is known already, or is a panic that the caller resumes.
+    } catch (const std::exception &error) {
+        keep(error.what());
+    } catch (...) {
+        keep("an exception of an unknown kind");
+    }
+    return failed;
+}
+
+/// A function of variables; 0 unless all of them are there.
+template <typename Function, typename... Index> uint32_t traced(Function function, Index... indices) noexcept {
+    if (((indices == 0) || ...)) {
+        keep("an operand is no variable");
+        return 0;
+    }
+    return guarded(0u, [&] { return function(indices...); });
+}
+
+uint32_t cast(uint32_t index, VarType type, bool bits) noexcept {
+    return traced([&](uint32_t i) { return jit_var_cast(i, type, bits); }, index);
+}
+
+void proceed(bool done) {
+    if (!done || *first_error)
+        throw Abandoned();
+}
+
+} // namespace
+
+uint32_t retain(uint32_t index) noexcept {
+    return jit_var_inc_ref(index);
+}
+void release(uint32_t index) noexcept {
+    jit_var_dec_ref(index);
+}
+
+uint32_t constant_f32(uint32_t backend, float value) noexcept {
+    return guarded(0u, [&] { return jit_var_f32(JitBackend(backend), value); });
+}
+uint32_t constant_f64(uint32_t backend, double value) noexcept {
+    return guarded(0u, [&] { return jit_var_f64(JitBackend(backend), value); });
+}
+uint32_t constant_u32(uint32_t backend, uint32_t value) noexcept {
+    return guarded(0u, [&] { return jit_var_u32(JitBackend(backend), value); });
+}
+uint32_t constant_bool(uint32_t backend, bool value) noexcept {
+    return guarded(0u, [&] { return jit_var_bool(JitBackend(backend), value); });
+}
+
+uint32_t add(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_add, a, b);
+}
+uint32_t sub(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_sub, a, b);
+}
+uint32_t mul(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_mul, a, b);
+}
+uint32_t div(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_div, a, b);
+}
+uint32_t min(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_min, a, b);
+}
+uint32_t max(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_max, a, b);
+}
+uint32_t fma(uint32_t a, uint32_t b, uint32_t c) noexcept {
+    return traced(jit_var_fma, a, b, c);
+}
+uint32_t neg(uint32_t a) noexcept {
+    return traced(jit_var_neg, a);
+}
+uint32_t abs(uint32_t a) noexcept {
+    return traced(jit_var_abs, a);
+}
+uint32_t sqrt(uint32_t a) noexcept {
+    return traced(jit_var_sqrt, a);
+}
+uint32_t floor(uint32_t a) noexcept {
+    return traced(jit_var_floor, a);
+}
+uint32_t ceil(uint32_t a) noexcept {
+    return traced(jit_var_ceil, a);
+}
+uint32_t exp2(uint32_t a) noexcept {
+    return traced(jit_var_exp2, a);
+}
+uint32_t log2(uint32_t a) noexcept {
+    return traced(jit_var_log2, a);
+}
+
+uint32_t lt(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_lt, a, b);
+}
+uint32_t le(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_le, a, b);
+}
+uint32_t bit_and(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_and, a, b);
+}
+uint32_t bit_or(uint32_t a, uint32_t b) noexcept {
+    return traced(jit_var_or, a, b);
+}
+uint32_t bit_not(uint32_t a) noexcept {
+    return traced(jit_var_not, a);
+}
+uint32_t shl(uint32_t a, uint32_t by) noexcept {
+    return traced(jit_var_shl, a, by);
+}
+uint32_t shr(uint32_t a, uint32_t by) noexcept {
+    return traced(jit_var_shr, a, by);
+}
+uint32_t select(uint32_t mask, uint32_t yes, uint32_t no) noexcept {
+    return traced(jit_var_select, mask, yes, no);
+}
+
+uint32_t to_f32(uint32_t a) noexcept {
+    return cast(a, VarType::Float32, false);
+}
+uint32_t to_f64(uint32_t a) noexcept {
+    return cast(a, VarType::Float64, false);
+}
+uint32_t to_u32(uint32_t a) noexcept {
+    return cast(a, VarType::UInt32, false);
+}
+uint32_t f32_from_bits(uint32_t a) noexcept {
+    return cast(a, VarType::Float32, true);
+}
+
+void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> indices) noexcept {
+    for (uint32_t &index : indices)
+        index = 0;
+    if (indices.size() == 1)
+        indices[0] = traced(jit_var_gather, source, at, mask);
+    else
+        traced(
+            [&](uint32_t source, uint32_t at, uint32_t mask) {
+                jit_var_gather_packet(indices.size(), source, at, mask, indices.data());
+                return 0u;
+            },
+            source, at, mask);
+}
+
+bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
+    // Detached, so that the loop ends within this call, and with it the need for `loop`.
+    constexpr bool DIFFERENTIABLE = false;
+    const auto read               = [](void *payload, drjit::vector<uint64_t> &indices) {
+        rust::Vec<uint32_t> state;
+        static_cast<Loop *>(payload)->read(state);
+        for (uint32_t index : state)
+            indices.push_back(index);
+    };
+    // Also called while Dr.Jit clears up after an exception, so it does not fail.
+    const auto write = [](void *payload, const drjit::vector<uint64_t> &indices, bool) {
+        rust::Vec<uint32_t> state;
+        for (size_t i = 0; i < indices.size(); ++i)
+            state.push_back(uint32_t(indices[i]));
+        static_cast<Loop *>(payload)->write({ state.data(), state.size() });
+    };
+    const auto condition = [](void *payload) {
+        const uint32_t index = static_cast<Loop *>(payload)->condition();
+        proceed(index != 0);
+        return index;
+    };
+    const auto body = [](void *payload) { proceed(static_cast<Loop *>(payload)->body()); };
+    return guarded(false, [&] {
+        proceed(true);
+        ad_loop(
+            JitBackend(backend), -1, -1, 0, name, &loop, read, write, condition, body, [](void *) {}, DIFFERENTIABLE);
+        return true;
+    });
+}
+
+void keep_error(rust::Str message) noexcept {
+    if (!*first_error)
+        std::snprintf(first_error, sizeof first_error, "%.*s", int(message.size()), message.data());
+}
+
+rust::String take_error() noexcept {
+    const rust::String message = rust::String::lossy(first_error);
+    *first_error               = 0;
+    return message;
+}
+
+} // namespace sunbeam::jit

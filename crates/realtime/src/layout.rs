@@ -1,0 +1,183 @@
+//! What shaders and the processor share byte by byte; held against the WGSL in this file's tests.
+
+use bytemuck::{Pod, Zeroable};
+use sunbeam::reflectance::{ComplexIndex, Obliquity};
+
+/// A pair of directions to be answered by [`super::Shader`]; twin of `Query` in `query.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct Query {
+    /// Unit vector towards the light in the grating's frame.
+    pub wi: [f32; 3],
+    /// [`Query::NOTHING`], [`Query::GROUND`] or [`Query::SKIN`].
+    pub kind: u32,
+    /// Unit vector towards the viewer in the same frame.
+    pub wo: [f32; 3],
+    /// 1 where the light arrives, else 0.
+    pub lit: u32,
+    /// Texture coordinates.
+    pub uv: [f32; 2],
+    pub(super) padding: [u32; 2],
+}
+
+impl Query {
+    /// The ray leaves the scene.
+    pub const NOTHING: u32 = 0;
+    /// The plane z = 0.
+    pub const GROUND: u32 = 1;
+    /// The mesh.
+    pub const SKIN: u32 = 2;
+
+    /// A pair of directions in the grating's frame, lit.
+    pub fn new(wi: [f32; 3], wo: [f32; 3]) -> Self {
+        Self { wi, kind: Self::SKIN, wo, lit: 1, ..Self::default() }
+    }
+}
+
+/// The part of the reflectance that does not depend on the relief (docs/model.md#the-reflectance).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Optics {
+    /// The refractive index; `None` reflects everything.
+    pub index: Option<ComplexIndex>,
+    /// The obliquity factor.
+    pub obliquity: Obliquity,
+    /// V-cavity shadowing and masking.
+    pub shadowing: bool,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct OpticsUniform {
+    pub eta: f32,
+    pub k: f32,
+    pub reflects_all: u32,
+    pub obliquity: u32,
+    pub shadowing: u32,
+}
+
+impl From<&Optics> for OpticsUniform {
+    fn from(optics: &Optics) -> Self {
+        let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
+        Self {
+            eta: index.eta as f32,
+            k: index.k as f32,
+            reflects_all: u32::from(optics.index.is_none()),
+            obliquity: u32::from(optics.obliquity == Obliquity::Unit),
+            shadowing: u32::from(optics.shadowing),
+        }
+    }
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Pod, Zeroable)]
+pub(super) struct RangeUniform {
+    pub first: u32,
+    pub count: u32,
+    pub part: u32,
+    pub parts: u32,
+    pub two: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Vertex {
+    pub position: [f32; 3],
+    pub u: f32,
+    pub normal: [f32; 3],
+    pub v: f32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Node {
+    pub low: [f32; 3],
+    pub triangle: u32,
+    pub high: [f32; 3],
+    pub next: u32,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct FrameUniform {
+    pub origin: [f32; 3],
+    pub width: u32,
+    pub forward: [f32; 3],
+    pub height: u32,
+    pub across: [f32; 3],
+    pub share: f32,
+    pub down: [f32; 3],
+    pub pigment_scale: f32,
+    pub to_sun: [f32; 3],
+    pub blend: u32,
+    pub place: [f32; 2],
+    pub rotation: [f32; 2],
+    pub soil: [f32; 3],
+    pub weight: f32,
+    pub first: u32,
+    pub ground: u32,
+    pub padding: [u32; 2],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct SunlightUniform {
+    pub centre: [f32; 3],
+    pub side: f32,
+    pub across: [f32; 3],
+    pub half_width: f32,
+    pub up: [f32; 3],
+    pub half_height: f32,
+    pub to_sun: [f32; 3],
+    pub half_depth: f32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::program::{self, tests::validated};
+    use std::mem::offset_of;
+
+    /// Members of a WGSL struct with their offsets, and the struct's size.
+    fn reflected(source: &str, name: &str) -> (Vec<(String, u32)>, u32) {
+        let module = validated(source);
+        let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
+        let Some((_, naga::Type { inner: naga::TypeInner::Struct { members, span }, .. })) = found else {
+            panic!("there is no struct {name}")
+        };
+        (members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect(), *span)
+    }
+
+    /// Name and offset of each field as the shader has them, then the size of the Rust struct.
+    macro_rules! fields {
+        ($ty:ty: $($field:ident),+) => {
+            (vec![$((stringify!($field).to_owned(), offset_of!($ty, $field) as u32)),+], size_of::<$ty>() as u32)
+        };
+    }
+
+    #[test]
+    fn structs_lie_in_memory_as_the_shaders_read_them() {
+        let (shade, locate) = (program::shade(&program::tests::NO_RELIEF), program::locate());
+        for (source, name, ours) in [
+            (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
+            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing)),
+            (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
+            (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
+            (
+                &locate,
+                "Sunlight",
+                fields!(SunlightUniform: centre, side, across, half_width, up, half_height, to_sun, half_depth),
+            ),
+            (&locate, "Node", fields!(Node: low, triangle, high, next)),
+            (
+                &locate,
+                "Frame",
+                fields!(
+                    FrameUniform: origin, width, forward, height, across, share, down, pigment_scale, to_sun, blend,
+                    place, rotation, soil, weight, first, ground
+                ),
+            ),
+        ] {
+            assert_eq!(reflected(source, name), ours, "{name}");
+        }
+    }
+}

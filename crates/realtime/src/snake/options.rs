@@ -1,0 +1,98 @@
+use super::SnakeError;
+
+/// Shape and resolution of the snake. The defaults give Single 2014's counts: 11 696 vertices, 22 950 faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SnakeOptions {
+    /// Vertices along the body, 8 to 8193 (136).
+    pub vertices_along: usize,
+    /// Vertices around the body, 8 to 8193 (86).
+    pub vertices_around: usize,
+    /// Half scale lengths along the body: every second row of scales begins half a scale later; 4 to 400 (27).
+    pub rows_along: usize,
+    /// Rows of scales around the sheet, 4 to 100 (17).
+    pub rows_around: usize,
+    /// Length of the centreline in cm, 1 to 100 (10.6).
+    pub length_cm: f64,
+    /// Half width of the body in cm, 0.1 to 10 (1.2). The height follows from it.
+    pub radius_cm: f64,
+    /// Greatest turn of the centreline away from its chord in radians, 0 to 1.5 (0.5); one S.
+    pub bend_rad: f64,
+    /// Height in cm by which the middle of the body is raised from the ground, 0 to 5 (0.25).
+    pub lift_cm: f64,
+    /// Relief of the scales, 0 (smooth skin) to 3 (1).
+    pub relief: f64,
+    /// Height of the keels, 0 (smooth scales, as the sunbeam snake's) to 3 (1).
+    pub keel: f64,
+    /// How much scales differ from one another, 0 to 1 (0.35).
+    pub variation: f64,
+    /// Seed of that variation. Equal options give equal meshes on every machine, bit for bit but for
+    /// the platform's sine and cosine.
+    pub seed: u64,
+}
+
+impl Default for SnakeOptions {
+    fn default() -> Self {
+        Self {
+            vertices_along: 136,
+            vertices_around: 86,
+            rows_along: 27,
+            rows_around: 17,
+            length_cm: 10.6,
+            radius_cm: 1.2,
+            bend_rad: 0.5,
+            lift_cm: 0.25,
+            relief: 1.0,
+            keel: 1.0,
+            variation: 0.35,
+            seed: 1,
+        }
+    }
+}
+
+impl SnakeOptions {
+    /// The same snake with `factor` times the cells in each direction (so about `factor²` the faces).
+    /// 1 is the default mesh. Factors that are not positive numbers leave the options as they are.
+    pub fn with_resolution(mut self, factor: f64) -> Self {
+        if factor.is_finite() && factor > 0.0 {
+            let scale = |vertices: usize| (vertices.saturating_sub(1) as f64 * factor).round() as usize + 1;
+            self.vertices_along = scale(self.vertices_along);
+            self.vertices_around = scale(self.vertices_around);
+        }
+        self
+    }
+
+    pub(super) fn check(&self) -> Result<(), SnakeError> {
+        let counts = [
+            ("vertices_along", self.vertices_along, 8, 8193),
+            ("vertices_around", self.vertices_around, 8, 8193),
+            ("rows_along", self.rows_along, 4, 400),
+            ("rows_around", self.rows_around, 4, 100),
+        ];
+        for (field, found, least, most) in counts {
+            if !(least..=most).contains(&found) {
+                return Err(SnakeError::Count { field, found, least, most });
+            }
+        }
+        let numbers = [
+            ("length_cm", self.length_cm, 1.0, 100.0),
+            ("radius_cm", self.radius_cm, 0.1, 10.0),
+            ("bend_rad", self.bend_rad, 0.0, 1.5),
+            ("lift_cm", self.lift_cm, 0.0, 5.0),
+            ("relief", self.relief, 0.0, 3.0),
+            ("keel", self.keel, 0.0, 3.0),
+            ("variation", self.variation, 0.0, 1.0),
+        ];
+        for (field, found, least, most) in numbers {
+            if !(least..=most).contains(&found) {
+                return Err(SnakeError::Number { field, found, least, most });
+            }
+        }
+        // The S turns fastest in its middle and at its ends, see `body`.
+        let radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
+        let least_cm = 1.3 * self.radius_cm;
+        if radius_cm < least_cm {
+            return Err(SnakeError::Bend { radius_cm, least_cm });
+        }
+        Ok(())
+    }
+}

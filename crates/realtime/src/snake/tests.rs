@@ -1,0 +1,241 @@
+use std::collections::HashMap;
+
+use glam::{DVec2, DVec3, Vec2, Vec3};
+
+use super::*;
+
+const VERTICES_OF_THE_SOURCES: usize = 11_696;
+const FACES_OF_THE_SOURCES: usize = 22_950;
+/// Single precision, unit vectors.
+const UNIT_TOLERANCE: f32 = 1e-6;
+
+fn default_mesh() -> SnakeMesh {
+    SnakeMesh::build(&SnakeOptions::default()).unwrap()
+}
+
+fn corners(mesh: &SnakeMesh, triangle: [u32; 3]) -> ([DVec3; 3], [DVec2; 3]) {
+    (
+        triangle.map(|i| Vec3::from(mesh.positions[i as usize]).as_dvec3()),
+        triangle.map(|i| Vec2::from(mesh.uvs[i as usize]).as_dvec2()),
+    )
+}
+
+fn geometric_normal([p0, p1, p2]: [DVec3; 3]) -> DVec3 {
+    (p1 - p0).cross(p2 - p0)
+}
+
+/// Quantile of a list, 0 to 1.
+fn quantile(values: &mut [f64], q: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[(q * (values.len() - 1) as f64) as usize]
+}
+
+#[test]
+fn the_default_has_the_sources_counts() {
+    let mesh = default_mesh();
+    assert_eq!(mesh.positions.len(), VERTICES_OF_THE_SOURCES);
+    assert_eq!(mesh.triangles.len(), FACES_OF_THE_SOURCES);
+    for count in [mesh.normals.len(), mesh.tangents.len(), mesh.uvs.len()] {
+        assert_eq!(count, VERTICES_OF_THE_SOURCES);
+    }
+}
+
+#[test]
+fn the_mesh_is_one_consistently_oriented_sheet() {
+    let mesh = default_mesh();
+    let mut used = vec![false; mesh.positions.len()];
+    let mut directed = HashMap::new();
+    for triangle in &mesh.triangles {
+        for k in 0..3 {
+            used[triangle[k] as usize] = true;
+            *directed.entry((triangle[k], triangle[(k + 1) % 3])).or_insert(0) += 1;
+        }
+    }
+    assert!(used.iter().all(|&u| u));
+    // Each directed edge once: neighbours agree on the side that is outside.
+    assert!(directed.values().all(|&count| count == 1));
+    let rim = directed.keys().filter(|(a, b)| !directed.contains_key(&(*b, *a))).count();
+    assert_eq!(rim, 2 * (135 + 85));
+    let edges = (directed.len() + rim) / 2;
+    assert_eq!(mesh.positions.len() + mesh.triangles.len() - edges, 1, "Euler characteristic of a disk");
+}
+
+#[test]
+fn frames_are_orthonormal_and_outward() {
+    let mesh = default_mesh();
+    let options = SnakeOptions::default();
+    for (i, position) in mesh.positions.iter().enumerate() {
+        let (n, t) = (Vec3::from(mesh.normals[i]), Vec3::from(mesh.tangents[i]));
+        assert!((n.length() - 1.0).abs() < UNIT_TOLERANCE && (t.length() - 1.0).abs() < UNIT_TOLERANCE);
+        assert!(n.dot(t).abs() < UNIT_TOLERANCE);
+        // Along the S the body never turns back: the tail is towards +x.
+        assert!(t.x > 0.3, "tangent {t} at vertex {i}");
+        // The centre of the ring, in which the vertex lies, is inside.
+        let row = i / options.vertices_around * options.vertices_around;
+        let ring = &mesh.positions[row..row + options.vertices_around];
+        let centre = ring.iter().map(|p| Vec3::from(*p)).sum::<Vec3>() / ring.len() as f32;
+        assert!(n.dot(Vec3::from(*position) - centre) > 0.0, "vertex {i} looks inward");
+    }
+}
+
+#[test]
+fn triangles_are_sound_and_keep_the_orientation_of_the_texture() {
+    for factor in [1.0, 2.5] {
+        let mesh = SnakeMesh::build(&SnakeOptions::default().with_resolution(factor)).unwrap();
+        let mut areas = Vec::new();
+        for triangle in &mesh.triangles {
+            let (p, uv) = corners(&mesh, *triangle);
+            let normal = geometric_normal(p);
+            areas.push(0.5 * normal.length());
+            assert!((uv[1] - uv[0]).perp_dot(uv[2] - uv[0]) > 0.0, "u × v is mirrored, {factor}");
+            for i in triangle {
+                let shading = Vec3::from(mesh.normals[*i as usize]).as_dvec3();
+                assert!(shading.dot(normal) > 0.0, "shading normal behind its triangle, {factor}");
+            }
+        }
+        let middle = quantile(&mut areas, 0.5);
+        assert!(areas[0] > 0.02 * middle, "slivers: {} against {middle}", areas[0]);
+    }
+}
+
+/// Largest accepted angle in degrees between the stored tangent and what Mitsuba derives from the
+/// UVs: half of all corners, 90 % of them, and all (those on the steps between scales).
+const TANGENT_MEDIAN_DEG: f64 = 0.5;
+const TANGENT_MOST_DEG: f64 = 3.0;
+const TANGENT_WORST_DEG: f64 = 25.0;
+
+#[test]
+fn the_tangent_is_the_texture_derivative() {
+    // As Mitsuba: dp_du of the triangle, made orthogonal to the interpolated normal.
+    let mesh = default_mesh();
+    let mut angles = Vec::new();
+    for triangle in &mesh.triangles {
+        let (p, uv) = corners(&mesh, *triangle);
+        let (duv1, duv2) = (uv[1] - uv[0], uv[2] - uv[0]);
+        let dp_du = ((p[1] - p[0]) * duv2.y - (p[2] - p[0]) * duv1.y) / duv1.perp_dot(duv2);
+        let dp_dv = ((p[2] - p[0]) * duv1.x - (p[1] - p[0]) * duv2.x) / duv1.perp_dot(duv2);
+        for i in triangle {
+            let n = Vec3::from(mesh.normals[*i as usize]).as_dvec3();
+            let t = Vec3::from(mesh.tangents[*i as usize]).as_dvec3();
+            let shading = dp_du.reject_from_normalized(n);
+            angles.push(shading.angle_between(t).to_degrees());
+            assert!(n.cross(t).dot(dp_dv) > 0.0, "bitangent against v");
+        }
+    }
+    let (median, most) = (quantile(&mut angles, 0.5), quantile(&mut angles, 0.9));
+    let worst = quantile(&mut angles, 1.0);
+    println!("tangent against dp_du: median {median:.3}°, 90 % {most:.3}°, worst {worst:.3}°");
+    assert!(median < TANGENT_MEDIAN_DEG, "median {median}");
+    assert!(most < TANGENT_MOST_DEG, "90 % {most}");
+    assert!(worst < TANGENT_WORST_DEG, "worst {worst}");
+}
+
+#[test]
+fn textures_are_hardly_stretched() {
+    // A 2:1 texture: the ratio of the two sides of a texel on the skin, at the rim of the bends and elsewhere.
+    let mesh = default_mesh();
+    let mut ratios = Vec::new();
+    for triangle in &mesh.triangles {
+        let (p, uv) = corners(&mesh, *triangle);
+        let (duv1, duv2) = (uv[1] - uv[0], uv[2] - uv[0]);
+        let dp_du = (p[1] - p[0]) * duv2.y - (p[2] - p[0]) * duv1.y;
+        let dp_dv = (p[2] - p[0]) * duv1.x - (p[1] - p[0]) * duv2.x;
+        ratios.push(dp_du.length() / (2.0 * dp_dv.length()));
+    }
+    let (low, middle, high) = (quantile(&mut ratios, 0.01), quantile(&mut ratios, 0.5), quantile(&mut ratios, 0.99));
+    println!("texel aspect: 1 % {low:.2}, median {middle:.2}, 99 % {high:.2}");
+    assert!((middle - 1.0).abs() < 0.1 && low > 0.5 && high < 1.6, "{low} {middle} {high}");
+}
+
+#[test]
+fn it_lies_on_the_ground_and_has_the_size_asked_for() {
+    let mesh = default_mesh();
+    let (low, high) =
+        mesh.positions.iter().fold((f32::MAX, f32::MIN), |(low, high), p| (low.min(p[2]), high.max(p[2])));
+    assert!(low > -0.1 && low < 0.2, "lowest point {low} cm");
+    assert!(high > 1.9 && high < 2.6, "highest point {high} cm");
+}
+
+#[test]
+fn resolution_scales_the_counts_and_keeps_the_shape() {
+    let fine = SnakeMesh::build(&SnakeOptions::default().with_resolution(4.0)).unwrap();
+    assert_eq!(fine.triangles.len(), 16 * FACES_OF_THE_SOURCES);
+    assert_eq!(fine.positions.len(), 541 * 341);
+    let area = |mesh: &SnakeMesh| -> f64 {
+        mesh.triangles.iter().map(|t| 0.5 * geometric_normal(corners(mesh, *t).0).length()).sum()
+    };
+    let ratio = area(&fine) / area(&default_mesh());
+    assert!((ratio - 1.0).abs() < 0.05, "areas {ratio}");
+    let same = SnakeOptions::default().with_resolution(f64::NAN);
+    assert_eq!(same, SnakeOptions::default());
+}
+
+#[test]
+fn the_seed_decides_the_scales() {
+    let other = SnakeOptions { seed: 2, ..SnakeOptions::default() };
+    assert_eq!(default_mesh(), default_mesh());
+    assert_ne!(default_mesh(), SnakeMesh::build(&other).unwrap());
+    let plain = SnakeOptions { variation: 0.0, ..SnakeOptions::default() };
+    let plain_other = SnakeOptions { seed: 2, ..plain.clone() };
+    assert_eq!(SnakeMesh::build(&plain).unwrap(), SnakeMesh::build(&plain_other).unwrap());
+}
+
+#[test]
+fn extreme_options_give_finite_meshes_and_bad_ones_are_refused() {
+    let base = SnakeOptions { vertices_along: 30, vertices_around: 20, ..SnakeOptions::default() };
+    for options in [
+        SnakeOptions { relief: 0.0, ..base.clone() },
+        SnakeOptions { relief: 3.0, keel: 3.0, variation: 1.0, ..base.clone() },
+        SnakeOptions { bend_rad: 0.0, lift_cm: 0.0, ..base.clone() },
+        SnakeOptions { vertices_along: 8, vertices_around: 8, rows_along: 400, rows_around: 100, ..base.clone() },
+    ] {
+        let mesh = SnakeMesh::build(&options).unwrap();
+        for vectors in [&mesh.positions, &mesh.normals, &mesh.tangents] {
+            assert!(vectors.iter().flatten().all(|x| x.is_finite()), "{options:?}");
+        }
+    }
+    let refused = |options: SnakeOptions| SnakeMesh::build(&options).unwrap_err().to_string();
+    assert!(refused(SnakeOptions { vertices_along: 1, ..base.clone() }).contains("vertices_along is 1"));
+    assert!(refused(SnakeOptions { relief: f64::NAN, ..base.clone() }).contains("relief"));
+    assert!(refused(SnakeOptions { bend_rad: 1.5, ..base.clone() }).contains("bend"));
+    assert!(matches!(pigment_texture(&base, 0, 4), Err(SnakeError::Count { field: "width", .. })));
+}
+
+#[test]
+fn ply_says_what_mitsuba_expects_and_has_every_byte() {
+    let mesh = default_mesh();
+    let path = std::env::temp_dir().join(format!("sunbeam-snake-{}.ply", std::process::id()));
+    mesh.write_ply(&path).unwrap();
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    let end = b"end_header\n";
+    let header = bytes.windows(end.len()).position(|w| w == end).unwrap() + end.len();
+    let text = std::str::from_utf8(&bytes[..header]).unwrap();
+    assert!(text.starts_with("ply\nformat binary_little_endian 1.0\n"), "{text}");
+    for name in ["x", "nx", "u", "v", "tangent_x", "tangent_z"] {
+        assert!(text.contains(&format!("property float {name}\n")), "{text}");
+    }
+    assert_eq!(bytes.len() - header, 44 * VERTICES_OF_THE_SOURCES + 13 * FACES_OF_THE_SOURCES);
+    let float = |offset: usize| f32::from_le_bytes(bytes[header + offset..header + offset + 4].try_into().unwrap());
+    assert_eq!([float(44), float(48), float(52)], mesh.positions[1]);
+    assert_eq!([float(76), float(80), float(84)], mesh.tangents[1]);
+    assert!(matches!(mesh.write_ply("/nonexistent/a.ply"), Err(SnakeError::Write { .. })));
+}
+
+#[test]
+fn the_pigment_is_dark_and_survives_its_png() {
+    let texture = pigment_texture(&SnakeOptions::default(), 256, 128).unwrap();
+    for pixel in &texture.pixels {
+        let linear = sunbeam::colour::srgb_decode(pixel.map(|x| f64::from(x) / 255.0));
+        assert!(linear.iter().all(|&x| x > 0.005 && x < 0.12), "{linear:?}");
+    }
+    let path = std::env::temp_dir().join(format!("sunbeam-pigment-{}.png", std::process::id()));
+    texture.write_png(&path).unwrap();
+    let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut pixels = vec![0; 256 * 128 * 3];
+    let frame = reader.next_frame(&mut pixels).unwrap();
+    std::fs::remove_file(&path).unwrap();
+    assert_eq!((frame.width, frame.height), (256, 128));
+    assert_eq!(pixels, texture.pixels.as_flattened());
+}

@@ -1,0 +1,211 @@
+use super::GpuError;
+use super::layout::FrameUniform;
+use glam::DVec3;
+use std::str::FromStr;
+
+/// Linear reflectance of the ground, as in the Mitsuba scene.
+pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
+/// What the pigment's reflectance is multiplied by, as in the Mitsuba scene.
+pub const PIGMENT_SCALE: f32 = 0.35;
+
+/// A pinhole camera; z is up. The defaults are those of the Mitsuba scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Where it is.
+    pub origin: [f64; 3],
+    /// What is in the middle of the picture.
+    pub target: [f64; 3],
+    /// Horizontal field of view in degrees, in (0, 180).
+    pub fov_deg: f64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self { origin: [-1.2, -7.0, 8.5], target: [-1.0, 0.55, 0.9], fov_deg: 30.0 }
+    }
+}
+
+/// A sun at infinity, of D65 and such that a white diffuse plane that faces it has radiance 1 (irradiance π). There is
+/// no sky: what the sun does not reach is black.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Unit vector to the sun.
+    to_sun: [f64; 3],
+}
+
+impl Default for Light {
+    /// That of the Mitsuba scene: azimuth −150°, elevation 40°.
+    fn default() -> Self {
+        Self { to_sun: toward(-150.0, 40.0) }
+    }
+}
+
+impl Light {
+    /// Azimuth in degrees, counter-clockwise seen from above, from +x; elevation above the ground in degrees.
+    ///
+    /// # Errors
+    /// [`GpuError::Parameter`] unless the azimuth is finite and the elevation in (0, 90].
+    pub fn from_angles(azimuth_deg: f64, elevation_deg: f64) -> Result<Self, GpuError> {
+        if !azimuth_deg.is_finite() {
+            return refuse("light-azimuth", &azimuth_deg, "finite");
+        }
+        if !(elevation_deg > 0.0 && elevation_deg <= 90.0) {
+            return refuse("light-elevation", &elevation_deg, "in (0, 90] degrees");
+        }
+        Ok(Self { to_sun: toward(azimuth_deg, elevation_deg) })
+    }
+
+    /// From the direction to the sun, of any length.
+    ///
+    /// # Errors
+    /// [`GpuError::Parameter`] unless it is finite and not zero.
+    pub fn from_direction(to_sun: [f64; 3]) -> Result<Self, GpuError> {
+        match DVec3::from(to_sun).try_normalize() {
+            Some(unit) => Ok(Self { to_sun: unit.to_array() }),
+            None => refuse("light-from", &to_sun, "a finite vector other than zero"),
+        }
+    }
+
+    /// Unit vector to the sun.
+    pub fn to_sun(&self) -> [f64; 3] {
+        self.to_sun
+    }
+}
+
+fn toward(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
+    let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth_deg.to_radians().sin_cos(), elevation_deg.to_radians().sin_cos());
+    [cos_a * cos_e, sin_a * cos_e, sin_e]
+}
+
+/// How the pigment below the relief shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Blend {
+    /// Diffuse, weighted by what the relief does not reflect on the way in and out: `(1 − R(θi))·(1 − R(θo))/π`, with
+    /// the Fresnel reflectance of the macroscopic surface.
+    #[default]
+    Physical,
+    /// Single 2014's texture blending: this share of the diffraction colour, in [0, 1], and the rest of the pigment.
+    FixedMix {
+        /// The share of the diffraction colour.
+        share: f32,
+    },
+    /// Not at all.
+    None,
+}
+
+impl FromStr for Blend {
+    type Err = GpuError;
+
+    /// `physical`, `mix` (with a share of one half) or `none`.
+    fn from_str(name: &str) -> Result<Self, GpuError> {
+        match name {
+            "physical" => Ok(Self::Physical),
+            // `sources` is what it was called at first.
+            "mix" | "sources" => Ok(Self::FixedMix { share: 0.5 }),
+            "none" => Ok(Self::None),
+            _ => refuse("blend", &name, "\"physical\", \"mix\" or \"none\""),
+        }
+    }
+}
+
+/// What may change from picture to picture without anything being rebuilt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// From where it is seen.
+    pub camera: Camera,
+    /// The sun.
+    pub light: Light,
+    /// How the pigment shows.
+    pub blend: Blend,
+    /// Whether there is a ground, a plane of [`SOIL`] at z = 0.
+    pub ground: bool,
+    /// Turns the grating against the tangent, in degrees.
+    pub rotation_deg: f64,
+    /// Rays along each side of a pixel, 1 to 64, in the middles of equal squares; their mean is the pixel.
+    pub supersample: u32,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            camera: Camera::default(),
+            light: Light::default(),
+            blend: Blend::default(),
+            ground: true,
+            rotation_deg: 0.0,
+            supersample: 1,
+        }
+    }
+}
+
+impl View {
+    /// Rays of each pixel.
+    pub(super) fn samples(&self) -> u32 {
+        self.supersample * self.supersample
+    }
+
+    /// Refuses what shows nothing, or is out of range.
+    ///
+    /// # Errors
+    /// [`GpuError::Parameter`].
+    pub fn check(&self) -> Result<(), GpuError> {
+        self.uniform((1, 1), 0).map(|_| ())
+    }
+
+    /// What the shaders need for one of the samples of a picture.
+    ///
+    /// The frame is that of Mitsuba's `look_at` and `perspective`: rows from the top, the field of view along a row.
+    pub(super) fn uniform(&self, (width, height): (u32, u32), sample: u32) -> Result<FrameUniform, GpuError> {
+        let Camera { origin, target, fov_deg } = self.camera;
+        if !(fov_deg > 0.0 && fov_deg < 180.0) {
+            return refuse("fov", &fov_deg, "in (0, 180) degrees");
+        }
+        if !self.rotation_deg.is_finite() {
+            return refuse("rotation", &self.rotation_deg, "finite");
+        }
+        if !(1..=64).contains(&self.supersample) {
+            return refuse("supersample", &self.supersample, "1 to 64");
+        }
+        let share = if let Blend::FixedMix { share } = self.blend { share } else { 0.0 };
+        if !(0.0..=1.0).contains(&share) {
+            return refuse("share", &share, "in [0, 1]");
+        }
+        let forward = (DVec3::from(target) - DVec3::from(origin)).try_normalize();
+        let right = forward.and_then(|forward| forward.cross(DVec3::Z).try_normalize());
+        let (Some(forward), Some(right)) = (forward, right) else {
+            let found = format!("{target:?} seen from {origin:?}");
+            return refuse("camera-target", &found, "a place neither at the camera, nor straight above or below it");
+        };
+        let across = right * (0.5 * fov_deg).to_radians().tan();
+        let down = forward.cross(right) * (across.length() * f64::from(height) / f64::from(width));
+        let place = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
+        let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
+        Ok(FrameUniform {
+            origin: DVec3::from(origin).as_vec3().to_array(),
+            width,
+            forward: forward.as_vec3().to_array(),
+            height,
+            across: across.as_vec3().to_array(),
+            share,
+            down: down.as_vec3().to_array(),
+            pigment_scale: PIGMENT_SCALE,
+            to_sun: DVec3::from(self.light.to_sun).as_vec3().to_array(),
+            blend: match self.blend {
+                Blend::Physical => 0,
+                Blend::FixedMix { .. } => 1,
+                Blend::None => 2,
+            },
+            place: [place(sample % self.supersample), place(sample / self.supersample)],
+            rotation: [cos as f32, sin as f32],
+            soil: SOIL,
+            weight: 1.0 / self.samples() as f32,
+            first: u32::from(sample == 0),
+            ground: u32::from(self.ground),
+            padding: [0; 2],
+        })
+    }
+}
+
+fn refuse<T>(parameter: &'static str, found: &dyn std::fmt::Debug, accepted: &'static str) -> Result<T, GpuError> {
+    Err(GpuError::Parameter { parameter, found: format!("{found:?}"), accepted })
+}

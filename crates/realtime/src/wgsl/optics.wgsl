@@ -1,0 +1,34 @@
+// The part of the reflectance that does not depend on the relief (docs/model.md#the-reflectance).
+
+struct Optics {
+    // Refractive index eta + i k.
+    eta: f32,
+    k: f32,
+    // 1: everything is reflected, and the index does not matter.
+    reflects_all: u32,
+    // 0 stam, 1 unit.
+    obliquity: u32,
+    // 1: V-cavity shadowing and masking.
+    shadowing: u32,
+}
+
+fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
+    if optics.reflects_all != 0u {
+        return 1.0;
+    }
+    return fresnel_unpolarised(cos_theta, optics.eta, optics.k);
+}
+
+// What a facet under this angle leaves for the pigment below.
+fn optics_remainder(optics: Optics, cos_theta: f32) -> f32 {
+    return max(1.0 - optics_reflectance(optics, cos_theta), 0.0);
+}
+
+// R·O·M
+fn optics_factor(optics: Optics, pair: Pair) -> f32 {
+    var factor = optics_reflectance(optics, pair_cos_half(pair)) * pair_obliquity(pair, optics.obliquity);
+    if optics.shadowing != 0u {
+        factor *= pair_shadowing(pair);
+    }
+    return factor;
+}

@@ -1,0 +1,12 @@
+//! The realtime renderer, on whatever adapter there is.
+
+#![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
+
+#[path = "../../../../tests/core/common.rs"]
+mod common;
+mod support;
+
+mod faults;
+mod methods;
+mod pictures;
+mod twins;

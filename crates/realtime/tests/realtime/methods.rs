@@ -1,0 +1,155 @@
+//! Every method's WGSL against its Rust twin, on the same pairs of directions.
+
+use super::common::{Random, preset};
+use super::support::{gpu, query, worst};
+use sunbeam::height_field::Preset;
+use sunbeam::methods::{Method, MethodKind, MethodOptions, Repeats, build};
+use sunbeam::reflectance::{ColourSurface, Obliquity, Options, Pair};
+use sunbeam::table::Model;
+use sunbeam::transform::Series;
+use sunbeam_realtime::{Gpu, Optics, Query, Shader};
+
+/// Of the response, or of the floor where that is more. Both sides are single precision, in which the place among up to
+/// 200 orders is known to some 1e-5, and contributions of many orders partly cancel in dark directions.
+const TOLERANCE: f32 = 1e-3;
+/// Responses below this share of the mean are dark, and only their difference matters.
+const FLOOR: f32 = 1e-3;
+
+/// Pairs all over the hemisphere, half of them around a mirror direction, where most of the light goes.
+fn pairs(count: usize) -> Vec<Query> {
+    let mut random = Random::new(11);
+    let mut pairs = Vec::new();
+    while pairs.len() < count {
+        let wi = random.direction();
+        let mut wo = random.direction();
+        if pairs.len() % 2 == 0 {
+            let shift = |c: f64, r: &mut Random| -c + r.between(-0.2, 0.2);
+            let (x, y) = (shift(wi[0], &mut random), shift(wi[1], &mut random));
+            let z_squared = 1.0 - x * x - y * y;
+            if z_squared <= 0.0 {
+                continue;
+            }
+            wo = [x, y, z_squared.sqrt()];
+        }
+        pairs.push(query(wi, wo));
+    }
+    pairs
+}
+
+fn twin(method: &dyn Method, queries: &[Query]) -> Vec<[f32; 3]> {
+    let response = |query: &Query| {
+        let pair = Pair::new(query.wi.map(f64::from), query.wo.map(f64::from)).unwrap();
+        let q = std::array::from_fn(|c| query.wi[c] + query.wo[c]);
+        let factor = pair.obliquity(Obliquity::Stam) as f32;
+        let (response, conserving) = (method.response(q), method.conserving(query.wi, query.wo));
+        std::array::from_fn(|c| factor * response[c] * conserving[c])
+    };
+    queries.iter().map(response).collect()
+}
+
+fn compare(gpu: &Gpu, kind: MethodKind, name: Preset, options: &MethodOptions, count: usize) {
+    let field = preset(name);
+    let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    let method = build(kind, &field, &surface, options).unwrap();
+    compare_twins(gpu, &format!("{kind} of {name} with {options:?}"), &*method, count);
+}
+
+fn compare_twins(gpu: &Gpu, name: &str, method: &dyn Method, count: usize) {
+    let queries = pairs(count);
+    let shader = Shader::new(gpu, method, &Optics::default()).unwrap();
+    let answers = shader.evaluate(gpu, &queries).unwrap();
+    let expected = twin(method, &queries);
+    let mean = expected.as_flattened().iter().map(|value| value.abs()).sum::<f32>() / (3 * count) as f32;
+    assert!(mean > 0.0, "{name} answers nothing");
+    let floor = FLOOR * mean;
+    let error = worst(&answers.reflectances, &expected, floor);
+    eprintln!(
+        "{name} {count} pairs: {:8.1} ms in {} submissions, largest difference {error:.1e}",
+        answers.gpu_ms, answers.submissions
+    );
+    assert!(error < TOLERANCE, "{name}: {error}");
+    // Directions a thousandth further along the tangent are others.
+    let moved = |query: &Query| Query::new([query.wi[0] + 1e-3, query.wi[1], query.wi[2]], query.wo);
+    let moved: Vec<Query> = queries.iter().map(moved).collect();
+    let error = worst(&answers.reflectances, &twin(method, &moved), floor);
+    assert!(error > TOLERANCE, "{name} does not see a change of direction: {error}");
+}
+
+#[test]
+fn flss_is_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let default = MethodOptions::default();
+    compare(&gpu, MethodKind::Flss, Preset::Blazed, &default, 3000);
+    let coarse = MethodOptions { lambda_step_nm: 20.0, ..default.clone() };
+    compare(&gpu, MethodKind::Flss, Preset::Elaphe, &coarse, 2000);
+    compare(&gpu, MethodKind::Flss, Preset::Xenopeltis, &coarse, 2000);
+    let sources = MethodOptions { series: Series::Taylor, neighbourhood: Some(3), ..coarse };
+    compare(&gpu, MethodKind::Flss, Preset::Blazed, &sources, 2000);
+}
+
+#[test]
+fn nmm_is_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for weighted in [false, true] {
+        let options = MethodOptions { weighted, ..MethodOptions::default() };
+        for name in [Preset::Blazed, Preset::Elaphe, Preset::Xenopeltis] {
+            compare(&gpu, MethodKind::Nmm, name, &options, 2000);
+        }
+    }
+}
+
+#[test]
+fn pq_is_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let options = MethodOptions { lambda_step_nm: 10.0, ..MethodOptions::default() };
+    compare(&gpu, MethodKind::Pq, Preset::Blazed, &options, 2000);
+    let coarse = MethodOptions { lambda_step_nm: 20.0, repeats: Some(Repeats::Both(1)), ..options };
+    compare(&gpu, MethodKind::Pq, Preset::Elaphe, &coarse, 1000);
+}
+
+#[test]
+fn stam_is_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for name in [Preset::Blazed, Preset::Elaphe] {
+        compare(&gpu, MethodKind::Stam, name, &MethodOptions::default(), 4000);
+    }
+}
+
+#[test]
+fn the_colour_table_is_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let options = MethodOptions { resolution: 0.7, ..MethodOptions::default() };
+    for name in [Preset::Flat, Preset::Blazed, Preset::Elaphe] {
+        compare(&gpu, MethodKind::Table, name, &options, 4000);
+    }
+}
+
+#[test]
+fn the_table_conserves_energy_as_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    for name in [Preset::Blazed, Preset::Elaphe] {
+        let (field, options) = (preset(name), MethodOptions::default());
+        let method = build(MethodKind::Table, &field, &Options::default(), &options).unwrap();
+        compare_twins(&gpu, &format!("table of {name}, energy conserved,"), &*method, 2000);
+        // As the path tracer has it, whose albedo is built of the same lobes.
+        let surface = ColourSurface::new(&field, &Options::default(), None).unwrap();
+        let view = surface.albedo().unwrap().view::<f32>();
+        let mut divided = 0;
+        for Query { wi, wo, .. } in pairs(500) {
+            let found = method.conserving(wi, wo);
+            assert_eq!(found, view.factor(wi, wo, true));
+            divided += usize::from(found[1] < 0.9);
+        }
+        assert!(divided > 50, "{divided}");
+    }
+}
+
+#[test]
+fn what_has_no_albedo_conserves_no_energy() {
+    let (field, options) = (preset(Preset::Blazed), MethodOptions::default());
+    let patch = Options { model: Model::Patch, conserve_energy: true, ..Options::default() };
+    for kind in MethodKind::ALL {
+        let refused = build(kind, &field, &patch, &options).err().unwrap().to_string();
+        assert!(refused.contains("conserve_energy"), "{kind}: {refused}");
+    }
+}

@@ -1,0 +1,78 @@
+use crate::open::{Start, open};
+use crate::{Orbit, Settings, Sun};
+use std::path::PathBuf;
+use sunbeam_cli::Outcome;
+use sunbeam_cli::method_args::MethodArgs;
+use sunbeam_cli::realtime::Realtime;
+use sunbeam_cli::scene_args::{KERATIN, SceneArgs, Size};
+use sunbeam_cli::surface_args::SurfaceArgs;
+use sunbeam_realtime::AdapterChoice;
+
+/// Draw the snake in a window
+///
+/// What is drawn is that of `sunbeam render`, and everything can be changed in the window. Left drag turns the camera,
+/// middle or shift drag moves it, the wheel zooms; right or ctrl drag turns the sun. Under the cursor the BRDF map of
+/// that place is shown. S saves the picture, R resets camera and sun, Ctrl+Q closes. A slow method is drawn coarsely
+/// first.
+#[derive(clap::Parser)]
+#[command(name = "sunbeam view", version)]
+pub struct ViewArgs {
+    /// Width and height of the window
+    #[arg(long, value_name = "WxH", default_value = "1240x840")]
+    size: Size,
+    /// Where S saves the picture for the screen, and beside it the linear one as .exr; what exists is not overwritten
+    #[arg(long, value_name = "FILE", default_value = "sunbeam.png")]
+    screenshot: PathBuf,
+    /// Brightens the picture, in stops
+    #[arg(long, value_name = "STOPS", default_value_t = 2.0, allow_negative_numbers = true)]
+    exposure: f64,
+    /// Rays along each side of a pixel, 1 to 64; their mean is the pixel
+    #[arg(long, value_name = "COUNT", default_value_t = 1)]
+    supersample: u32,
+    /// Pixels of the picture for each pixel of the window, along each side
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
+    scale: f32,
+    /// The GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
+    #[arg(long, value_name = "any|software")]
+    adapter: Option<AdapterChoice>,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    scene: SceneArgs,
+    #[command(flatten)]
+    surface: SurfaceArgs,
+}
+
+/// Runs `sunbeam view`.
+pub fn run(args: &ViewArgs) -> Outcome {
+    if !args.exposure.is_finite() {
+        return Err(format!("parameter \"exposure\" is {}, but must be finite", args.exposure).into());
+    }
+    if !(0.1..=4.0).contains(&args.scale) {
+        return Err(format!("parameter \"scale\" is {}, but must be 0.1 to 4", args.scale).into());
+    }
+    let (kind, options, surface) = Realtime::new(&args.method, &args.surface)?.into_parts();
+    // Whatever is wrong with it is better said before there is a window.
+    surface.height_field()?;
+    let view = args.scene.view(args.supersample)?;
+    view.check()?;
+    let settings = Settings {
+        surface,
+        kind,
+        options,
+        index: Some(args.surface.config()?.index().unwrap_or(KERATIN)),
+        orbit: Orbit::from(&view.camera),
+        sun: Sun::from(&view.light),
+        view,
+        exposure: args.exposure,
+        scale: args.scale,
+    };
+    let scene = args.scene.clone();
+    open(Start {
+        settings,
+        make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
+        size: [args.size.0 as f32, args.size.1 as f32],
+        screenshot: args.screenshot.clone(),
+        adapter: args.adapter.map_or_else(AdapterChoice::from_env, Ok)?,
+    })
+}

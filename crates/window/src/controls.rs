@@ -1,0 +1,140 @@
+use super::settings::Settings;
+use super::surface_form::SurfaceForm;
+use super::widgets::{choice, number, optional, row, switch};
+use eframe::egui::{self, Ui};
+use sunbeam::config::COHERENCE_LENGTH_UM;
+use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, TERMS_MAX};
+use sunbeam::reflectance::{ComplexIndex, Obliquity};
+use sunbeam::transform::Series;
+use sunbeam_realtime::Blend;
+
+/// Stops of the exposure slider.
+const EXPOSURE: std::ops::RangeInclusive<f64> = -6.0..=12.0;
+/// Pixels of the picture for each of the window.
+const SCALE: std::ops::RangeInclusive<f32> = 0.1..=2.0;
+/// Parts of a refractive index, as far as hands turn them.
+const INDEX: std::ops::RangeInclusive<f64> = 0.01..=20.0;
+
+/// All that can be chosen, from top to bottom.
+pub fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
+    section(ui, "Surface", |ui| {
+        form.show(ui, &mut settings.surface);
+        row(ui, "Coherence length", |ui| {
+            let length = egui::DragValue::new(&mut settings.surface.coherence_length);
+            ui.add(length.range(COHERENCE_LENGTH_UM).speed(0.5).suffix(" µm").max_decimals(2));
+        });
+        let obliquity = [(Obliquity::Stam, "stam"), (Obliquity::Unit, "unit")];
+        choice(ui, "Obliquity", &mut settings.surface.obliquity, obliquity);
+        switch(ui, "Shadowing", &mut settings.surface.shadowing);
+        number(ui, "Rotation", &mut settings.view.rotation_deg, -360.0..=360.0, 0.5, "°");
+        index(ui, &mut settings.index);
+    });
+    section(ui, "Method", |ui| method(ui, settings));
+    section(ui, "Sun", |ui| settings.sun.show(ui, settings.orbit.azimuth_deg()));
+    section(ui, "Picture", |ui| picture(ui, settings));
+}
+
+fn section(ui: &mut Ui, title: &str, add: impl FnOnce(&mut Ui)) {
+    egui::CollapsingHeader::new(title).default_open(true).show_unindented(ui, add);
+}
+
+fn index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
+    let mut reflects_all = index.is_none();
+    switch(ui, "Reflects all", &mut reflects_all);
+    match index {
+        _ if reflects_all => *index = None,
+        None => *index = Some(sunbeam_cli::scene_args::KERATIN),
+        Some(index) => {
+            number(ui, "eta", &mut index.eta, INDEX, 0.01, "");
+            number(ui, "k", &mut index.k, 0.0..=*INDEX.end(), 0.01, "");
+        }
+    }
+}
+
+/// The method and those of its options that it heeds.
+fn method(ui: &mut Ui, settings: &mut Settings) {
+    choice(ui, "Method", &mut settings.kind, MethodKind::ALL.map(|kind| (kind, kind.name())));
+    let options = &mut settings.options;
+    for &option in settings.kind.options() {
+        match option {
+            "lambda_step_nm" => number(ui, "λ step", &mut options.lambda_step_nm, LAMBDA_STEP_NM, 0.1, " nm"),
+            "terms" => optional(ui, "Terms", &mut options.terms, 7, 1..=TERMS_MAX, 0.1, ""),
+            "neighbourhood" => {
+                optional(ui, "Neighbourhood", &mut options.neighbourhood, 3, 1..=NEIGHBOURHOOD_MAX, 0.1, "");
+            }
+            "series" => {
+                let series = [(Series::Chebyshev, "chebyshev"), (Series::Taylor, "taylor")];
+                choice(ui, "Series", &mut options.series, series);
+            }
+            "weighted" => switch(ui, "Weighted", &mut options.weighted),
+            "repeats" => repeats(ui, &mut options.repeats),
+            "period_um" => optional(ui, "Period", &mut options.period_um, 1.6, 0.05..=100.0, 0.01, " µm"),
+            "resolution" => number(ui, "Table samples", &mut options.resolution, RESOLUTION, 0.05, " ×"),
+            // An option that this window does not know keeps what the command line gave it.
+            other => row(ui, other, |ui| {
+                ui.weak("by command line");
+            }),
+        }
+    }
+}
+
+fn repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
+    let [x, y] = repeats.map_or([None; 2], |repeats| repeats.xy().map(Some));
+    let (mut new_x, mut new_y) = (x, y);
+    optional(ui, "Repeats along x", &mut new_x, 26, 1..=REPEATS_MAX, 0.2, "");
+    optional(ui, "Repeats along y", &mut new_y, 1, 1..=REPEATS_MAX, 0.2, "");
+    if (new_x, new_y) != (x, y) {
+        // Both or none.
+        let dropped = (x.is_some() && new_x.is_none()) || (y.is_some() && new_y.is_none());
+        *repeats = (!dropped).then(|| Repeats::Each([new_x.unwrap_or(1), new_y.unwrap_or(1)]));
+    }
+}
+
+fn picture(ui: &mut Ui, settings: &mut Settings) {
+    row(ui, "Exposure", |ui| {
+        ui.spacing_mut().slider_width = 82.0;
+        ui.add(egui::Slider::new(&mut settings.exposure, EXPOSURE).max_decimals(1));
+    });
+    let mut blend = Blending::from(settings.view.blend);
+    choice(ui, "Pigment", &mut blend, Blending::ALL);
+    if blend != Blending::from(settings.view.blend) {
+        settings.view.blend = blend.with_default_share();
+    }
+    if let Blend::FixedMix { share } = &mut settings.view.blend {
+        number(ui, "Share", share, 0.0..=1.0, 0.005, "");
+    }
+    switch(ui, "Ground", &mut settings.view.ground);
+    number(ui, "Rays per pixel side", &mut settings.view.supersample, 1..=8, 0.05, "");
+    number(ui, "Resolution", &mut settings.scale, SCALE, 0.01, " x");
+}
+
+/// A [`Blend`] without its share.
+#[derive(Clone, Copy, PartialEq)]
+enum Blending {
+    Physical,
+    FixedMix,
+    None,
+}
+
+impl From<Blend> for Blending {
+    fn from(blend: Blend) -> Self {
+        match blend {
+            Blend::Physical => Self::Physical,
+            Blend::FixedMix { .. } => Self::FixedMix,
+            Blend::None => Self::None,
+        }
+    }
+}
+
+impl Blending {
+    const ALL: [(Self, &'static str); 3] =
+        [(Self::Physical, "physical"), (Self::FixedMix, "mix"), (Self::None, "none")];
+
+    fn with_default_share(self) -> Blend {
+        match self {
+            Self::Physical => Blend::Physical,
+            Self::FixedMix => Blend::FixedMix { share: 0.5 },
+            Self::None => Blend::None,
+        }
+    }
+}

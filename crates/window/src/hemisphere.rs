@@ -1,0 +1,87 @@
+//! The BRDF map beside the picture: what the surface sends where, for light from one direction.
+
+use super::levels::Pace;
+use eframe::egui;
+use sunbeam::colour::{automatic_exposure, srgb_encode};
+use sunbeam_cli::brdf_map::outgoing;
+use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
+
+/// Sides of the map in pixels, from the first one on a slow method to the last.
+const SIDES: [usize; 4] = [16, 32, 64, 128];
+/// Index of the last side.
+pub const LAST: usize = SIDES.len() - 1;
+/// A first map after a change should not take longer than this.
+const PREVIEW_MS: f64 = 40.0;
+
+/// A map seen from above as by `sunbeam brdf-map`: x right is the grating's +x, y up is +y.
+#[derive(Clone)]
+pub struct BrdfMap {
+    pub image: egui::ColorImage,
+    pub wi: [f32; 3],
+    /// To the viewer of the place that was asked about.
+    pub wo: [f32; 3],
+    /// Factor that 1 % of the map's pixels exceed 1 with.
+    pub exposure: f64,
+}
+
+/// Index of the side to draw after `done`, as with the levels of pictures.
+pub fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
+    let first = done.map_or(0, |done| done + 1);
+    if first >= SIDES.len() {
+        return None;
+    }
+    let fits = |&index: &usize| pace.fits(pixels(index), PREVIEW_MS);
+    Some((first..SIDES.len()).rev().find(fits).unwrap_or(first))
+}
+
+/// Pixels of the map with a side of that index.
+fn pixels(index: usize) -> f64 {
+    (SIDES[index] * SIDES[index]) as f64
+}
+
+/// Asks the shader for the map with a side of that index; learns from what it takes.
+///
+/// # Errors
+/// As [`Shader::evaluate`].
+pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut Pace) -> Result<BrdfMap, GpuError> {
+    let start = std::time::Instant::now();
+    let side = SIDES[index];
+    let places: Vec<Option<[f64; 3]>> = (0..side * side).map(|i| outgoing(i % side, i / side, side)).collect();
+    let asked: Vec<Query> =
+        places.iter().flatten().map(|wo| Query::new(seen.wi, wo.map(|component| component as f32))).collect();
+    let answers = shader.evaluate(gpu, &asked)?;
+    pace.learn(pixels(index), start.elapsed().as_secs_f64() * 1e3);
+
+    let linear: Vec<[f64; 3]> = answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect();
+    let exposure = automatic_exposure(linear.iter().copied());
+    let mut colours = linear.iter().map(|rgb| {
+        let [r, g, b] = srgb_encode(rgb.map(|value| value * exposure)).map(|value| (255.0 * value).round() as u8);
+        egui::Color32::from_rgb(r, g, b)
+    });
+    let pixels =
+        places.iter().map(|place| place.and_then(|_| colours.next()).unwrap_or(egui::Color32::TRANSPARENT)).collect();
+    let image = egui::ColorImage::new([side, side], pixels);
+    Ok(BrdfMap { image, wi: seen.wi, wo: seen.wo, exposure })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fast_method_gives_the_whole_map_at_once_and_a_slow_one_in_steps() {
+        let pace = |ms_per_pixel: f64| {
+            let mut pace = Pace::default();
+            pace.learn(1.0, ms_per_pixel);
+            pace
+        };
+        assert_eq!(next(None, &pace(1e-5)), Some(LAST));
+        assert_eq!(next(Some(LAST), &pace(1e-5)), None);
+        let mut done = None;
+        for expected in 0..SIDES.len() {
+            done = next(done, &pace(1e3));
+            assert_eq!(done, Some(expected));
+        }
+        assert_eq!(next(done, &Pace::default()), None);
+    }
+}

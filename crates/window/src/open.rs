@@ -1,0 +1,86 @@
+//! Opening the window, and what can go wrong with that.
+
+use crate::app::App;
+use crate::settings::Settings;
+use eframe::egui;
+use eframe::egui_wgpu::{WgpuError, WgpuSetup, WgpuSetupCreateNew};
+use std::error::Error;
+use std::path::PathBuf;
+use std::sync::Arc;
+use sunbeam_realtime::snake::PigmentTexture;
+use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Mesh};
+
+/// Makes the mesh, which takes a while.
+pub type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
+
+/// What the window starts with.
+pub struct Start {
+    pub settings: Settings,
+    pub make_scene: SceneMaker,
+    /// Width and height of the window in points.
+    pub size: [f32; 2],
+    /// Where screenshots go.
+    pub screenshot: PathBuf,
+    pub adapter: AdapterChoice,
+}
+
+/// Opens the window and returns when it has been closed.
+///
+/// # Errors
+/// No display, no adapter that can draw on it, or no device.
+pub fn open(start: Start) -> Result<(), Box<dyn Error>> {
+    // winit panics without it.
+    #[cfg(target_os = "linux")]
+    if xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {
+        return Err("libxkbcommon-x11 is missing: apt-get install libxkbcommon-x11-0 on Debian".into());
+    }
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    let adapter = start.adapter;
+    setup.instance_descriptor.backends = wgpu::Backends::all().with_env();
+    setup.native_adapter_selector = Some(Arc::new(move |adapters, surface| choose(adapter, adapters, surface)));
+    setup.device_descriptor = Arc::new(Gpu::device_descriptor);
+    let mut options = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default().with_title("sunbeam").with_inner_size(start.size),
+        ..Default::default()
+    };
+    options.wgpu_options.wgpu_setup = WgpuSetup::CreateNew(setup);
+    let Start { settings, make_scene, screenshot, .. } = start;
+    let make = move |creation: &eframe::CreationContext<'_>| {
+        let window = creation.wgpu_render_state.clone().ok_or("the window has no GPU device")?;
+        let app = App::new(&creation.egui_ctx, window, settings, make_scene, screenshot);
+        Ok(Box::new(app) as Box<dyn eframe::App>)
+    };
+    eframe::run_native("sunbeam", options, Box::new(make)).map_err(explained)
+}
+
+/// As without a window, of the adapters that can draw on it.
+fn choose(
+    choice: AdapterChoice,
+    adapters: &[wgpu::Adapter],
+    surface: Option<&wgpu::Surface<'_>>,
+) -> Result<wgpu::Adapter, String> {
+    let fit = |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
+    let fitting: Vec<wgpu::Adapter> = adapters.iter().filter(fit).cloned().collect();
+    Gpu::choose(choice, &fitting).cloned().map_err(|error| error.to_string())
+}
+
+/// What went wrong, and what to do about it.
+fn explained(error: eframe::Error) -> Box<dyn Error> {
+    let no_display = |error: String| {
+        // winit begins with a line of its own source.
+        let reason = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map(|(_, reason)| reason);
+        let reason = reason.unwrap_or(&error).trim_end_matches('.');
+        format!("there is no display to open a window on ({reason}); set DISPLAY, or use xvfb-run").into()
+    };
+    match error {
+        eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
+        eframe::Error::Winit(error) => no_display(error.to_string()),
+        eframe::Error::Wgpu(WgpuError::CustomNativeAdapterSelectionError(reason)) => reason.into(),
+        // No graphics interface at all, before any adapter is looked for.
+        eframe::Error::Wgpu(WgpuError::CreateSurfaceError(_)) => {
+            GpuError::NoAdapter { wanted: "usable".to_owned(), found: "none".to_owned() }.into()
+        }
+        eframe::Error::Wgpu(error) => error.into(),
+        eframe::Error::AppCreation(error) => error,
+    }
+}

@@ -1,0 +1,116 @@
+use glam::DVec3;
+use sunbeam_realtime::Camera;
+
+/// Degrees that the camera turns for each point dragged.
+const DEGREES_PER_POINT: f64 = 0.35;
+/// Highest and lowest the camera may look from: straight above, up has no direction.
+const ELEVATION_MAX_DEG: f64 = 89.0;
+/// Distances that zooming keeps to, in cm.
+const DISTANCE_CM: std::ops::RangeInclusive<f64> = 0.2..=200.0;
+
+/// A camera that goes round the place it looks at; z is up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Orbit {
+    target: DVec3,
+    distance: f64,
+    /// Of the camera seen from the target, as with the sun.
+    azimuth_deg: f64,
+    elevation_deg: f64,
+    fov_deg: f64,
+}
+
+impl From<&Camera> for Orbit {
+    fn from(camera: &Camera) -> Self {
+        let target = DVec3::from(camera.target);
+        let offset = DVec3::from(camera.origin) - target;
+        let distance = offset.length();
+        Self {
+            target,
+            distance,
+            azimuth_deg: offset.y.atan2(offset.x).to_degrees(),
+            elevation_deg: (offset.z / distance).asin().to_degrees(),
+            fov_deg: camera.fov_deg,
+        }
+    }
+}
+
+impl Orbit {
+    /// The camera as the renderer takes it.
+    pub fn camera(&self) -> Camera {
+        Camera {
+            origin: (self.target + self.distance * self.outward()).to_array(),
+            target: self.target.to_array(),
+            fov_deg: self.fov_deg,
+        }
+    }
+
+    /// Azimuth of the camera seen from the target, in degrees.
+    pub fn azimuth_deg(&self) -> f64 {
+        self.azimuth_deg
+    }
+
+    /// Turns what is seen along with a drag in points.
+    pub fn turn(&mut self, right: f32, down: f32) {
+        self.azimuth_deg -= DEGREES_PER_POINT * f64::from(right);
+        let elevation = self.elevation_deg + DEGREES_PER_POINT * f64::from(down);
+        self.elevation_deg = elevation.clamp(-ELEVATION_MAX_DEG, ELEVATION_MAX_DEG);
+    }
+
+    /// Moves what is seen along with a drag in points, in a picture that is so many points wide.
+    pub fn pan(&mut self, right: f32, down: f32, width: f32) {
+        let forward = -self.outward();
+        let across = forward.cross(DVec3::Z).normalize();
+        let up = across.cross(forward);
+        let per_point = 2.0 * self.distance * (0.5 * self.fov_deg).to_radians().tan() / f64::from(width.max(1.0));
+        self.target += per_point * (f64::from(down) * up - f64::from(right) * across);
+    }
+
+    /// Goes nearer for factors below 1.
+    pub fn zoom(&mut self, factor: f64) {
+        self.distance = (self.distance * factor).clamp(*DISTANCE_CM.start(), *DISTANCE_CM.end());
+    }
+
+    /// From the target to the camera.
+    fn outward(&self) -> DVec3 {
+        let (sin_a, cos_a) = self.azimuth_deg.to_radians().sin_cos();
+        let (sin_e, cos_e) = self.elevation_deg.to_radians().sin_cos();
+        DVec3::new(cos_a * cos_e, sin_a * cos_e, sin_e)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_starts_at_the_camera_it_was_made_from() {
+        let camera = Camera::default();
+        let back = Orbit::from(&camera).camera();
+        assert!(DVec3::from(back.origin).distance(DVec3::from(camera.origin)) < 1e-12);
+        assert_eq!((back.target, back.fov_deg), (camera.target, camera.fov_deg));
+    }
+
+    #[test]
+    fn turning_keeps_the_distance_and_never_passes_the_top() {
+        let mut orbit = Orbit::from(&Camera::default());
+        let distance = |orbit: &Orbit| {
+            let camera = orbit.camera();
+            DVec3::from(camera.origin).distance(DVec3::from(camera.target))
+        };
+        let before = distance(&orbit);
+        orbit.turn(123.0, 1e4);
+        assert!((distance(&orbit) - before).abs() < 1e-9);
+        let camera = orbit.camera();
+        assert!(camera.origin[2] > camera.target[2] && camera.origin[..2] != camera.target[..2]);
+        orbit.zoom(1e-9);
+        assert!((distance(&orbit) - DISTANCE_CM.start()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn panning_moves_what_was_in_the_middle_along_with_the_drag() {
+        let mut orbit = Orbit::from(&Camera { origin: [0.0, -10.0, 0.0], target: [0.0; 3], fov_deg: 90.0 });
+        orbit.pan(50.0, 25.0, 100.0);
+        // The picture is 20 wide at the target; the camera looks along +y, so +x is right and +z up.
+        assert!(DVec3::from(orbit.camera().target).distance(DVec3::new(-10.0, 0.0, 5.0)) < 1e-12);
+    }
+}

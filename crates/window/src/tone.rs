@@ -1,0 +1,205 @@
+use eframe::egui::TextureId;
+use eframe::egui_wgpu::RenderState;
+use sunbeam_realtime::Target;
+
+/// What egui samples: encoded values, not decoded again.
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// Turns pictures of linear radiance into a texture of the window, on the GPU.
+pub struct ToneMapper {
+    pipeline: wgpu::RenderPipeline,
+    uniform: wgpu::Buffer,
+    shown: Option<Shown>,
+}
+
+struct Shown {
+    texture: wgpu::Texture,
+    id: TextureId,
+}
+
+impl ToneMapper {
+    /// Compiles the pass.
+    pub fn new(device: &wgpu::Device) -> Self {
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("tone"),
+            source: wgpu::ShaderSource::Wgsl(include_str!("tone.wgsl").into()),
+        });
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("tone"),
+            layout: None,
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("corner"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("shown"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("tone"),
+            // The least that a uniform may have is 16 bytes on some adapters.
+            size: 16,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { pipeline, uniform, shown: None }
+    }
+
+    /// Shows a picture brightened by so many stops. The texture keeps its number from picture to picture.
+    pub fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
+        let (width, height) = target.size();
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let id = match &mut self.shown {
+            Some(shown) if shown.texture.size() == size => shown.id,
+            shown => {
+                let texture = texture(&window.device, size);
+                let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+                let mut renderer = window.renderer.write();
+                let linear = wgpu::FilterMode::Linear;
+                let id = match shown {
+                    Some(Shown { id, .. }) => {
+                        renderer.update_egui_texture_from_wgpu_texture(&window.device, &view, linear, *id);
+                        *id
+                    }
+                    None => renderer.register_native_texture(&window.device, &view, linear),
+                };
+                *shown = Some(Shown { texture, id });
+                id
+            }
+        };
+        if let Some(shown) = &self.shown {
+            self.draw(&window.device, &window.queue, target.picture(), &shown.texture, stops);
+        }
+        id
+    }
+
+    fn draw(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        picture: &wgpu::Buffer,
+        shown: &wgpu::Texture,
+        stops: f64,
+    ) {
+        let words = [(stops.exp2() as f32).to_bits(), shown.width(), 0, 0];
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&words));
+        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("tone"),
+            layout: &self.pipeline.get_bind_group_layout(0),
+            entries: &[
+                wgpu::BindGroupEntry { binding: 0, resource: self.uniform.as_entire_binding() },
+                wgpu::BindGroupEntry { binding: 1, resource: picture.as_entire_binding() },
+            ],
+        });
+        let shown = shown.create_view(&wgpu::TextureViewDescriptor::default());
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("tone"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: &shown,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &bindings, &[]);
+        pass.draw(0..3, 0..1);
+        drop(pass);
+        queue.submit([encoder.finish()]);
+    }
+}
+
+fn texture(device: &wgpu::Device, size: wgpu::Extent3d) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("shown"),
+        size,
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sunbeam::colour::{srgb_encode, tone_map};
+    use sunbeam_realtime::{AdapterChoice, Gpu, GpuError};
+    use wgpu::util::DeviceExt;
+
+    /// A row of 16 texels of 4 bytes is padded to this when it is copied.
+    const ROW: u64 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as u64;
+
+    fn on_gpu(gpu: &Gpu, colours: &[[f32; 3]; 16], stops: f64) -> Vec<u8> {
+        let (device, queue) = (gpu.device(), gpu.queue());
+        let size = wgpu::Extent3d { width: 16, height: 1, depth_or_array_layers: 1 };
+        let texels: Vec<[f32; 4]> = colours.iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect();
+        let picture = device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: None,
+            contents: bytemuck::cast_slice(&texels),
+            usage: wgpu::BufferUsages::STORAGE,
+        });
+        let shown = texture(device, size);
+        ToneMapper::new(device).draw(device, queue, &picture, &shown, stops);
+        let read = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: ROW,
+            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_texture_to_buffer(
+            shown.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer: &read, layout: wgpu::TexelCopyBufferLayout::default() },
+            size,
+        );
+        queue.submit([encoder.finish()]);
+        read.map_async(wgpu::MapMode::Read, .., |mapped| mapped.unwrap());
+        device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        gpu.check().unwrap();
+        read.get_mapped_range(..).unwrap()[..64].to_vec()
+    }
+
+    #[test]
+    fn the_window_shows_what_the_files_hold() {
+        let gpu = match Gpu::open(AdapterChoice::from_env().unwrap()) {
+            Ok(gpu) => gpu,
+            Err(error @ GpuError::NoAdapter { .. }) => {
+                eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {error} ***\n");
+                return;
+            }
+            Err(error) => panic!("{error}"),
+        };
+        // Shadows, colours on both sides of the knee, out of the gamut, and far too bright.
+        let colours: [[f32; 3]; 16] = std::array::from_fn(|i| {
+            let bright = 0.002 * 2.0f32.powi(i as i32);
+            [bright, 0.3 * bright, if i % 2 == 0 { -bright } else { 0.7 * bright }]
+        });
+        for stops in [-1.0, 0.0, 2.0] {
+            let found = on_gpu(&gpu, &colours, stops);
+            for (texel, colour) in found.chunks_exact(4).zip(colours) {
+                let expected = srgb_encode(tone_map(colour.map(f64::from), stops));
+                for (byte, value) in texel.iter().zip(expected) {
+                    // Half of the last bit, and the error of `pow`.
+                    assert!((f64::from(*byte) - 255.0 * value).abs() < 0.6, "{colour:?}: {texel:?}, not {expected:?}");
+                }
+            }
+        }
+    }
+}

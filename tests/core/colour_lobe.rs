@@ -1,0 +1,432 @@
+//! The reflectance in colours against the spectral one integrated over wavelength, and its sampler against its density.
+
+use super::chi_square::{self, Bins, SIGNIFICANCE};
+use super::common::{Random, direction, preset};
+use rayon::prelude::*;
+use std::sync::LazyLock;
+use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
+use sunbeam::height_field::{HeightField, Preset};
+use sunbeam::reflectance::{
+    ColourSurface, ComplexIndex, Gamut, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights,
+    fresnel_unpolarised, luminance,
+};
+use sunbeam::table::{Model, WAVELENGTH_MIN_NM};
+
+/// What an eye just does not see, and the share of directions that has to stay below.
+const DELTA_E: f64 = 1.0;
+const PERCENTILE: f64 = 0.99;
+/// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
+const STANDARD_ERRORS: f64 = 4.0;
+
+/// Gold: Johnson and Christy, Phys. Rev. B 6, 4370 (1972).
+const GOLD: [(f64, f64, f64); 14] = [
+    (381.5, 1.46, 1.933),
+    (397.4, 1.47, 1.952),
+    (413.3, 1.46, 1.958),
+    (430.5, 1.45, 1.948),
+    (450.9, 1.38, 1.914),
+    (471.4, 1.31, 1.849),
+    (495.9, 1.04, 1.833),
+    (520.9, 0.62, 2.081),
+    (548.6, 0.43, 2.455),
+    (582.1, 0.29, 2.863),
+    (616.8, 0.21, 3.272),
+    (659.5, 0.14, 3.697),
+    (704.5, 0.13, 4.103),
+    (821.1, 0.16, 5.083),
+];
+
+fn gold() -> SpectralIndex {
+    SpectralIndex::sampled(GOLD.map(|(nm, eta, k)| (nm, ComplexIndex { eta, k })).into()).unwrap()
+}
+
+fn keratin() -> SpectralIndex {
+    SpectralIndex::Constant(ComplexIndex { eta: 1.56, k: 0.0 })
+}
+
+fn options() -> Options {
+    Options { conserve_energy: false, ..Options::default() }
+}
+
+fn build(field: &HeightField, index: Option<&SpectralIndex>) -> ColourSurface {
+    ColourSurface::new(field, &options(), index).unwrap()
+}
+
+/// The reflectance at every nm, Fresnel's included.
+struct Truth {
+    surface: Surface,
+    weights: SpectralToRgb,
+}
+
+impl Truth {
+    fn new(field: &HeightField) -> Self {
+        Self { surface: Surface::new(field, &options()).unwrap(), weights: SpectralToRgb::visible(1.0).unwrap() }
+    }
+
+    fn rgb(&self, wi: Vec3, wo: Vec3, index: Option<&SpectralIndex>) -> [f64; 3] {
+        let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
+        let cos = pair.cos_half();
+        let reflected = |nm| index.map_or(1.0, |index| fresnel_unpolarised(cos, index.at(nm)));
+        self.weights.rgb_of(|nm| self.surface.f(wi, wo, nm) * reflected(nm))
+    }
+}
+
+/// ΔE₀₀ of one answer against another over the hemisphere, ascending, exposed so that a tenth of what is lit at all clips.
+fn differences(
+    wi: Vec3,
+    truth: impl Fn(Vec3, Vec3) -> [f64; 3] + Sync,
+    found: impl Fn(Vec3, Vec3) -> [f64; 3] + Sync,
+) -> Vec<f64> {
+    const SIZE: usize = 64;
+    let pixels: Vec<_> = (0..SIZE * SIZE)
+        .into_par_iter()
+        .filter_map(|i| {
+            let [x, y] = [i % SIZE, i / SIZE].map(|i| (2 * i + 1) as f64 / SIZE as f64 - 1.0);
+            let z_squared = 1.0 - x * x - y * y;
+            let wo = [x, y, z_squared.max(0.0).sqrt()];
+            (z_squared > 0.0).then(|| (truth(wi, wo), found(wi, wo)))
+        })
+        .collect();
+    let brightest = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |a, b| a.max(*b));
+    let peak = pixels.iter().map(|(truth, _)| brightest(truth)).fold(0.0, f64::max);
+    let mut lit: Vec<f64> = pixels.iter().map(|(t, _)| brightest(t)).filter(|v| *v > 1e-4 * peak).collect();
+    lit.sort_by(f64::total_cmp);
+    let exposure = 1.0 / lit[lit.len() * 9 / 10];
+    let lab = |rgb: &[f64; 3]| linear_srgb_to_lab(rgb.map(|v| (v * exposure).clamp(0.0, 1.0)));
+    let mut errors: Vec<f64> = pixels.iter().map(|(truth, found)| ciede2000(lab(truth), lab(found))).collect();
+    errors.sort_by(f64::total_cmp);
+    errors
+}
+
+fn percentile(errors: &[f64]) -> f64 {
+    errors[(PERCENTILE * (errors.len() - 1) as f64) as usize]
+}
+
+struct Case {
+    name: &'static str,
+    truth: Truth,
+    /// Without an index, of keratin, of gold.
+    surfaces: [(Option<SpectralIndex>, ColourSurface); 3],
+}
+
+static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
+    [("sinusoidal", Preset::Sinusoidal), ("elaphe", Preset::Elaphe)]
+        .into_iter()
+        .map(|(name, field)| {
+            let field = preset(field);
+            let surfaces =
+                [None, Some(keratin()), Some(gold())].map(|index| (index.clone(), build(&field, index.as_ref())));
+            Case { name, truth: Truth::new(&field), surfaces }
+        })
+        .collect()
+});
+
+#[test]
+fn colours_are_those_of_the_spectrum() {
+    for case in CASES.iter() {
+        for (index, surface) in &case.surfaces {
+            println!("{}: {:?}", case.name, surface.report());
+            for (theta, phi) in [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)] {
+                let wi = direction(theta, phi);
+                let errors = differences(wi, |i, o| case.truth.rgb(i, o, index.as_ref()), |i, o| surface.f(i, o));
+                let error = percentile(&errors);
+                println!("{} with {:?} at {theta}°: ΔE {error:.2}", case.name, index.as_ref().map(|i| i.at(550.0)));
+                assert!(error < DELTA_E, "{} at {theta}°, {phi}°: ΔE {error:.2}", case.name);
+            }
+        }
+    }
+}
+
+/// What gold takes from white is not what it takes from a colour of the rainbow.
+#[test]
+fn gold_times_a_rainbow_is_not_the_product_of_two_colours() {
+    let (index, weights) = (gold(), SpectralToRgb::visible(1.0).unwrap());
+    let case = &CASES[1];
+    let [(_, plain), _, (_, golden)] = &case.surfaces;
+    let wi = direction(30.0, 20.0);
+    let product = |wi: Vec3, wo: Vec3| {
+        let cos = (0.5 * (0..3).map(|c| (wi[c] + wo[c]).powi(2)).sum::<f64>().sqrt()).min(1.0);
+        let metal = weights.rgb_of(|nm| fresnel_unpolarised(cos, index.at(nm)));
+        let colour = plain.f(wi, wo);
+        std::array::from_fn(|c| metal[c] * colour[c])
+    };
+    let truth = |i: Vec3, o: Vec3| case.truth.rgb(i, o, Some(&index));
+    let inside = differences(wi, truth, |i, o| golden.f(i, o));
+    let outside = differences(wi, truth, product);
+    println!("ΔE inside {:.2}, as a product {:.2}", percentile(&inside), percentile(&outside));
+    assert!(percentile(&inside) < DELTA_E && percentile(&outside) > 2.0 * DELTA_E);
+}
+
+/// The largest channel of a colour, whatever its sign.
+fn brightest(colour: [f64; 3]) -> f64 {
+    colour.iter().fold(0.0, |most, channel| most.max(channel.abs()))
+}
+
+#[test]
+fn colours_outside_srgb_are_kept_or_desaturated() {
+    // Mantissas of nine bits, and splines: of the brightest.
+    const OFF: f64 = 0.02;
+    // The weights of luminance have seven digits, in which their sum is one.
+    const WEIGHTS: f64 = 1e-6;
+    let case = &CASES[0];
+    let surface = &case.surfaces[0].1;
+    let mut lobe = surface.lobe::<f64>();
+    let wi = direction(30.0, 0.0);
+    let (mut least, mut peak, mut worst) = (0.0f64, 0.0f64, 0.0f64);
+    for i in 1..400 {
+        let x = f64::from(i) / 200.0 - 1.0;
+        let wo = [x, 0.0, (1.0 - x * x).sqrt()];
+        let truth = case.truth.rgb(wi, wo, None);
+        let kept = lobe.eval(wi, wo, true);
+        lobe.factors.gamut = Gamut::Desaturate;
+        let inside = lobe.eval(wi, wo, true);
+        lobe.factors.gamut = Gamut::Keep;
+        // Of the same luminance, nowhere negative, and the same where nothing was.
+        let [grey, wanted] = [inside, kept].map(luminance);
+        assert!((grey - wanted.max(0.0)).abs() <= WEIGHTS * brightest(kept), "{kept:?} became {inside:?}");
+        assert!(inside.iter().all(|&c| c >= 0.0), "{kept:?} became {inside:?}");
+        assert!(kept.iter().any(|&c| c < 0.0) || inside == kept);
+        for c in 0..3 {
+            least = least.min(truth[c]);
+            peak = peak.max(truth[c]);
+            worst = worst.max((kept[c] - truth[c]).abs());
+        }
+    }
+    assert!(least < -5.0 * OFF * peak && worst < OFF * peak, "{least} {worst} {peak}");
+}
+
+#[test]
+fn directions_may_be_exchanged_and_families_agree() {
+    // Of the brightest channel, at least one hundredth of the mean: places on the rings in single precision.
+    const SINGLE: f64 = 2e-3;
+    let mut random = Random::new(3);
+    for case in CASES.iter() {
+        for (_, surface) in &case.surfaces {
+            let (double, single) = (surface.lobe::<f64>(), surface.lobe::<f32>());
+            let pairs: Vec<_> = (0..3000).map(|_| (random.direction(), random.direction())).collect();
+            let answers: Vec<_> = pairs.iter().map(|&(wi, wo)| double.eval(wi, wo, true)).collect();
+            let mean = answers.as_flattened().iter().sum::<f64>() / (3.0 * answers.len() as f64);
+            for (&(wi, wo), answer) in pairs.iter().zip(&answers) {
+                assert_eq!(*answer, double.eval(wo, wi, true));
+                let narrow = |w: Vec3| w.map(|c| c as f32);
+                let found = single.eval(narrow(wi), narrow(wo), true);
+                let pdf = double.pdf(wi, wo, true);
+                let scale = brightest(*answer).max(0.01 * mean);
+                for (found, answer) in found.into_iter().zip(answer) {
+                    assert!((f64::from(found) - answer).abs() < SINGLE * scale, "{found} {answer} {mean}");
+                }
+                assert!((f64::from(single.pdf(narrow(wi), narrow(wo), true)) / pdf - 1.0).abs() < SINGLE);
+            }
+        }
+    }
+}
+
+#[test]
+fn luminance_is_that_of_the_spectrum() {
+    // The weights of each channel are scaled to white for themselves, by 0.2 % at most, and 0.4 % for the mantissas.
+    const RELATIVE: f64 = 0.02;
+    let case = &CASES[0];
+    let lobe = case.surfaces[0].1.lobe::<f64>();
+    let (mut random, mut sum, mut off) = (Random::new(8), 0.0, 0.0);
+    for _ in 0..300 {
+        let (wi, wo) = (direction(random.between(0.0, 70.0), 0.0), direction(random.between(0.0, 70.0), 180.0));
+        let weights = WavelengthWeights::per_nm().iter().enumerate();
+        let truth: f64 =
+            weights.map(|(i, w)| f64::from(w[3]) * case.truth.surface.f(wi, wo, WAVELENGTH_MIN_NM + i as f64)).sum();
+        sum += truth;
+        off += (luminance(lobe.eval(wi, wo, true)) - truth).abs();
+    }
+    assert!(off < RELATIVE * sum, "{off} of {sum}");
+}
+
+#[test]
+fn a_flat_mirror_is_white_as_a_whole() {
+    let surface = build(&preset(Preset::Flat), None);
+    let lobe = surface.lobe::<f64>();
+    for theta in [0.0, 30.0, 60.0] {
+        let wi = direction(theta, 20.0);
+        // The peak and its surroundings on a grid of a third of an order's width, in direction cosines.
+        const STEPS: i32 = 60;
+        const STEP: f64 = 1e-3;
+        let mut sum = [0.0; 3];
+        for i in -STEPS..=STEPS {
+            for j in -STEPS..=STEPS {
+                let (x, y) = (f64::from(i) * STEP - wi[0], f64::from(j) * STEP - wi[1]);
+                let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
+                let f = lobe.eval(wi, wo, true);
+                (0..3).for_each(|c| sum[c] += f[c] * STEP * STEP);
+            }
+        }
+        // Four rings join across the narrowest peak, that of blue; at 60° the obliquity factor bends across it.
+        for channel in sum {
+            assert!((channel - 1.0).abs() < 0.01, "{theta}°: {sum:?}");
+        }
+    }
+}
+
+/// Bins along either direction cosine, six nodes of the sampler each, and places in each along either axis where the density is
+/// read: eight to a node, so that the midpoint rule finds the integral of a tent, wherever it lies.
+const BINS: Bins = Bins { count: 37, low: -1.0, width: 2.0 / 37.0, places: 48 };
+
+/// Probability of samples under the density for another incidence, and the share of them that is lost.
+fn agreement(surface: &ColourSurface, wi: Vec3, claimed: Vec3) -> (f64, f64) {
+    let (single, exact) = (surface.lobe::<f32>(), surface.lobe::<f64>());
+    let density = |wo: Vec3| exact.pdf(claimed, wo, true);
+    chi_square::agreement([BINS; 2], density, |random| {
+        let wo = single.sample(wi.map(|c| c as f32), random.three().map(|u| u as f32), true);
+        (wo[2] > 0.0).then(|| wo.map(f64::from))
+    })
+}
+
+#[test]
+fn directions_are_distributed_as_the_pdf_says() {
+    for case in CASES.iter() {
+        let surface = &case.surfaces[2].1;
+        for (theta, phi) in [(0.0, 0.0), (55.0, 70.0), (80.0, -160.0), (85.0, 25.0)] {
+            let wi = direction(theta, phi);
+            let (p, lost) = agreement(surface, wi, wi);
+            println!("{} at {theta}°: p = {p:.4}, {:.1} % lost", case.name, 100.0 * lost);
+            assert!(p > SIGNIFICANCE, "{} at {theta}°: {p:e}", case.name);
+            assert!(lost < 0.5, "{} at {theta}°: {lost}", case.name);
+        }
+    }
+}
+
+#[test]
+fn a_wrong_density_is_rejected() {
+    let surface = &CASES[0].surfaces[0].1;
+    let (p, _) = agreement(surface, direction(40.0, 20.0), direction(41.0, 20.0));
+    assert!(p < 1e-9, "{p}");
+}
+
+struct Weights {
+    mean: [f64; 3],
+    error: [f64; 3],
+    /// Of the channels and of luminance, over the mean.
+    channel_std: f64,
+    luminance_std: f64,
+    largest: f64,
+}
+
+fn weights(surface: &ColourSurface, wi: Vec3, count: usize, gamut: Gamut) -> Weights {
+    let mut lobe = surface.lobe::<f64>();
+    lobe.factors.gamut = gamut;
+    let mut random = Random::new(5);
+    let (mut sum, mut squares, mut largest) = ([0.0; 4], [0.0; 4], 0.0f64);
+    for _ in 0..count {
+        let wo = lobe.sample(wi, random.three(), true);
+        if wo[2] <= 0.0 {
+            continue;
+        }
+        let (f, pdf) = lobe.eval_pdf(wi, wo, true);
+        assert!(pdf > 0.0 && pdf.is_finite());
+        let [r, g, b] = f.map(|f| f * wo[2] / pdf);
+        for (i, weight) in [r, g, b, luminance([r, g, b])].into_iter().enumerate() {
+            sum[i] += weight;
+            squares[i] += weight * weight;
+            largest = largest.max(weight);
+        }
+    }
+    let n = count as f64;
+    let mean = sum.map(|sum| sum / n);
+    let std: [f64; 4] = std::array::from_fn(|i| (squares[i] / n - mean[i] * mean[i]).sqrt());
+    Weights {
+        mean: std::array::from_fn(|c| mean[c]),
+        error: std::array::from_fn(|c| std[c] / n.sqrt()),
+        channel_std: (0..3).map(|c| std[c] / mean[c]).sum::<f64>() / 3.0,
+        luminance_std: std[3] / mean[3],
+        largest: largest / mean[3],
+    }
+}
+
+/// Deviation of the channels' weights over their mean up to 75° and at 85°, and the largest weight over the mean of luminance.
+/// One density serves three channels, of which a direction of a grating mostly has one: that alone is 1.2. At 85° much of what
+/// is reflected leaves along the surface, where the square about the hemisphere is half empty, and the cosine of the weight
+/// varies within a node.
+const CHANNEL_STD: f64 = 1.5;
+const CHANNEL_STD_85: f64 = 1.9;
+const LARGEST: f64 = 60.0;
+
+#[test]
+fn weights_are_even() {
+    for name in [Preset::Blazed, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
+        let options = Options { conserve_energy: true, ..options() };
+        let surface = ColourSurface::new(&preset(name), &options, None).unwrap();
+        println!("{name}: {:?}", surface.report());
+        for theta in [0.0, 30.0, 60.0, 75.0, 85.0] {
+            let found = weights(&surface, direction(theta, 25.0), 20_000, Gamut::Desaturate);
+            println!(
+                "{name} at {theta}°: channels {:.2}, luminance {:.2}, largest {:.1}, mean {:.3?}",
+                found.channel_std, found.luminance_std, found.largest, found.mean
+            );
+            let most = if theta > 80.0 { CHANNEL_STD_85 } else { CHANNEL_STD };
+            assert!(found.channel_std < most && found.largest < LARGEST, "{name} at {theta}°");
+        }
+    }
+}
+
+#[test]
+fn weights_average_to_the_albedo() {
+    // The spectral table's tolerance and the colour table's mantissas.
+    const TABLES: f64 = 0.005;
+    let case = &CASES[0];
+    let white = SpectralToRgb::visible(5.0).unwrap();
+    for theta in [0.0, 40.0, 60.0] {
+        let wi = direction(theta, 25.0);
+        let albedo = white.rgb_of(|nm| case.truth.surface.albedo(wi, nm).unwrap());
+        let kept = weights(&case.surfaces[0].1, wi, 200_000, Gamut::Keep);
+        let grey = weights(&case.surfaces[0].1, wi, 200_000, Gamut::Desaturate);
+        println!("at {theta}°: {albedo:.3?}, kept {:.3?}, desaturated {:.3?}", kept.mean, grey.mean);
+        for c in 0..3 {
+            let off = STANDARD_ERRORS * kept.error[c] + TABLES * albedo[c];
+            assert!((kept.mean[c] - albedo[c]).abs() < off, "{:?} {albedo:?}", kept.mean);
+        }
+        // Luminance is that of what is kept, direction by direction, but for ripples of the splines where it is negative.
+        let [found, wanted] = [grey.mean, kept.mean].map(luminance);
+        assert!((found - wanted).abs() < 1e-4 * wanted, "{found} {wanted}");
+    }
+}
+
+#[test]
+fn what_is_kept_on_disk_answers_the_same() {
+    let surface = &CASES[0].surfaces[2].1;
+    let bytes = postcard::to_stdvec(surface).unwrap();
+    let back: ColourSurface = postcard::from_bytes(&bytes).unwrap();
+    assert_eq!(back.table(), surface.table());
+    let mut random = Random::new(2);
+    for _ in 0..100 {
+        let (wi, wo, u) = (random.direction(), random.direction(), random.three());
+        let (a, b) = (surface.lobe::<f64>(), back.lobe::<f64>());
+        assert_eq!(a.eval_pdf(wi, wo, true), b.eval_pdf(wi, wo, true));
+        assert_eq!(a.sample(wi, u, true), b.sample(wi, u, true));
+    }
+}
+
+#[test]
+fn what_is_no_pair_answers_zero() {
+    let lobe = CASES[0].surfaces[2].1.lobe::<f32>();
+    let up = [0.0, 0.0, 1.0];
+    let bad =
+        [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [f32::NAN, 0.0, 1.0], [0.0, f32::INFINITY, 1.0], [0.0, 0.0, f32::NAN]];
+    for w in bad {
+        assert_eq!(lobe.eval(w, up, true), [0.0; 3]);
+        assert_eq!(lobe.eval(up, w, true), [0.0; 3]);
+    }
+    assert_eq!(lobe.sample([0.0, 0.0, -1.0], [0.5; 3], true), [0.0; 3]);
+    assert_eq!(lobe.eval(up, up, false), [0.0; 3]);
+    assert_eq!(lobe.pdf(up, [0.0, 0.0, -1.0], true), 0.0);
+}
+
+#[test]
+fn a_patch_and_long_windows_are_built() {
+    let field = preset(Preset::Sinusoidal);
+    for (model, coherence_length_um) in [(Model::Patch, 65.0), (Model::Ensemble, 300.0)] {
+        let options = Options { model, coherence_length_um, ..options() };
+        let surface = ColourSurface::new(&field, &options, None).unwrap();
+        println!("{:?}", surface.report());
+        assert!(surface.report().sampler_bytes <= 8_000_000, "{:?}", surface.report());
+        let found = weights(&surface, direction(30.0, 25.0), 20_000, Gamut::Desaturate);
+        println!("{model:?} {coherence_length_um} µm: channels {:.2}, largest {:.1}", found.channel_std, found.largest);
+        assert!(found.channel_std < 3.0, "{}", found.channel_std);
+    }
+}

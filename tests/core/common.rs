@@ -1,0 +1,100 @@
+//! Helpers that several test binaries share.
+#![allow(dead_code)] // Each binary uses some of them.
+
+use ndarray::Array2;
+use std::f64::consts::TAU;
+use sunbeam::height_field::{HeightField, Preset};
+use sunbeam::reflectance::{Exact, Surface, Vec3};
+use sunbeam::table::DENSITY_FLOOR_UM2;
+
+/// SplitMix64: the same numbers on every machine.
+pub struct Random(u64);
+
+impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    /// Uniform in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    pub fn three(&mut self) -> [f64; 3] {
+        [self.unit(), self.unit(), self.unit()]
+    }
+
+    /// Uniform over the upper hemisphere.
+    pub fn direction(&mut self) -> Vec3 {
+        let theta = (1.0 - self.unit()).acos().to_degrees();
+        direction(theta, self.between(-180.0, 180.0))
+    }
+
+    /// In the tables' range.
+    pub fn wavelength_nm(&mut self) -> f64 {
+        self.between(360.0, 830.0)
+    }
+}
+
+/// The direction at `theta` from the normal and `phi` from the tangent, in degrees.
+pub fn direction(theta: f64, phi: f64) -> Vec3 {
+    let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
+    [st * cp, st * sp, ct]
+}
+
+pub fn preset(preset: Preset) -> HeightField {
+    preset.build(None, None).unwrap()
+}
+
+/// A rough relief of `nx` by `ny` pixels with heights from about 0 to `height_um`.
+pub fn relief(nx: usize, ny: usize, dx_um: f64, dy_um: f64, height_um: f64) -> HeightField {
+    let mut random = Random::new((nx * 1000 + ny) as u64);
+    let heights = Array2::from_shape_simple_fn((ny, nx), || height_um * random.unit());
+    HeightField::new(heights, dx_um, dy_um).unwrap()
+}
+
+/// A smooth relief that goes on periodically: slopes as on real surfaces.
+pub fn waves(nx: usize, ny: usize, dx_um: f64, dy_um: f64, height_um: f64) -> HeightField {
+    let height = |(iy, ix): (usize, usize)| {
+        let (x, y) = (TAU * ix as f64 / nx as f64, TAU * iy as f64 / ny as f64);
+        height_um * (0.5 + 0.25 * (3.0 * x + y).sin() + 0.15 * (x - 2.0 * y).cos() + 0.1 * (5.0 * y + 0.3).sin())
+    };
+    HeightField::new(Array2::from_shape_fn((ny, nx), height), dx_um, dy_um).unwrap()
+}
+
+/// `amplitude_um · sin(2πx/period)` sampled `n` times.
+pub fn sinusoid(n: usize, period_um: f64, amplitude_um: f64) -> HeightField {
+    let height = |(_, ix): (usize, usize)| amplitude_um * (TAU * ix as f64 / n as f64).sin();
+    HeightField::new(Array2::from_shape_fn((1, n), height), period_um / n as f64, period_um).unwrap()
+}
+
+/// `S(f; κ)` in µm² as the table has it, and its mean over the κ that the outgoing hemisphere spans.
+pub fn table_density(surface: &Surface, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> (f64, f64) {
+    let um = wavelength_nm * 1e-3;
+    let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
+    let value = surface.table().density(f, TAU * (wi[2] + wo[2]) / um);
+    (value, surface.table().hemisphere_mean(f, wi[2], um))
+}
+
+/// Error of the table's S against the oracle's, relative to the largest of the oracle's, the mean over κ there, and the
+/// density floor.
+pub fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+    let um = wavelength_nm * 1e-3;
+    let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
+    let (value, mean) = table_density(surface, wi, wo, wavelength_nm);
+    let truth = exact.power_density(f, TAU * (wi[2] + wo[2]) / um);
+    (value - truth).abs() / truth.max(mean).max(DENSITY_FLOOR_UM2)
+}
+
+/// The oracle of a surface's field, with the surface's own options.
+pub fn oracle(field: &HeightField, surface: &Surface) -> Exact {
+    Exact::new(field, surface.options(), surface.albedo_table().cloned())
+}

@@ -1,0 +1,300 @@
+//! No energy is created (docs/model.md, "Energy"), and how much what sees to it changes.
+
+use super::common::{Random, direction, oracle, preset, relief, sinusoid, waves};
+use std::f64::consts::{PI, TAU};
+use sunbeam::height_field::{HeightField, Preset};
+use sunbeam::reflectance::{ColourAlbedoTable, Obliquity, Options, Surface, Vec3, WavelengthWeights};
+use sunbeam::table::{Progress, Tiling};
+
+/// What the albedo may be and not count as above one: the tables' default tolerance more.
+const ALBEDO_MAX: f64 = 1.001;
+/// Share of random incidences above that, and what the worst of them may be: the table is raised at some 10⁵ places, and
+/// between these the top of a ridge, where a narrow order leaves along the surface, is met by chance.
+const SHARE_ABOVE: f64 = 0.0005;
+const WORST_MAX: f64 = 1.005;
+/// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
+const STANDARD_ERRORS: f64 = 4.0;
+/// Tables (1e-3) and the three-point rules of the order-by-order integral, against a fine quadrature.
+const QUADRATURE: f64 = 2e-3;
+
+fn build(field: &HeightField, options: &Options) -> Surface {
+    Surface::new(field, options).unwrap()
+}
+
+/// Incident directions up to 89.9°, half of them uniform in the angle so that grazing ones come up.
+fn incident(random: &mut Random) -> Vec3 {
+    if random.unit() < 0.5 {
+        direction(random.between(0.0, 89.9), random.between(-180.0, 180.0))
+    } else {
+        let d = random.direction();
+        if d[2] < 0.001_745 { direction(89.9, 0.0) } else { d }
+    }
+}
+
+/// What the reflectance back into the incident direction is multiplied by, 1/A: that of a pair is the lesser of its directions'.
+fn factor(surface: &Surface, wi: Vec3, nm: f64) -> f64 {
+    surface.albedo_table().map_or(1.0, |table| table.factor(wi, wi, nm))
+}
+
+/// Holds `queries` random directions and wavelengths to the bound, and prints what the division changed.
+fn check_bound(name: &str, surface: &Surface, queries: usize) {
+    let mut random = Random::new(5);
+    let (mut most, mut least_factor, mut sum_factor, mut at) = (0.0, 1.0f64, 0.0, ([0.0; 3], 0.0));
+    let mut above = 0;
+    for _ in 0..queries {
+        let (wi, nm) = (incident(&mut random), random.wavelength_nm());
+        let albedo = surface.albedo(wi, nm).unwrap();
+        let factor = factor(surface, wi, nm);
+        least_factor = least_factor.min(factor);
+        sum_factor += factor / queries as f64;
+        above += usize::from(albedo > ALBEDO_MAX);
+        if albedo > most {
+            (most, at) = (albedo, (wi, nm));
+        }
+    }
+    let energy = surface.report().energy.unwrap();
+    let theta = at.0[2].acos().to_degrees();
+    let phi = at.0[1].atan2(at.0[0]).to_degrees();
+    println!(
+        "{name:22} albedo ≤ {most:.5} (at θ {theta:.2}° φ {phi:.0}° {:.0} nm; {above} of {queries} above), factor of a \
+         direction ≥ {least_factor:.3}, mean {sum_factor:.4}; over the hemisphere {:.4} → {:.4}, before ≤ {:.3}; {:.2} s",
+        at.1,
+        energy.albedo_mean_unscaled,
+        energy.albedo_mean_scaled,
+        energy.albedo_max_unscaled,
+        surface.report().build_seconds
+    );
+    assert!(above as f64 <= SHARE_ABOVE * queries as f64 + 1.0, "{name}: {above} of {queries} above {ALBEDO_MAX}");
+    assert!(most <= WORST_MAX, "{name}: {most}");
+}
+
+#[test]
+fn gratings_reflect_at_most_what_falls_on_them() {
+    for name in [Preset::Flat, Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+        for obliquity in [Obliquity::Stam, Obliquity::Unit] {
+            let surface = build(&preset(name), &Options { obliquity, ..Options::default() });
+            check_bound(&format!("{name} {obliquity:?}"), &surface, 2000);
+        }
+    }
+    let surface = build(&waves(64, 48, 0.1, 0.1, 0.5), &Options::default());
+    check_bound("waves", &surface, 200);
+    let surface = build(&preset(Preset::Blazed), &Options { coherence_length_um: 5.0, ..Options::default() });
+    check_bound("blazed 5 µm", &surface, 1000);
+}
+
+#[test]
+fn a_steep_sinusoid_reflects_at_most_what_falls_on_it() {
+    let surface = build(&sinusoid(256, 1.25, 0.15), &Options::default());
+    check_bound("steep sinusoid", &surface, 2000);
+}
+
+#[test]
+fn large_tiles_reflect_at_most_what_falls_on_them() {
+    for name in [Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
+        let surface = build(&preset(name), &Options::default());
+        check_bound(name.name(), &surface, 6);
+    }
+}
+
+#[test]
+fn without_scaling_a_sinusoid_at_grazing_makes_energy() {
+    // The sinusoid of docs/model.md#energy: 0.15 µm is its amplitude or its height from valley to peak.
+    let mut most = [0.0f64; 2];
+    for (most, amplitude) in most.iter_mut().zip([0.15, 0.075]) {
+        let options = Options { obliquity: Obliquity::Unit, conserve_energy: false, ..Options::default() };
+        let surface = build(&sinusoid(256, 1.25, amplitude), &options);
+        let mut at = 0.0;
+        for nm in (360..=830).step_by(2) {
+            let albedo = surface.albedo(direction(85.0, 0.0), nm as f64).unwrap();
+            if albedo > *most {
+                (*most, at) = (albedo, nm as f64);
+            }
+        }
+        println!("amplitude {amplitude} µm: {most:.3} at 85° and {at} nm");
+    }
+    assert!(most[0].max(most[1]) > 1.3);
+}
+
+#[test]
+fn what_makes_no_energy_is_left_alone() {
+    let flat = build(&preset(Preset::Flat), &Options::default());
+    let mut random = Random::new(3);
+    for _ in 0..200 {
+        let wi = direction(random.between(0.0, 75.0), random.between(-180.0, 180.0));
+        let albedo = flat.albedo(wi, random.wavelength_nm()).unwrap();
+        assert!((albedo - 1.0).abs() < 1e-3, "{wi:?}: {albedo}");
+    }
+    for name in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+        let surface = build(&preset(name), &Options::default());
+        let plain = build(&preset(name), &Options { conserve_energy: false, ..Options::default() });
+        let (mut below, mut lowered, mut lost) = (0.0, 0.0, 0.0);
+        for _ in 0..2000 {
+            let (wi, nm) = (random.direction(), random.wavelength_nm());
+            if plain.albedo(wi, nm).unwrap() < 0.98 {
+                let factor = factor(&surface, wi, nm);
+                below += 1.0;
+                lowered += f64::from(u8::from(factor < 0.99));
+                lost += 1.0 - factor;
+            }
+        }
+        let mean = lost / f64::max(below, 1.0);
+        println!("{name}: of {below} directions below 0.98, {lowered} have a factor below 0.99; mean loss {mean:.4}");
+        // Only those in a cell of the grid with an excess are touched.
+        assert!(mean < 0.02, "{name}: {mean}");
+    }
+}
+
+#[test]
+fn the_factor_of_a_pair_is_the_lesser_of_its_directions() {
+    // What single precision loses in places on the grid, whose values change by up to a tenth of themselves a cell.
+    const SINGLE: f64 = 1e-4;
+    let surface = build(&preset(Preset::Blazed), &Options::default());
+    let table = surface.albedo_table().unwrap();
+    let single = table.view::<f32>();
+    let mut random = Random::new(9);
+    let mut touched = 0;
+    for _ in 0..2000 {
+        let (wi, wo, nm) = (incident(&mut random), incident(&mut random), random.wavelength_nm());
+        let pair = table.factor(wi, wo, nm);
+        assert_eq!(pair, table.factor(wo, wi, nm));
+        assert_eq!(pair, factor(&surface, wi, nm).min(factor(&surface, wo, nm)));
+        let narrow = single.factor(wi.map(|c| c as f32), wo.map(|c| c as f32), nm as f32, true);
+        // Towards the horizon the direction itself is rounded, and 1/cos² with it.
+        if wi[2].min(wo[2]) > 0.05 {
+            assert!((f64::from(narrow) - pair).abs() < SINGLE, "{wi:?} {wo:?} {nm}: {pair} {narrow}");
+        }
+        touched += usize::from(pair < 1.0);
+    }
+    assert!(touched > 100, "{touched}");
+}
+
+#[test]
+fn bands_reflect_at_most_what_falls_on_them() {
+    // What lies between the nodes of the grid, and 32 wavelengths for a band, in which orders leave along the surface.
+    const EXCESS: f64 = 0.01;
+    const SAMPLES: usize = 40_000;
+    let plain = Options { conserve_energy: false, ..Options::default() };
+    let surface = build(&preset(Preset::Blazed), &plain);
+    let table = ColourAlbedoTable::build(&surface.table().unpacked(), &plain, &Progress::none()).unwrap();
+    let view = table.view::<f64>();
+    let mut random = Random::new(21);
+    let mut divided = 0;
+    for _ in 0..40 {
+        let wi = direction(random.between(0.0, 85.0), random.between(-180.0, 180.0));
+        // Of samples with their band's weight, and its factor.
+        let (mut before, mut sum, mut squares) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+        for _ in 0..SAMPLES {
+            let nm = random.wavelength_nm();
+            let Some(sample) = surface.sample(wi, &[nm], random.three()) else { continue };
+            let weights = WavelengthWeights::per_nm()[(nm - 360.0) as usize];
+            let factor = view.factor(wi, sample.wo, true);
+            for band in 0..3 {
+                let part = sample.weight * f64::from(weights[band]) * (830.0 - 360.0) / SAMPLES as f64;
+                before[band] += part;
+                sum[band] += part * factor[band];
+                squares[band] += (part * factor[band]).powi(2);
+            }
+        }
+        for band in 0..3 {
+            let error = squares[band].sqrt();
+            assert!(sum[band] < 1.0 + EXCESS + STANDARD_ERRORS * error, "{wi:?} band {band}: {} ± {error}", sum[band]);
+            divided += usize::from(before[band] > 1.0 + EXCESS + STANDARD_ERRORS * error);
+        }
+    }
+    // Negative control: there is energy to take away.
+    assert!(divided > 5, "{divided}");
+    let flat = build(&preset(Preset::Flat), &plain);
+    let flat = ColourAlbedoTable::build(&flat.table().unpacked(), &plain, &Progress::none()).unwrap();
+    assert_eq!(flat.view::<f64>().factor([0.0, 0.6, 0.8], [0.0, -0.6, 0.8], true), [1.0; 3]);
+}
+
+#[test]
+fn the_albedo_is_what_sampling_finds() {
+    let field = sinusoid(64, 2.5, 0.125);
+    for (coherence_length_um, theta, phi, nm) in
+        [(65.0, 0.0, 0.0, 550.0), (65.0, 70.0, 30.0, 450.0), (5.0, 40.0, 0.0, 650.0), (5.0, 80.0, 90.0, 500.0)]
+    {
+        let surface = build(&field, &Options { coherence_length_um, ..Options::default() });
+        let wi = direction(theta, phi);
+        let mut random = Random::new(17);
+        const SAMPLES: usize = 200_000;
+        let (mut sum, mut squares) = (0.0, 0.0);
+        for _ in 0..SAMPLES {
+            let weight = surface.sample(wi, &[nm], random.three()).map_or(0.0, |s| s.weight);
+            sum += weight;
+            squares += weight * weight;
+        }
+        let mean = sum / SAMPLES as f64;
+        let error = ((squares / SAMPLES as f64 - mean * mean).max(0.0) / SAMPLES as f64).sqrt();
+        let albedo = surface.albedo(wi, nm).unwrap();
+        println!("{coherence_length_um} µm {theta}°: sampled {mean:.5} ± {error:.5}, integrated {albedo:.5}");
+        assert!((mean - albedo).abs() < STANDARD_ERRORS * error + 0.5 * QUADRATURE, "{mean} ± {error} {albedo}");
+    }
+}
+
+#[test]
+fn the_albedo_is_the_integral_of_the_oracle() {
+    // A short coherence makes orders wide enough for a plain quadrature over the hemisphere.
+    let field = sinusoid(64, 2.5, 0.125);
+    for conserve_energy in [false, true] {
+        let options = Options { coherence_length_um: 5.0, conserve_energy, ..Options::default() };
+        let surface = build(&field, &options);
+        let exact = oracle(&field, &surface);
+        for (theta, phi, nm) in [(0.0, 0.0, 550.0), (60.0, 0.0, 450.0), (75.0, 40.0, 650.0)] {
+            let wi = direction(theta, phi);
+            const RINGS: usize = 160;
+            const SPOKES: usize = 320;
+            let mut sum = 0.0;
+            for ring in 0..RINGS {
+                let psi = (ring as f64 + 0.5) / RINGS as f64 * 90.0;
+                for spoke in 0..SPOKES {
+                    let wo = direction(psi, (spoke as f64 + 0.5) / SPOKES as f64 * 360.0);
+                    let sin = psi.to_radians().sin();
+                    sum += exact.eval(wi, wo, nm) * wo[2] * sin;
+                }
+            }
+            let integral = sum * (0.5 * PI / RINGS as f64) * (TAU / SPOKES as f64);
+            let albedo = surface.albedo(wi, nm).unwrap();
+            println!("{theta}° {nm} nm: oracle {integral:.5}, order by order {albedo:.5}");
+            assert!((integral - albedo).abs() < QUADRATURE * integral, "{integral} {albedo}");
+        }
+    }
+}
+
+/// `∫ f_r cosθo dωo` by the midpoint rule in angles.
+fn midpoint_albedo(surface: &Surface, wi: Vec3, nm: f64) -> f64 {
+    const RINGS: usize = 1200;
+    const SPOKES: usize = 2400;
+    let mut sum = 0.0;
+    for ring in 0..RINGS {
+        let theta = (ring as f64 + 0.5) / RINGS as f64 * 90.0;
+        for spoke in 0..SPOKES {
+            let wo = direction(theta, (spoke as f64 + 0.5) / SPOKES as f64 * 360.0);
+            sum += surface.f(wi, wo, nm) * wo[2] * theta.to_radians().sin();
+        }
+    }
+    sum * (0.5 * PI / RINGS as f64) * (TAU / SPOKES as f64)
+}
+
+#[test]
+fn the_albedo_is_the_integral_of_the_reflectance_where_lobes_are_hard_to_integrate() {
+    let alone = Options { tiling: Tiling::Aperiodic, coherence_length_um: 100.0, ..Options::default() };
+    let cases = [
+        // One pixel wide: the pixels' limit cuts through every lobe.
+        ("one row", relief(22, 1, 0.38, 8.4, 0.003), alone.clone()),
+        // Lobes five times as long as wide, half the hemisphere long.
+        ("oblong", relief(10, 21, 0.07, 0.16, 0.0), alone),
+        // Powers oscillate some twenty times between the normal and the horizon.
+        ("deep", relief(19, 1, 0.054, 1.0, 9.0), Options { coherence_length_um: 1.5, ..Options::default() }),
+        ("deep, narrower", relief(12, 12, 0.4, 0.4, 9.0), Options { coherence_length_um: 10.0, ..Options::default() }),
+    ];
+    for (name, field, options) in cases {
+        let surface = build(&field, &Options { conserve_energy: false, ..options });
+        for (theta, phi, nm) in [(14.0, 145.0, 360.0), (45.0, 35.0, 450.0), (75.0, -20.0, 650.0)] {
+            let wi = direction(theta, phi);
+            let (integral, albedo) = (midpoint_albedo(&surface, wi, nm), surface.albedo(wi, nm).unwrap());
+            println!("{name}, {theta}° {nm} nm: midpoints {integral:.5}, albedo {albedo:.5}");
+            assert!((integral - albedo).abs() < QUADRATURE * integral.max(1.0), "{name}: {integral} {albedo}");
+        }
+    }
+}

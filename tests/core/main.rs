@@ -1,0 +1,18 @@
+//! The library against independent truths, in one program.
+
+// As tests do, outside of `#[test]` functions too.
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+mod chi_square;
+mod common;
+
+mod colour_lobe;
+mod colour_table;
+mod energy;
+mod hard_cases;
+mod maxwell;
+mod methods;
+mod sampling;
+mod snake_spectra;
+mod tables;
+mod transforms;

@@ -1,0 +1,236 @@
+//! The procedural skins against atomic-force scans: radial and angular power spectra of the height, and the
+//! statistics of the relief. The scans are 6.5 µm across, so the skins are cut into crops of that size, treated alike
+//! (plane removed, the same taper) and averaged. Fails if a skin is changed for the worse, or taken for the other.
+
+use ndarray::{Array2, s};
+use rustfft::{FftPlanner, num_complex::Complex};
+use std::path::PathBuf;
+use sunbeam::height_field::{FileScale, HeightField, Level, Preset};
+
+/// Half the sum of absolute differences between the shares of power in the rings of frequency. Found: 0.09 and 0.08.
+/// A scan is one crop, and single crops of one skin differ from their own average by 0.07 (median) and up to
+/// 0.13 to 0.17 (95 %), so more than 0.13 would say that the skins differ.
+const RADIAL: f64 = 0.13;
+/// The same for sectors of direction. Found: 0.06 and 0.07; single crops differ from their average by up to 0.09 (95 %).
+const ANGULAR: f64 = 0.10;
+/// Relative difference of the root mean square height and slopes. Found: at most 0.13; they scatter by 0.03 (height)
+/// to 0.12 (slope along the fingers of Elaphe) between crops.
+const MOMENTS: f64 = 0.20;
+/// Relative difference of highest minus lowest, an extreme value; it scatters by 0.1 between crops.
+const RANGE: f64 = 0.25;
+/// A wrong skin must miss the spectra by at least this factor, or the comparison says little.
+const CLEAR_MISS: f64 = 2.0;
+
+/// Rings in cycles/µm: narrow where the orders are, wide where there is little power. The lowest is left out: levelling
+/// and taper take most of what is below 0.2.
+const RINGS: [f64; 11] = [0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.1, 2.7, 3.5, 4.7, 6.5];
+/// Rings over which directions are compared, in cycles/µm.
+const SECTOR_BAND: (f64, f64) = (0.5, 4.7);
+/// Sectors of 15° between the fingers' axis and across; mirrored directions are folded together, since the small
+/// turn of the sample under the microscope means nothing.
+const SECTORS: usize = 6;
+
+const CROP_UM: f64 = 6.5;
+
+#[derive(Debug)]
+struct Features {
+    rings: Vec<f64>,
+    sectors: Vec<f64>,
+    /// Root mean square height (µm), slope along and across the fingers, range (µm).
+    rms_um: f64,
+    slopes: (f64, f64),
+    range_um: f64,
+}
+
+fn fft2(values: &Array2<f64>) -> Array2<Complex<f64>> {
+    let mut planner = FftPlanner::new();
+    let mut out = values.mapv(|v| Complex::new(v, 0.0));
+    for _ in 0..2 {
+        let fft = planner.plan_fft_forward(out.ncols());
+        for mut row in out.rows_mut() {
+            let mut line = row.to_vec();
+            fft.process(&mut line);
+            row.assign(&ndarray::ArrayView1::from(&line));
+        }
+        out = out.reversed_axes().as_standard_layout().into_owned();
+    }
+    out
+}
+
+fn signed(index: usize, count: usize) -> f64 {
+    if 2 * index < count { index as f64 } else { index as f64 - count as f64 }
+}
+
+fn shares(mut values: Vec<f64>) -> Vec<f64> {
+    let sum: f64 = values.iter().sum();
+    values.iter_mut().for_each(|v| *v /= sum);
+    values
+}
+
+/// Features of one crop with its fingers along x. The spectra are powers here, not shares.
+fn features(crop: &HeightField) -> Features {
+    let field = crop.levelled(Level::Plane);
+    let (nx, ny) = field.size();
+    let taper = |i: usize, n: usize| (std::f64::consts::PI * (i as f64 + 0.5) / n as f64).sin().powi(2);
+    let window = Array2::from_shape_fn((ny, nx), |(iy, ix)| taper(iy, ny) * taper(ix, nx));
+    let mean = (field.heights_um() * &window).sum() / window.sum();
+    let power = fft2(&((field.heights_um() - mean) * &window)).mapv(|c| c.norm_sqr());
+    let (lx, ly) = field.extent_um();
+    let (mut rings, mut sectors) = (vec![0.0; RINGS.len() - 1], vec![0.0; SECTORS]);
+    for ((iy, ix), p) in power.indexed_iter() {
+        let (fx, fy) = (signed(ix, nx) / lx, signed(iy, ny) / ly);
+        let radius = fx.hypot(fy);
+        if let Some(ring) = RINGS.windows(2).position(|r| (r[0]..r[1]).contains(&radius)) {
+            rings[ring] += p;
+        }
+        if radius > SECTOR_BAND.0 && radius < SECTOR_BAND.1 {
+            let angle = fy.abs().atan2(fx.abs()).to_degrees();
+            sectors[((angle / 90.0 * SECTORS as f64) as usize).min(SECTORS - 1)] += p;
+        }
+    }
+    let range_um = crop.peak_to_valley_um();
+    Features { rings, sectors, rms_um: field.rms_um(), slopes: field.rms_slope(), range_um }
+}
+
+fn average(all: &[Features]) -> Features {
+    let count = all.len() as f64;
+    let mean = |pick: &dyn Fn(&Features) -> f64| all.iter().map(pick).sum::<f64>() / count;
+    let add = |pick: fn(&Features) -> &Vec<f64>| {
+        shares((0..pick(&all[0]).len()).map(|i| all.iter().map(|f| pick(f)[i]).sum()).collect())
+    };
+    Features {
+        rings: add(|f| &f.rings),
+        sectors: add(|f| &f.sectors),
+        rms_um: mean(&|f| f.rms_um),
+        slopes: (mean(&|f| f.slopes.0), mean(&|f| f.slopes.1)),
+        range_um: mean(&|f| f.range_um),
+    }
+}
+
+/// The skin with its fingers along x, as in the scans (a mirrored one has the same folded spectrum).
+fn fingers_along_x(preset: Preset) -> HeightField {
+    let field = preset.build(None, None).unwrap();
+    if preset != Preset::Elaphe {
+        return field;
+    }
+    HeightField::new(field.heights_um().t().as_standard_layout().into_owned(), field.dy_um(), field.dx_um()).unwrap()
+}
+
+/// Average over as many separate crops of the scans' size as fit.
+fn procedural(field: &HeightField) -> Features {
+    let n = (CROP_UM / field.dx_um()).round() as usize;
+    let (nx, ny) = field.size();
+    let mut all = Vec::new();
+    for iy in (0..=ny - n).step_by(n) {
+        for ix in (0..=nx - n).step_by(n) {
+            let heights = field.heights_um().slice(s![iy..iy + n, ix..ix + n]).to_owned();
+            all.push(features(&HeightField::new(heights, field.dx_um(), field.dy_um()).unwrap()));
+        }
+    }
+    assert!(all.len() >= 100);
+    average(&all)
+}
+
+fn scan(name: &str) -> Option<Features> {
+    let folder = std::env::var_os("SUNBEAM_DATA")
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/afm"), PathBuf::from);
+    let path = folder.join(format!("{name}.gsf"));
+    if !path.exists() {
+        eprintln!("SKIPPED: no scan at {}; set SUNBEAM_DATA to the folder of the scans", path.display());
+        return None;
+    }
+    Some(average(&[features(&HeightField::read(path, &FileScale::default()).unwrap())]))
+}
+
+/// Each deviation divided by its tolerance, with its name; above 1 is a miss.
+fn deviations(skin: &Features, scan: &Features) -> [(&'static str, f64); 6] {
+    let variation = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - y).abs()).sum::<f64>() / 2.0;
+    let relative = |a: f64, b: f64| (a - b).abs() / b;
+    [
+        ("radial spectrum", variation(&skin.rings, &scan.rings) / RADIAL),
+        ("angular spectrum", variation(&skin.sectors, &scan.sectors) / ANGULAR),
+        ("rms height", relative(skin.rms_um, scan.rms_um) / MOMENTS),
+        ("slope along the fingers", relative(skin.slopes.0, scan.slopes.0) / MOMENTS),
+        ("slope across the fingers", relative(skin.slopes.1, scan.slopes.1) / MOMENTS),
+        ("height range", relative(skin.range_um, scan.range_um) / RANGE),
+    ]
+}
+
+#[test]
+fn skins_match_the_scans() {
+    for (name, preset) in [("elaphe", Preset::Elaphe), ("xenopeltis", Preset::Xenopeltis)] {
+        let Some(scan) = scan(name) else { return };
+        let skin = procedural(&fingers_along_x(preset));
+        for (what, deviation) in deviations(&skin, &scan) {
+            println!("{name}: {what} off by {deviation:.2} of its tolerance");
+            assert!(deviation <= 1.0, "{name}: {what} is {deviation:.2} of its tolerance\n{skin:?}\n{scan:?}");
+        }
+    }
+}
+
+#[test]
+fn the_comparison_rejects_wrong_skins() {
+    let (Some(elaphe), Some(xenopeltis)) = (scan("elaphe"), scan("xenopeltis")) else { return };
+    for (preset, other) in [(Preset::Elaphe, &xenopeltis), (Preset::Xenopeltis, &elaphe)] {
+        for (what, deviation) in deviations(&procedural(&fingers_along_x(preset)), other) {
+            let least = if what.ends_with("spectrum") { CLEAR_MISS } else { 1.0 };
+            println!("{preset} against the other: {what} off by {deviation:.2} of its tolerance");
+            // The ranges and slopes of the two differ too, by about a factor of two.
+            assert!(deviation > least, "{preset}: {what} is only {deviation:.2} of its tolerance from the other skin");
+        }
+    }
+    // The right skin, but turned by a quarter, or a third too high.
+    let skin = fingers_along_x(Preset::Elaphe);
+    let turned = Preset::Elaphe.build(None, None).unwrap();
+    assert!(deviations(&procedural(&turned), &elaphe)[1].1 > CLEAR_MISS);
+    let high = HeightField::new(skin.heights_um() * 1.33, skin.dx_um(), skin.dy_um()).unwrap();
+    assert!(deviations(&procedural(&high), &elaphe)[2].1 > 1.0);
+}
+
+/// Power of the orders of the phase screen at λ = 550 nm, w = 1.95 (normal incidence, viewed near 18°).
+fn orders(field: &HeightField) -> Array2<f64> {
+    let kappa = std::f64::consts::TAU * 1.95 / 0.55;
+    let count = field.heights_um().len() as f64;
+    let real = fft2(&field.heights_um().mapv(|h| (kappa * h).cos()));
+    let imaginary = fft2(&field.heights_um().mapv(|h| (kappa * h).sin()));
+    let amplitudes = real + imaginary.mapv(|c| c * Complex::<f64>::i());
+    amplitudes.mapv(|c| c.norm_sqr() / (count * count))
+}
+
+#[test]
+fn orders_lie_where_the_sources_found_them() {
+    // The strongest order in the plane of incidence x: 1144.26 nm and 1552.27 nm in Single 2014, whose own spread of
+    // the mean is below 1 nm; the presets have these periods built in, to the rounding of the tile's extent.
+    for (preset, period_um) in [(Preset::Elaphe, 1.144_26), (Preset::Xenopeltis, 1.552_27)] {
+        let field = preset.build(None, None).unwrap();
+        let power = fft2(field.heights_um()).mapv(|c| c.norm_sqr());
+        let strongest = (5..512).max_by(|a, b| power[[0, *a]].total_cmp(&power[[0, *b]])).unwrap();
+        assert!((field.extent_um().0 / strongest as f64 - period_um).abs() < 1e-9, "{preset}: order {strongest}");
+    }
+}
+
+#[test]
+fn xenopeltis_diffracts_both_ways_and_elaphe_one_way() {
+    // Within 3 orders of an axis, past the speckle around the mirror direction.
+    let along = |power: &Array2<f64>, axis: usize| -> f64 {
+        let near = |i: usize| signed(i, 1024).abs();
+        let inside = |(iy, ix): (usize, usize)| {
+            let (on, off) = if axis == 0 { (near(ix), near(iy)) } else { (near(iy), near(ix)) };
+            on > 30.0 && off <= 3.0
+        };
+        power.indexed_iter().filter(|(at, _)| inside(*at)).map(|(_, p)| p).sum()
+    };
+    let (elaphe, xenopeltis) =
+        (orders(&Preset::Elaphe.build(None, None).unwrap()), orders(&Preset::Xenopeltis.build(None, None).unwrap()));
+    let (ex, ey) = (along(&elaphe, 0), along(&elaphe, 1));
+    let (xx, xy) = (along(&xenopeltis, 0), along(&xenopeltis, 1));
+    println!("elaphe: {ex:.4} along x, {ey:.4} along y; xenopeltis: {xx:.4}, {xy:.4}");
+    // "Nothing diffracts along the fingers" of Elaphe: a fiftieth of what does across them.
+    assert!(ey < ex / 50.0, "{ex} {ey}");
+    // Xenopeltis: the two directions within a factor of 4 of each other.
+    assert!(xx < 4.0 * xy && xy < 4.0 * xx, "{xx} {xy}");
+    // Power outside the mirror direction: what there is to colour.
+    let coloured = |power: &Array2<f64>| 1.0 - power[[0, 0]];
+    println!("outside the mirror direction: elaphe {:.3}, xenopeltis {:.3}", coloured(&elaphe), coloured(&xenopeltis));
+    assert!(coloured(&xenopeltis) > coloured(&elaphe));
+}
