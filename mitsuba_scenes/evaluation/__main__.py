@@ -13,7 +13,20 @@ from .page import write_page
 
 # Each is a module of this package with a function `figures() -> dict`, and a template of the same name in
 # docs/templates, with hyphens. Those that measure times come first: the machine need be left alone for no longer.
-PAGES = ("speed-error", "sampling", "batch", "renderings", "brdf-maps", "periodicity", "lab", "validity", "stability")
+PAGES = (
+    "speed-error",
+    "realtime",
+    "tables",
+    "sampling",
+    "batch",
+    "renderings",
+    "brdf-maps",
+    "periodicity",
+    "lab",
+    "crosscheck",
+    "validity",
+    "stability",
+)
 
 
 def main(words: list[str] | None = None) -> int:

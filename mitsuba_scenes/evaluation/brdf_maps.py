@@ -1,4 +1,4 @@
-"""The BRDF maps of Single 2014 (figures 2.3 to 2.13) as contact sheets, each panel with its error against a reference."""
+"""The BRDF maps of Single 2014 (figures 2.3 to 2.13) as contact sheets, each panel with its error."""
 
 from __future__ import annotations
 

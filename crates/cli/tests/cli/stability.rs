@@ -2,7 +2,8 @@
 //! `transforms.rs`; here errors are followed as κH grows to 200 and directions graze, and questions are drawn at random
 //! from surfaces drawn at random.
 
-use sunbeam_cli::benchmarks::stability::{DeepPoint, deep_relief, grazing, questions};
+use std::sync::LazyLock;
+use sunbeam_cli::benchmarks::stability::{DeepPoint, GrazingSurface, deep_relief, grazing, questions};
 
 /// Sums of up to 400 bounded terms in single precision: a random walk of roundings of 6e-8, of which an order amplitude is a
 /// mean over pixels.
@@ -21,14 +22,18 @@ const ALBEDO: f64 = 1.0 + 1e-2 + 1e-3;
 /// What an albedo may exceed one by, in units of the surface's tolerance.
 const ALBEDO_EXCESS: f64 = 1.0;
 
+/// The sweeps, which several tests judge.
+static DEEP: LazyLock<Vec<DeepPoint>> = LazyLock::new(|| deep_relief(150).unwrap());
+static GRAZING: LazyLock<Vec<GrazingSurface>> = LazyLock::new(|| grazing(150).unwrap());
+
 fn at(points: &[DeepPoint], kappa_h: f64) -> &DeepPoint {
     points.iter().find(|point| point.kappa_h == kappa_h).unwrap()
 }
 
 #[test]
 fn deep_relief_does_not_touch_our_series_and_tables() {
-    let points = deep_relief(150).unwrap();
-    for point in &points {
+    let points = &*DEEP;
+    for point in points {
         println!("{point:?}");
         let context = || format!("κH = {}: {point:?}", point.kappa_h);
         assert!(point.chebyshev_f32 <= SINGLE, "{}", context());
@@ -43,10 +48,10 @@ fn deep_relief_does_not_touch_our_series_and_tables() {
 
 #[test]
 fn taylor_s_series_dies_where_its_terms_outgrow_the_precision() {
-    let points = deep_relief(20).unwrap();
+    let points = &*DEEP;
     // Terms reach e^κH/√(2πκH): 2.7 at κH = 2, 3e5 at 15; 1.7e6 at 17 times 6e-8 is a tenth of everything.
-    assert!(at(&points, 2.0).taylor_f32 <= SINGLE);
-    for point in &points {
+    assert!(at(points, 2.0).taylor_f32 <= SINGLE);
+    for point in points {
         let lost = |epsilon: f64| epsilon * point.kappa_h.exp() / (2.0 * std::f64::consts::PI * point.kappa_h).sqrt();
         // Roundings of some ten terms near the largest, less in the mean over pixels; remainder beside them.
         assert!(point.taylor_f64 <= 10.0 * lost(1.1e-16) + DOUBLE, "{point:?}");
@@ -54,16 +59,16 @@ fn taylor_s_series_dies_where_its_terms_outgrow_the_precision() {
         assert!(point.kappa_h > 80.0 || point.taylor_f32 <= 10.0 * lost(6e-8) + SINGLE, "{point:?}");
     }
     // No digit is left: amplitudes are at most 1.
-    assert!(at(&points, 25.0).taylor_f32 > 1.0, "{:?}", at(&points, 25.0));
-    assert!(at(&points, 50.0).taylor_f64 > 1.0, "{:?}", at(&points, 50.0));
-    assert!(at(&points, 200.0).taylor_f32.is_infinite());
+    assert!(at(points, 25.0).taylor_f32 > 1.0, "{:?}", at(points, 25.0));
+    assert!(at(points, 50.0).taylor_f64 > 1.0, "{:?}", at(points, 50.0));
+    assert!(at(points, 200.0).taylor_f32.is_infinite());
     // The method says so rather than answering.
-    assert!(at(&points, 50.0).flss_taylor_p99.is_none() && at(&points, 10.0).flss_taylor_p99.is_some());
+    assert!(at(points, 50.0).flss_taylor_p99.is_none() && at(points, 10.0).flss_taylor_p99.is_some());
 }
 
 #[test]
 fn grazing_directions_keep_the_tolerance_and_reciprocity() {
-    for surface in grazing(150).unwrap() {
+    for surface in &*GRAZING {
         for point in &surface.points {
             let context = || format!("{}: {point:?}", surface.name);
             assert_eq!(point.broken, 0, "{}", context());
@@ -82,7 +87,7 @@ fn grazing_directions_keep_the_tolerance_and_reciprocity() {
 
 #[test]
 fn energy_is_kept_up_to_the_horizon() {
-    for surface in grazing(150).unwrap() {
+    for surface in &*GRAZING {
         for point in &surface.points {
             assert!(point.albedo <= 1.0 + ALBEDO_EXCESS * surface.tolerance, "{}: {point:?}", surface.name);
         }

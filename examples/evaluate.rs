@@ -1,0 +1,23 @@
+//! The reflectance of a grating over the angle of observation, as a table: `cargo run --release --example evaluate`.
+
+use sunbeam::height_field::Preset;
+use sunbeam::reflectance::{Options, Surface};
+
+/// Light comes in at this angle from the normal, along x.
+const THETA_I_DEG: f64 = 20.0;
+const WAVELENGTHS_NM: [f64; 3] = [450.0, 550.0, 650.0];
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    // Lengths in µm: a sinusoid of period 2 and height 0.15.
+    let field = Preset::Sinusoidal.build(Some(2.0), Some(0.15))?;
+    let options = Options { coherence_length_um: 20.0, ..Options::default() };
+    let surface = Surface::new(&field, &options)?;
+
+    let direction = |degrees: f64| [degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()];
+    println!("  angle   f_r in 1/sr at {WAVELENGTHS_NM:?} nm");
+    for degrees in (-80..=80).step_by(5).map(f64::from) {
+        let reflectances = WAVELENGTHS_NM.map(|nm| surface.f(direction(THETA_I_DEG), direction(degrees), nm));
+        println!("{degrees:6}° {:>12.4} {:>12.4} {:>12.4}", reflectances[0], reflectances[1], reflectances[2]);
+    }
+    Ok(())
+}

@@ -1,0 +1,36 @@
+//! A measured surface, from a file to numbers: `cargo run --release --example scan -- scan.gsf [pixel size in µm]`.
+
+use std::path::Path;
+use sunbeam::height_field::{FileScale, HeightField, Level};
+use sunbeam::reflectance::{Options, Surface};
+use sunbeam::table::Tiling;
+use sunbeam::transform::periods;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let path = arguments.next().ok_or("give a file of heights, such as scan.gsf")?;
+    // Formats that know their pixels need no scale.
+    let pixel_size_um = arguments.next().map(|text| text.parse()).transpose()?;
+    let scale = FileScale { pixel_size_um, max_height_um: None };
+    let field = HeightField::read(Path::new(&path), &scale)?.levelled(Level::Plane);
+
+    let ((nx, ny), (lx, ly), (low, high)) = (field.size(), field.extent_um(), field.range_um());
+    println!("{nx} × {ny} pixels, {lx:.2} × {ly:.2} µm, heights over {:.3} µm", high - low);
+    let found = periods(&field, false);
+    for (axis, period) in [("x", found.x), ("y", found.y)] {
+        if let Some(period) = period {
+            println!("strongest period along {axis}: {:.3} µm", period.period_um);
+        }
+    }
+
+    // A scan stands alone: what lies beyond its edges is not known.
+    let options = Options { tiling: Tiling::Aperiodic, coherence_length_um: 20.0, ..Options::default() };
+    let surface = Surface::new(&field, &options)?;
+    let report = surface.report();
+    println!("tables of {:.1} MB in {:.1} s", report.bytes as f64 / 1e6, report.build_seconds);
+    for nm in [450.0, 550.0, 650.0] {
+        let albedo = surface.albedo([0.0, 0.0, 1.0], nm).ok_or("the surface keeps no table of albedos")?;
+        println!("{nm} nm: of light along the normal {albedo:.3} comes back");
+    }
+    Ok(())
+}

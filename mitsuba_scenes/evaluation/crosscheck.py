@@ -1,0 +1,58 @@
+"""The two renderers against each other, and the realtime methods against the path-traced ensemble."""
+
+from __future__ import annotations
+
+import json
+
+from ..crosscheck.run import crosscheck, insist
+from ..environment import REPOSITORY, use_variant
+from .speed_error import processor
+
+SAME_RAYS = "ensemble, same rays"
+
+
+def figures() -> dict:
+    """What `make crosscheck` finds, without the places of its pictures."""
+    variant = use_variant(fall_back=False)
+    report = crosscheck(REPOSITORY / "out" / "crosscheck")
+    insist(report)
+    report = json.loads(json.dumps(report, default=str))
+    points = {name: [point_figures(found) for found in each] for name, each in report["points"].items()}
+    everywhere = [found for each in points.values() for found in each]
+    return {
+        "cpu": processor(),
+        "variant": variant,
+        "points": points,
+        "median": [min(found["median"] for found in everywhere), max(found["median"] for found in everywhere)],
+        "p99": max(found["p99"] for found in everywhere),
+        "pictures": {name: picture_figures(found) for name, found in report["pictures"].items()},
+        "methods": {name: method_figures(compared) for name, compared in report["methods"].items()},
+    }
+
+
+def point_figures(found: dict) -> dict:
+    kept = {key: found[key] for key in ("pixels", "median", "p99", "largest")}
+    controls = {name: control["median"] for name, control in found["controls"].items()}
+    return {"azimuth_deg": found["light"]["azimuth_deg"], **kept, "controls": controls}
+
+
+def picture_figures(found: dict) -> dict:
+    kept = {key: found[key] for key in ("pixels", "delta_e_2000", "flip")}
+    controls = {name: control["delta_e_2000"]["mean"] for name, control in found["controls"].items()}
+    return {**kept, "controls": controls}
+
+
+def method_figures(compared: dict) -> list[dict]:
+    """A row a method: the differences to the ensemble seen through pixels of their own, and along the same rays."""
+    rows = []
+    for name, row in compared["against_the_reference"].items():
+        same = row.get(SAME_RAYS)
+        rows.append(
+            {
+                "name": name,
+                "delta_e": row["delta_e_2000"]["mean"],
+                "flip": row["flip"]["mean"],
+                "same_rays": same and {"delta_e": same["delta_e_2000"]["mean"], "flip": same["flip"]["mean"]},
+            }
+        )
+    return rows

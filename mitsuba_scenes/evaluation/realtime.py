@@ -1,0 +1,65 @@
+"""What pictures of the realtime renderer cost: shading by each method, and the stages of a frame."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from ..tool import sunbeam
+from .speed_error import processor
+
+PRESETS = ("blazed", "elaphe", "xenopeltis")
+METHODS = ("flss", "nmm", "pq", "stam", "table")
+# Pixels of the pictures that are shaded, and of a frame as a window has it.
+SHADED, FRAME = "192x128", "512x512"
+# Pictures whose median counts: of slow methods, which need no more, and of others.
+SLOW_REPEATS, REPEATS = 3, 25
+
+
+def figures() -> dict:
+    """Runs `sunbeam render` for all of it."""
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        coarse, fine = folder / "coarse.ply", folder / "fine.ply"
+        sunbeam("snake", "-o", coarse)
+        sunbeam("snake", "-o", fine, "--resolution", "4")
+        shading = {preset: {method: shaded(folder, coarse, preset, method) for method in METHODS} for preset in PRESETS}
+        frames = [frame(folder, mesh) for mesh in (coarse, fine)]
+    return {
+        "cpu": processor(),
+        "adapter": frames[0]["adapter"],
+        "size": SHADED.split("x"),
+        "shading": shading,
+        "times_flss": {preset: by["flss"]["us"] / by["table"]["us"] for preset, by in shading.items()},
+        "frame_size": FRAME.split("x"),
+        "frames": frames,
+    }
+
+
+def render(folder: Path, *words) -> dict:
+    return json.loads(sunbeam("render", "-o", folder / "picture.exr", *words))
+
+
+def shaded(folder: Path, mesh: Path, preset: str, method: str) -> dict:
+    """Microseconds of shading a lit pixel, megabytes of data and seconds to make it."""
+    repeats = REPEATS if method in ("stam", "table") else SLOW_REPEATS
+    made = render(folder, "--mesh", mesh, "--preset", preset, "--method", method, "--size", SHADED, "--repeat", repeats)
+    return {
+        "us": 1e3 * made["gpu_stages_ms"]["shade"] / made["answered"],
+        "answered": made["answered"],
+        "mb": made["method_bytes"] / 1e6,
+        "build_s": made["build_seconds"],
+    }
+
+
+def frame(folder: Path, mesh: Path) -> dict:
+    made = render(folder, "--mesh", mesh, "--preset", "xenopeltis", "--size", FRAME, "--repeat", REPEATS)
+    stages = made["gpu_stages_ms"]
+    return {
+        "adapter": made["adapter"],
+        "triangles": made["triangles"],
+        "answered": made["answered"],
+        "ms": made["gpu_ms"],
+        "stages_ms": stages,
+    }

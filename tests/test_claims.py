@@ -1,0 +1,158 @@
+"""Sentences with numbers on pages that no template writes: each is made here from the data in docs/data and must stand.
+
+Where one does not, the data have changed: the message has the sentence that is true now.
+"""
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+RATIO_VARIANTS = ("llvm_ad_rgb", "scalar_rgb", "llvm_ad_spectral", "scalar_spectral")
+SKINS = ("elaphe", "xenopeltis")
+
+
+@cache
+def data(name):
+    return json.loads((REPOSITORY / "docs" / "data" / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def words(text):
+    """The text with its line breaks and runs of spaces as single spaces."""
+    return " ".join(text.split())
+
+
+def named(rows, name, key="name"):
+    return next(row for row in rows if row[key] == name)
+
+
+def microseconds(value):
+    """Two digits, as the tables of the pages have them."""
+    return f"{value:.2f}" if value < 1 else f"{value:.2g}"
+
+
+def method_rows():
+    labels = {"flss": "`flss`, 5 nm, converged"}
+    for name in ("table", "pq", "flss", "nmm", "stam"):
+        same = named(data("crosscheck")["methods"]["xenopeltis"], name)["same_rays"]
+        us = data("realtime")["shading"]["xenopeltis"][name]["us"]
+        label = labels.get(name, f"`{name}`")
+        yield "README.md", f"| {label} | {same['delta_e']:.2f} | {same['flip']:.3f} | {microseconds(us)} µs |"
+
+
+def agreement():
+    low, high = data("crosscheck")["median"]
+    yield (
+        "README.md",
+        f"the GPU's FLSS differ by {low:.0e} to {high:.0e} in the median and by at most "
+        f"{100 * data('crosscheck')['p99']:.1f} % in 99 % of the pixels",
+    )
+
+
+def colours():
+    surfaces = data("speed-error")["surfaces"]
+    just = {s["name"]: named(s["choices"], 1.0, "delta_e") for s in surfaces}
+    fine = {s["name"]: named(s["choices"], 0.1, "delta_e") for s in surfaces}
+    tables = [just[skin]["any"] for skin in SKINS]
+    assert {row["method"] for row in tables} == {"colour-table"}
+    assert {row["parameters"]["resolution"] for row in tables} == {0.7}
+    summed = [just[skin]["flss"]["cpu_us"] for skin in SKINS]
+    low, high = sorted(row["cpu_us"] for row in tables)
+    blazed = just["blazed"]
+    assert blazed["any"]["parameters"]["resolution"] == 1.0
+    yield (
+        "README.md",
+        f"On both skins the colour table at 0.7 of its default resolution keeps ΔE₂₀₀₀ below 1 in 99 % of the "
+        f"directions at {low:.2f} to {high:.2f} µs on one core, where FLSS, held against its own model, takes "
+        f"{min(summed):.0f} to {max(summed):.0f} µs; on `blazed` it is {blazed['any']['cpu_us']:.2f} against "
+        f"{blazed['flss']['cpu_us']:.1f} µs.",
+    )
+    better = [s["name"] for s in surfaces if fine[s["name"]]["any"]["method"] == "flss"]
+    assert better == ["blazed", "elaphe", "scan of xenopeltis"]
+    yield "README.md", "For a ΔE of 0.1 FLSS is the fastest on `blazed`, on `elaphe` and on the scan"
+
+
+def noise():
+    ways = {(p["surface"], p["light"]): {w["name"]: w for w in p["ways"]} for p in data("sampling")["pictures"]}
+
+    def seconds(light, way):
+        return [ways[skin, light][way]["seconds_to_error"] for skin in SKINS]
+
+    (a, b), (c, d) = seconds("sky", "importance"), seconds("sky", "cosine")
+    (e, f), (g, h) = seconds("sun and sky", "importance"), seconds("sun and sky", "cosine")
+    size = data("sampling")["size"]
+    yield (
+        "README.md",
+        f"a picture of {size[0]} × {size[1]} pixels of the skins to 5 % in {a:.2f} and {b:.2f} s, by "
+        f"extrapolation from 64 samples; drawing by the cosine would need {c:.0f} and {d:.0f} s. With a sun in "
+        f"the sky, which sampling the light finds, it is {e:.0f} and {f:.0f} s against {g:.0f} and {h:.0f}",
+    )
+
+
+def ratios():
+    cells = {(c["scene"], c["variant"]): c["ways"] for c in data("sampling")["headline"]["cells"]}
+    for name in ("blazed", "xenopeltis"):
+        found = [named(cells["sphere", variant], name)["time_ratio"]["median"] for variant in RATIO_VARIANTS]
+        yield (
+            "README.md",
+            f"| `diffraction`, `{name}` / `roughconductor` | {' | '.join(f'{ratio:.1f} ×' for ratio in found)} |",
+        )
+
+
+def surfaces():
+    made = data("tables")
+    for name in ("blazed", "cd", "elaphe", "xenopeltis"):
+        row = made["surfaces"][name]
+        pixels = " × ".join(str(count) for count in row["pixels"])
+        size = f"{row['extent_um'][0]:.3g} µm, {pixels}"
+        taps = " × ".join(str(count) for count in row["taps"])
+        yield (
+            "README.md",
+            f"| `{name}` | {size} | {row['mb']:.2g} MB | {row['build_s']:.1f} s | {row['error']:.0e} | {taps} |",
+        )
+    kept = {name: (row["albedo"], row["albedo_kept"]) for name, row in made["surfaces"].items()}
+    yield (
+        "README.md",
+        f"the mean albedo of `blazed` falls from {kept['blazed'][0]:.2f} to {kept['blazed'][1]:.2f}, of `elaphe` from "
+        f"{kept['elaphe'][0]:.2f} to {kept['elaphe'][1]:.2f}",
+    )
+
+
+def validity():
+    made = data("validity")
+    slope, period = made["sweeps"]["slope"], made["sweeps"]["period"]["sinusoid"]
+    at_60 = made["angles_deg"].index(60.0)
+    steep = slope["misplaced"]["stam, limited"][at_60][slope["values"].index(15.0)]
+    worst = period["misplaced"]["stam, limited"][at_60][period["values"].index(3.5)]
+    assert (made["period_um"], made["swept"]["slope_deg"]) == (2.5, 10.0)
+    scope = (
+        f"a perfectly conducting sinusoid of 2.5 µm with slopes of up to 15° misplaces {100 * steep:.1f} % of "
+        f"unpolarised light that comes in across its grooves at 60°, one of 3.5 µm and 10° {100 * worst:.1f} %"
+    )
+    for page in ("README.md", "docs/model.md", "docs/tour-scan.md"):
+        yield page, scope
+    rms = {s["name"]: max(s["rms_slope_deg"]) for s in made["surfaces"]}
+    for page in ("README.md", "docs/tour-scan.md"):
+        yield page, f"root mean square slopes of {rms['elaphe']:.0f}° and {rms['xenopeltis']:.0f}°"
+
+
+CLAIMS = [
+    claim for claims in (method_rows, agreement, colours, noise, ratios, surfaces, validity) for claim in claims()
+]
+
+
+@pytest.mark.parametrize(("page", "sentence"), CLAIMS, ids=range(len(CLAIMS)))
+def test_the_data_carry_the_sentence(page, sentence):
+    assert words(sentence) in words((REPOSITORY / page).read_text(encoding="utf-8"))
+
+
+def test_a_sentence_that_is_not_there_is_missed():
+    """The negative control: with any other number a claim does not stand."""
+    page, sentence = CLAIMS[0]
+    text = words((REPOSITORY / page).read_text(encoding="utf-8"))
+    for number in re.finditer(r"\d+\.\d+", sentence):
+        other = sentence[: number.start()] + f"{float(number.group()) + 0.01:.2f}" + sentence[number.end() :]
+        assert words(other) not in text
