@@ -11,7 +11,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python lint format demo crosscheck bench figures docs api-docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo crosscheck bench figures docs api-docs clean help
 
 all: plugin
 
@@ -20,6 +20,8 @@ help:
 	@echo "make tool     build target/release/sunbeam"
 	@echo "make library  build $(LIBRARY)/lib/libsunbeam.{so,a} and its header, for C"
 	@echo "make test     build and run every test"
+	@echo "make test-versions  test the plugin with each Mitsuba that it can be compiled for"
+	@echo "make wheel    the Python package with a plugin for each of these, out/wheel/"
 	@echo "make lint     check formatting and lints; make format mends the former"
 	@echo "make demo     render the snake and compare the renderers, results in out/"
 	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
@@ -38,6 +40,7 @@ plugin: $(READY)
 	@mkdir -p $(dir $(PLUGIN))
 	@cmp -s target/release/libsunbeam_mitsuba.so $(PLUGIN) || \
 		{ cp target/release/libsunbeam_mitsuba.so $(PLUGIN).new && mv $(PLUGIN).new $(PLUGIN); }
+	@$(or $(SUNBEAM_PYTHON),$(PY)) -c "from importlib.metadata import version; print(version('mitsuba'))" > target/mitsuba/version
 	@echo "plugin: $(CURDIR)/$(PLUGIN)"
 
 # The command, target/release/sunbeam, and its window beside it.
@@ -69,7 +72,16 @@ test-rust: $(READY)
 		$(CARGO) test --release --workspace
 
 test-python: plugin library tool
-	$(PY) -m pytest
+	$(PY) -m pytest -n 2 --dist loadfile
+
+# The plugin against each release of Mitsuba that it can be compiled for, or those named in RELEASES; and a wheel that
+# holds a plugin for each, in out/wheel.
+test-versions: $(READY)
+	$(PY) scripts/versions.py test $(RELEASES)
+
+wheel: $(READY)
+	$(PY) scripts/versions.py build
+	SUNBEAM_ALL_RELEASES=1 $(PY) -m pip wheel --quiet --no-build-isolation --no-deps --wheel-dir out/wheel .
 
 lint: $(READY)
 	$(CARGO) fmt --check

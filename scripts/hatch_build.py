@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import os
 import subprocess
 import sys
@@ -11,8 +12,15 @@ from pathlib import Path
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
+PLUGIN = "release/libsunbeam_mitsuba.so"
+
+
 class PluginBuildHook(BuildHookInterface):
-    """Runs ``cargo build`` and names the platform that the result is for."""
+    """Runs ``cargo build`` and names the platform that the result is for.
+
+    The wheel holds the plugin for the Mitsuba of the building interpreter; with ``SUNBEAM_ALL_RELEASES=1`` (`make
+    wheel`) those for all releases that `scripts/versions.py` has built.
+    """
 
     def initialize(self, version: str, build_data: dict) -> None:
         """Called by hatchling before it collects the files of a wheel."""
@@ -29,8 +37,13 @@ class PluginBuildHook(BuildHookInterface):
             raise SystemExit("sunbeam-mitsuba needs Rust to be built: see https://rustup.rs") from None
         except subprocess.CalledProcessError as error:
             raise SystemExit(f"`{' '.join(command)}` failed with status {error.returncode}") from None
-        plugin = root / environment["CARGO_TARGET_DIR"] / "release" / "libsunbeam_mitsuba.so"
-        build_data["force_include"][str(plugin)] = "sunbeam_mitsuba/plugins/diffraction.so"
+        plugins = {importlib.metadata.version("mitsuba"): Path(environment["CARGO_TARGET_DIR"], PLUGIN)}
+        if os.environ.get("SUNBEAM_ALL_RELEASES") == "1":
+            built = (root / "target" / "versions").glob("*/plugins/diffraction.so")
+            plugins = {path.parents[1].name: path for path in built}
+        for release, plugin in plugins.items():
+            inside = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
+            build_data["force_include"][str(root / plugin)] = inside
         # Any Python that Mitsuba runs in, but this platform alone.
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"

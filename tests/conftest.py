@@ -10,7 +10,8 @@ import pytest
 REPOSITORY = Path(__file__).resolve().parent.parent
 # Tables that one test builds serve the others, and not those of the user: they are of this checkout.
 os.environ.setdefault("SUNBEAM_CACHE_DIR", str(REPOSITORY / "target" / "test_cache"))
-PLUGIN_FOLDER = REPOSITORY / "target" / "mitsuba"
+# That of another release of Mitsuba where the environment names one (scripts/versions.py).
+PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_PLUGIN_FOLDER", REPOSITORY / "target" / "mitsuba"))
 
 VARIANTS = mi.variants()
 # One of each kind, for tests of what does not depend on colour or polarisation.

@@ -13,8 +13,31 @@ fn main() {
     }
 }
 
-/// The layout of Mitsuba's classes is no interface and changes between releases, so these are exact.
-const WHEELS: [(&str, &str); 3] = [("mitsuba", "3.9.1"), ("drjit", "1.5.0"), ("nanobind", "2.14.0")];
+/// A release of Mitsuba whose wheel the plugin can be compiled against. The layout of Mitsuba's classes is no interface
+/// and changes between releases, so versions are exact.
+struct Release {
+    mitsuba: &'static str,
+    drjit: &'static str,
+    /// What the wheel was compiled for. Dr.Jit turns small arrays into SIMD registers where the instruction set allows it,
+    /// which changes layouts and the calling convention: without the wheel's `-march` the plugin loads and renders
+    /// garbage.
+    march: &'static str,
+    /// Whether `std::string` is that of C++11; the wheels for manylinux2014 have the older one.
+    cxx11_strings: bool,
+}
+
+/// The newest first: the others are named after it where none is installed.
+const RELEASES: [Release; 4] = [
+    Release { mitsuba: "3.9.1", drjit: "1.5.0", march: "x86-64-v3", cxx11_strings: true },
+    Release { mitsuba: "3.9.0", drjit: "1.4.0", march: "x86-64-v3", cxx11_strings: true },
+    Release { mitsuba: "3.8.0", drjit: "1.3.1", march: "ivybridge", cxx11_strings: true },
+    Release { mitsuba: "3.7.1", drjit: "1.2.0", march: "ivybridge", cxx11_strings: false },
+];
+
+/// Of nanobind, the plugin uses the reference counter alone, which has been the same since 2.0.
+const NANOBIND: &str = "2.14.0";
+
+const PACKAGES: [&str; 3] = ["mitsuba", "drjit", "nanobind"];
 
 const SOURCES: [&str; 9] = [
     "cpp_shim/checks.cpp",
@@ -31,15 +54,8 @@ const SOURCES: [&str; 9] = [
 /// The Rust files that declare what crosses the boundary.
 const BRIDGES: [&str; 3] = ["src/bridge.rs", "src/jit.rs", "src/jit_tests.rs"];
 
-/// Dr.Jit turns small arrays into SIMD registers where the instruction set allows it, which changes layouts and
-/// the calling convention: without the wheel's `-march` the plugin loads and renders garbage.
-const FLAGS: [&str; 5] = [
-    "-march=x86-64-v3",
-    "-fno-strict-aliasing",
-    "-fno-math-errno",
-    "-fvisibility=hidden",
-    "-fvisibility-inlines-hidden",
-];
+const FLAGS: [&str; 4] =
+    ["-fno-strict-aliasing", "-fno-math-errno", "-fvisibility=hidden", "-fvisibility-inlines-hidden"];
 
 /// The backends that the wheel was built with; they decide on members of its classes.
 const BACKENDS: [&str; 4] = ["MI_ENABLE_CUDA", "MI_ENABLE_LLVM", "MI_ENABLE_EMBREE", "MI_ENABLE_AUTODIFF"];
@@ -54,7 +70,7 @@ fn build() -> Result<(), String> {
     if os.as_deref() != Ok("linux") || arch.as_deref() != Ok("x86_64") {
         return Err("the wheel's calling convention is known for Linux on x86-64 only".into());
     }
-    let [mitsuba, drjit, nanobind] = find_wheels()?;
+    let (release, [mitsuba, drjit, nanobind]) = find_wheels()?;
 
     cxx_build::CFG.include_prefix = "sunbeam_mitsuba";
     let mut shim = cxx_build::bridges(BRIDGES);
@@ -72,6 +88,10 @@ fn build() -> Result<(), String> {
     for flag in FLAGS {
         shim.flag(flag);
     }
+    shim.flag(format!("-march={}", release.march));
+    shim.define("_GLIBCXX_USE_CXX11_ABI", if release.cxx11_strings { "1" } else { "0" });
+    shim.define("SUNBEAM_MITSUBA", format!("\"{}\"", release.mitsuba).as_str());
+    shim.define("SUNBEAM_AVX2", if release.march == "x86-64-v3" { "1" } else { "0" });
     for backend in BACKENDS {
         shim.define(backend, "1");
     }
@@ -91,8 +111,8 @@ fn build() -> Result<(), String> {
     Ok(())
 }
 
-/// The folders of the installed packages, their versions checked.
-fn find_wheels() -> Result<[PathBuf; 3], String> {
+/// The release that is installed, and the folders of its packages, their versions checked.
+fn find_wheels() -> Result<(&'static Release, [PathBuf; 3]), String> {
     let python = find_python();
     println!("cargo:rerun-if-changed={}", python.display());
     let script = "import importlib.metadata as m, sys\n\
@@ -103,27 +123,38 @@ fn find_wheels() -> Result<[PathBuf; 3], String> {
                   \x20       print('none', '', sep='\\t')\n";
     let output = Command::new(&python)
         .args(["-c", script])
-        .args(WHEELS.map(|(name, _)| name))
+        .args(PACKAGES)
         .output()
         .map_err(|error| format!("{} does not run: {error}", python.display()))?;
     if !output.status.success() {
         return Err(format!("{} failed: {}", python.display(), String::from_utf8_lossy(&output.stderr).trim()));
     }
     let stdout = String::from_utf8_lossy(&output.stdout);
-    let mut folders = stdout.lines().zip(WHEELS).map(|(line, (name, wanted))| {
-        let (found, folder) = line.split_once('\t').unwrap_or((line, ""));
-        if found == wanted {
-            println!("cargo:rerun-if-changed={folder}/__init__.py");
-            return Ok(PathBuf::from(folder));
-        }
-        Err(format!(
+    let found: Vec<(&str, &str)> = stdout.lines().filter_map(|line| line.split_once('\t')).collect();
+    let [(mitsuba, _), (drjit, _), (nanobind, _)] = found[..] else {
+        return Err(format!("{} did not answer", python.display()));
+    };
+    let refused = |name: &str, wanted: &str, found: &str| {
+        format!(
             "it needs {name} {wanted} in {}, where there is {found}. Run `make plugin`, which installs \
              requirements.lock into .venv, or name an interpreter that has it in SUNBEAM_PYTHON",
             python.display()
-        ))
-    });
-    let mut next = || folders.next().unwrap_or_else(|| Err(format!("{} did not answer", python.display())));
-    Ok([next()?, next()?, next()?])
+        )
+    };
+    let accepted = RELEASES.each_ref().map(|release| release.mitsuba).join(" or ");
+    let release = RELEASES
+        .iter()
+        .find(|release| release.mitsuba == mitsuba)
+        .ok_or_else(|| refused("mitsuba", &accepted, mitsuba))?;
+    for (name, wanted, found) in [("drjit", release.drjit, drjit), ("nanobind", NANOBIND, nanobind)] {
+        if wanted != found {
+            return Err(refused(name, wanted, found));
+        }
+    }
+    for (_, folder) in &found {
+        println!("cargo:rerun-if-changed={folder}/__init__.py");
+    }
+    Ok((release, [0, 1, 2].map(|package: usize| PathBuf::from(found[package].1))))
 }
 
 /// The interpreter whose packages count: `SUNBEAM_PYTHON`, the checkout's `.venv`, or `python3`.

@@ -1,44 +1,52 @@
-"""Finds the plugin and tells Mitsuba where it is."""
+"""Finds the plugin for the Mitsuba that is installed, and tells Mitsuba where it is."""
 
 from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-#: The Mitsuba that the plugin was compiled for. The memory layout of its classes is no interface, so no other will do.
-MITSUBA_VERSION = "3.9.1"
-
 _HERE = Path(__file__).resolve().parent
 
 
-def _plugin_folder() -> Path:
-    """Where ``plugins/diffraction.so`` is: in the package, or in the checkout that the package is used from."""
-    for folder in (_HERE, _HERE.parents[1] / "target" / "mitsuba"):
-        if (folder / "plugins" / "diffraction.so").exists():
-            return folder
-    raise ImportError(
-        f"sunbeam_mitsuba: there is no plugins/diffraction.so in {_HERE}: install the package with `pip install .`, "
-        "or run `make plugin` in the checkout"
-    )
+def _plugin_folders() -> dict[str, Path]:
+    """The folder with ``plugins/diffraction.so`` for each Mitsuba that a plugin was compiled for.
+
+    They are in the package, or there is one in the checkout that the package is used from.
+    """
+    found = {folder.name: folder for folder in (_HERE / "plugins").glob("*")}
+    built = _HERE.parents[1] / "target" / "mitsuba"
+    if not found and (built / "version").exists():
+        found = {(built / "version").read_text().strip(): built}
+    return {release: folder for release, folder in found.items() if (folder / "plugins" / "diffraction.so").exists()}
 
 
-def _check_version() -> None:
-    """Refuses a Mitsuba that the plugin was not compiled for, before anything of it is loaded."""
+def _choose() -> tuple[str, Path]:
+    """The installed Mitsuba and its plugin's folder.
+
+    The memory layout of Mitsuba's classes is no interface, so any other is refused before anything of it is loaded.
+    """
+    folders = _plugin_folders()
+    if not folders:
+        raise ImportError(
+            f"sunbeam_mitsuba: there is no plugins/diffraction.so in {_HERE}: install the package with "
+            "`pip install .`, or run `make plugin` in the checkout"
+        )
+    accepted = " or ".join(f"mitsuba=={release}" for release in sorted(folders, reverse=True))
     try:
         found = version("mitsuba")
     except PackageNotFoundError:
-        raise ImportError(f"sunbeam_mitsuba needs mitsuba=={MITSUBA_VERSION}, which is not installed") from None
-    if found != MITSUBA_VERSION:
+        raise ImportError(f"sunbeam_mitsuba needs {accepted}, which is not installed") from None
+    if found not in folders:
         raise ImportError(
-            f"sunbeam_mitsuba was compiled for mitsuba=={MITSUBA_VERSION}, but {found} is installed; their memory "
-            f"layouts differ, so it would render garbage. Install mitsuba=={MITSUBA_VERSION}"
+            f"sunbeam_mitsuba was compiled for {accepted}, but {found} is installed; their memory layouts differ, so "
+            f"it would render garbage. Install {accepted}, or build the package with the installed one"
         )
+    return found, folders[found]
 
 
-_check_version()
-
-#: The folder that Mitsuba's file resolver has to know; the plugin is below it.
-PLUGIN_FOLDER = _plugin_folder()
+#: The Mitsuba that is installed and the plugin was compiled for, and the folder that Mitsuba's file resolver has to
+#: know; the plugin is below it.
+MITSUBA_VERSION, PLUGIN_FOLDER = _choose()
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 

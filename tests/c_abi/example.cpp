@@ -54,7 +54,8 @@ void expect(bool holds, const char *what) {
 } // namespace
 
 int main() try {
-    const Surface mirror(R"({"preset": "flat", "coherence_length": 20, "eta": 1.5, "tolerance": 0.01})");
+    const Surface mirror(R"({"preset": "flat", "coherence_length": 20, "eta": 1.5, "tolerance": 0.01,
+                             "conserve_energy": false})");
     std::vector<Vertex> vertices(100);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const float x     = .006f * float(i); // the mirror direction, and ever further from it

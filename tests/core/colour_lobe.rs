@@ -1,9 +1,9 @@
 //! The reflectance in colours against the spectral one integrated over wavelength, and its sampler against its density.
 
 use super::chi_square::{self, Bins, SIGNIFICANCE};
-use super::common::{Random, direction, preset};
+use super::common::{Random, built, direction, preset};
 use rayon::prelude::*;
-use std::sync::LazyLock;
+use std::sync::{Arc, LazyLock};
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{
@@ -54,13 +54,13 @@ fn build(field: &HeightField, index: Option<&SpectralIndex>) -> ColourSurface {
 
 /// The reflectance at every nm, Fresnel's included.
 struct Truth {
-    surface: Surface,
+    surface: Arc<Surface>,
     weights: SpectralToRgb,
 }
 
 impl Truth {
     fn new(field: &HeightField) -> Self {
-        Self { surface: Surface::new(field, &options()).unwrap(), weights: SpectralToRgb::visible(1.0).unwrap() }
+        Self { surface: built(field, &options()), weights: SpectralToRgb::visible(1.0).unwrap() }
     }
 
     fn rgb(&self, wi: Vec3, wo: Vec3, index: Option<&SpectralIndex>) -> [f64; 3] {

@@ -3,8 +3,9 @@
 
 use ndarray::Array2;
 use std::f64::consts::TAU;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{Exact, Surface, Vec3};
+use sunbeam::reflectance::{Exact, Options, Surface, Vec3};
 use sunbeam::table::DENSITY_FLOOR_UM2;
 
 /// SplitMix64: the same numbers on every machine.
@@ -52,6 +53,24 @@ pub fn direction(theta: f64, phi: f64) -> Vec3 {
 
 pub fn preset(preset: Preset) -> HeightField {
     preset.build(None, None).unwrap()
+}
+
+/// A surface that is built once for all tests of a program, since the tables of a skin take seconds.
+pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
+    type Entry = (HeightField, Options, Arc<OnceLock<Arc<Surface>>>);
+    static BUILT: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
+    let place = {
+        let mut all = BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+        match all.iter().find(|(of, with, _)| of == field && with == options) {
+            Some((.., place)) => place.clone(),
+            None => {
+                let place = Arc::default();
+                all.push((field.clone(), options.clone(), Arc::clone(&place)));
+                place
+            }
+        }
+    };
+    place.get_or_init(|| Arc::new(Surface::new(field, options).unwrap())).clone()
 }
 
 /// A rough relief of `nx` by `ny` pixels with heights from about 0 to `height_um`.

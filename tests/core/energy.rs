@@ -1,8 +1,8 @@
 //! No energy is created (docs/model.md, "Energy"), and how much what sees to it changes.
 
-use super::common::{Random, direction, oracle, preset, relief, sinusoid, waves};
+use super::common::{Random, built as build, direction, oracle, preset, relief, sinusoid, waves};
 use std::f64::consts::{PI, TAU};
-use sunbeam::height_field::{HeightField, Preset};
+use sunbeam::height_field::Preset;
 use sunbeam::reflectance::{ColourAlbedoTable, Obliquity, Options, Surface, Vec3, WavelengthWeights};
 use sunbeam::table::{Progress, Tiling};
 
@@ -16,10 +16,6 @@ const WORST_MAX: f64 = 1.005;
 const STANDARD_ERRORS: f64 = 4.0;
 /// Tables (1e-3) and the three-point rules of the order-by-order integral, against a fine quadrature.
 const QUADRATURE: f64 = 2e-3;
-
-fn build(field: &HeightField, options: &Options) -> Surface {
-    Surface::new(field, options).unwrap()
-}
 
 /// Incident directions up to 89.9°, half of them uniform in the angle so that grazing ones come up.
 fn incident(random: &mut Random) -> Vec3 {

@@ -1,7 +1,7 @@
 //! The hard cases of docs/model.md#hard-cases: whatever the directions, the wavelength and the height field, answers are finite,
 //! not negative, reciprocal, and those of the oracle. Sweeps and random questions are in `stability.rs`.
 
-use super::common::{Random, direction, oracle, preset, relief, sinusoid, table_error, waves};
+use super::common::{Random, built, direction, oracle, preset, relief, sinusoid, table_error, waves};
 use ndarray::Array2;
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{Options, Surface, Vec3};
@@ -62,7 +62,7 @@ fn order_pairs(field: &HeightField, nm: f64) -> Vec<(Vec3, Vec3)> {
 
 /// Puts one surface to every question.
 fn stands(name: &str, field: &HeightField, options: &Options) {
-    let surface = Surface::new(field, options).unwrap();
+    let surface = built(field, options);
     let exact = oracle(field, &surface);
     let mut random = Random::new(1);
     let mut worst = (0.0, ([0.0; 3], [0.0; 3], 0.0));
@@ -197,7 +197,7 @@ fn the_least_tolerance() {
 
 #[test]
 fn directions_that_are_not_above_the_surface_get_zero() {
-    let surface = Surface::new(&preset(Preset::Blazed), &Options::default()).unwrap();
+    let surface = built(&preset(Preset::Blazed), &Options::default());
     let up = [0.0, 0.0, 1.0];
     for bad in
         [[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [f64::NAN, 0.0, 1.0], [0.0, 0.0, f64::NAN], [f64::INFINITY, 0.0, 1.0]]

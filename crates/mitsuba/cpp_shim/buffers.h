@@ -8,9 +8,9 @@
 #include <mutex>
 #include <vector>
 
-#include <drjit/traversable_base.h>
 #include <mitsuba/render/bsdf.h>
 
+#include "compat.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
 
 namespace sunbeam {

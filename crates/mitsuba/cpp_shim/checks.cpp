@@ -12,18 +12,22 @@
 #include <mitsuba/core/properties.h>
 #include <mitsuba/render/srgb.h>
 
+#include "compat.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
 
-// Dr.Jit's small arrays are SIMD registers exactly when the compiler may use AVX2; the wheel was built so. Without it
-// all of this compiles, loads and renders garbage, so the compiler must refuse.
-#if !defined(__AVX2__) || !defined(__FMA__) || !defined(__F16C__)
-#error "compile with -march=x86-64-v3, as the wheel of Mitsuba was"
+// Dr.Jit's small arrays are SIMD registers exactly when the compiler may use AVX; the wheels were built so, and those
+// since 3.9 with AVX2. With other flags all of this compiles, loads and renders garbage, so the compiler must refuse.
+#if !defined(__AVX__) || !defined(__F16C__)
+#error "compile with the -march of the wheel of Mitsuba"
+#endif
+#if SUNBEAM_AVX2 ? !defined(__AVX2__) || !defined(__FMA__) : defined(__AVX2__) || defined(__FMA__)
+#error "compile with the -march of the wheel of Mitsuba"
 #endif
 namespace dr = drjit;
 static_assert(sizeof(dr::Array<float, 3>) == 16 && alignof(dr::Array<float, 3>) == 16);
 static_assert(sizeof(dr::Array<float, 4>) == 16 && alignof(dr::Array<float, 4>) == 16);
 static_assert(sizeof(dr::Array<double, 3>) == 32 && alignof(dr::Array<double, 3>) == 32);
-static_assert(std::string_view(MI_VERSION) == "3.9.1", "the headers are not those of the pinned wheel");
+static_assert(std::string_view(MI_VERSION) == SUNBEAM_MITSUBA, "the headers are not those of the release");
 
 namespace sunbeam {
 namespace {
@@ -82,9 +86,11 @@ void probe_calling_convention() {
 }
 
 void check(const void *address) {
+#if SUNBEAM_AVX2
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))
         throw std::runtime_error("the diffraction plugin needs a CPU with AVX2 and FMA, as the wheel of Mitsuba does");
-    check_version(MI_VERSION, library_version(address));
+#endif
+    check_version(MI_VERSION, rust_str(library_version(address)));
     probe_calling_convention();
 }
 

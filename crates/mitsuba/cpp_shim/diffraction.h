@@ -134,7 +134,7 @@ public:
     std::string to_string() const override {
         std::ostringstream oss;
         oss << "Diffraction[" << std::endl
-            << "  surface = " << std::string(m_lobe.surface().describe()) << "," << std::endl
+            << "  surface = " << std_string(m_lobe.surface().describe()) << "," << std::endl
             << "  eta = " << string::indent(m_eta) << "," << std::endl
             << "  k = " << string::indent(m_k) << "," << std::endl
             << "  specular_reflectance = " << string::indent(m_specular_reflectance) << "," << std::endl;
@@ -272,7 +272,7 @@ private:
             m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
         refuse_unknown(props);
         if constexpr (is_spectral_v<Spectrum>) {
-            return checked([&] { return new_surface(json); });
+            return checked([&] { return new_surface(rust_str(json)); });
         } else {
             IndexSamples samples;
             m_reflectance_inside = index.has_value();
@@ -286,7 +286,7 @@ private:
                 copy(index->k_nm, samples.k_nm);
                 copy(index->k, samples.k);
             }
-            return checked([&] { return new_colour_surface(json, samples); });
+            return checked([&] { return new_colour_surface(rust_str(json), samples); });
         }
     }
 

@@ -1,15 +1,15 @@
 #include "progress.h"
 
-#include <string>
-
 #include <mitsuba/core/logger.h>
+
+#include "compat.h"
 
 using mitsuba::ClassName, mitsuba::Info; // for Log()
 
 namespace sunbeam {
 
 void log_info(rust::Str line) {
-    Log(Info, "%s", std::string(line));
+    Log(Info, "%s", std_string(line));
 }
 
 } // namespace sunbeam
