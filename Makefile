@@ -69,7 +69,7 @@ test: test-rust test-python
 # what Dr.Jit records without a renderer, need the libraries of the wheels.
 test-rust: $(READY)
 	LD_LIBRARY_PATH=$$($(PY) -c "import importlib.util as u; print(':'.join(u.find_spec(n).submodule_search_locations[0] for n in ('drjit', 'mitsuba')))") \
-		$(CARGO) test --release --workspace
+		$(CARGO) test --release --workspace --no-fail-fast
 
 test-python: plugin library tool
 	$(PY) -m pytest -n 2 --dist loadfile

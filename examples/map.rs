@@ -34,7 +34,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             } else {
                 [0.0; 3]
             };
-            pixels.extend(colour.map(|value| (255.0 * srgb_encode((EXPOSURE * value).clamp(0.0, 1.0))) as u8));
+            let shown = srgb_encode(colour.map(|value: f64| (EXPOSURE * value).clamp(0.0, 1.0)));
+            pixels.extend(shown.map(|value| (255.0 * value).round() as u8));
         }
     }
     let mut out = std::io::stdout().lock();

@@ -29,7 +29,7 @@ const KNOT_NS: f64 = 5.0;
 /// Transforms besides those of the knots: two near κ = 0 and three to measure the error.
 const OTHER_TRANSFORMS: f64 = 5.0;
 /// Work of all builds until the tolerance is met over that of the last: each has finer knots than the one before.
-const BUILDS: f64 = 1.4;
+const BUILDS: f64 = 1.2;
 /// Spacing of the knots that meet the tolerance, relative to the first that is tried.
 const LAST_SPACING: f64 = 0.7;
 
