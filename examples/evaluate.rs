@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let direction = |degrees: f64| [degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()];
     println!("  angle   f_r in 1/sr at {WAVELENGTHS_NM:?} nm");
     for degrees in (-80..=80).step_by(5).map(f64::from) {
-        let reflectances = WAVELENGTHS_NM.map(|nm| surface.f(direction(THETA_I_DEG), direction(degrees), nm));
+        let reflectances = WAVELENGTHS_NM.map(|nm| surface.eval(direction(THETA_I_DEG), direction(degrees), nm));
         println!("{degrees:6}° {:>12.4} {:>12.4} {:>12.4}", reflectances[0], reflectances[1], reflectances[2]);
     }
     Ok(())

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                 let wo = [x, y, cos_squared.sqrt()];
                 let narrow = |v: [f64; 3]| v.map(|component| component as f32);
                 let keeps = method.conserving(narrow(wi), narrow(wo));
-                let response = method.response([x, y, 1.0 + wo[2]].map(|component| component as f32));
+                let response = method.relief_rgb([x, y, 1.0 + wo[2]].map(|component| component as f32));
                 // What does not depend on the relief is the caller's.
                 let factor = Pair::new(wi, wo).map_or(0.0, |pair| options.angular_factor(&pair));
                 std::array::from_fn(|c| factor * f64::from(response[c] * keeps[c]))
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
     let mut out = std::io::stdout().lock();
-    write!(out, "P6 {SIZE} {SIZE} 255\n")?;
+    writeln!(out, "P6 {SIZE} {SIZE} 255")?;
     out.write_all(&pixels)?;
     Ok(())
 }

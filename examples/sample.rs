@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             continue;
         };
         for (total, nm) in sum.iter_mut().zip(WAVELENGTHS_NM) {
-            *total += surface.f(wi, sample.wo, nm) * sample.wo[2] / sample.pdf;
+            *total += surface.eval(wi, sample.wo, nm) * sample.wo[2] / sample.pdf;
         }
     }
     for (total, nm) in sum.iter().zip(WAVELENGTHS_NM) {

@@ -11,7 +11,6 @@ from pathlib import Path
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-
 PLUGIN = "release/libsunbeam_mitsuba.so"
 
 

@@ -17,7 +17,7 @@
 //! let sine: f64 = 0.55 / 2.5;
 //! let (wi, order) = ([0.0, 0.0, 1.0], [-sine, 0.0, (1.0 - sine * sine).sqrt()]);
 //! let between = [-1.5 * sine, 0.0, (1.0 - 2.25 * sine * sine).sqrt()];
-//! assert!(surface.f(wi, order, 550.0) > 1000.0 * surface.f(wi, between, 550.0));
+//! assert!(surface.eval(wi, order, 550.0) > 1000.0 * surface.eval(wi, between, 550.0));
 //!
 //! // A direction for three random numbers; its weight is f·cosθ/pdf of each wavelength carried.
 //! let sample = surface.sample(wi, &[550.0], [0.3, 0.6, 0.1]).expect("above the horizon");

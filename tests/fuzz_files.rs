@@ -273,7 +273,7 @@ fn mutated_files_of_every_format() {
             buildable += 1;
             if built < BUILT && field.heights_um().len() <= BUILT_PIXELS && levelled.peak_to_valley_um() < 10.0 {
                 let surface = Surface::new(&levelled, &options).unwrap();
-                let f = surface.f([0.1, 0.0, 0.99f64.sqrt()], [-0.1, 0.0, 0.99f64.sqrt()], 550.0);
+                let f = surface.eval([0.1, 0.0, 0.99f64.sqrt()], [-0.1, 0.0, 0.99f64.sqrt()], 550.0);
                 assert!(
                     f.is_finite() && f >= 0.0,
                     "mutation {number} of {extension}: {f} of {levelled:?} with {options:?}"

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from importlib.metadata import version as installed_version
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,23 @@ def test_the_wheel_holds_the_plugin_and_names_its_platform(wheel):
     assert "Requires-Dist: mitsuba<=3.9.1,>=3.7.1" in zipfile.ZipFile(wheel).read(metadata).decode()
 
 
+def test_the_readme_s_scene_renders_in_an_empty_environment(wheel, tmp_path):
+    """With what `pip install` brings and nothing else."""
+    environment = tmp_path / "environment"
+    subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
+    python = environment / "bin" / "python"
+    pinned = [f"mitsuba=={installed_version('mitsuba')}", f"numpy=={installed_version('numpy')}"]
+    words = ["install", "--quiet", "--disable-pip-version-check", "--only-binary=:all:", str(wheel), *pinned]
+    subprocess.run([str(python), "-m", "pip", *words], check=True, timeout=600)
+    readme = (REPOSITORY / "README.md").read_text(encoding="utf-8")
+    (scene,) = re.findall(r"```python\n(import mitsuba.*?)```", readme, re.S)
+    scene = scene.replace('mi.file_resolver().append("target/mitsuba")', IMPORT)
+    assert IMPORT in scene
+    done = subprocess.run([str(python), "-c", scene], cwd=tmp_path, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "ball.png").stat().st_size > 10_000
+
+
 IMPORT = "import sunbeam_mitsuba"
 LOAD = "print(mi.variant(), mi.load_dict({'type': 'diffraction', 'preset': 'flat'}).class_name())"
 
@@ -106,7 +124,7 @@ def test_versions_are_the_same_everywhere(package):
     assert f'PACKAGE_VERSION "{package.__version__}"' in (packaging / "sunbeam-config-version.cmake").read_text()
     script = (REPOSITORY / "crates/mitsuba/build.rs").read_text()
     newest, *_, oldest = re.findall(r'Release \{ mitsuba: "([\d.]+)"', script)
-    assert package.MITSUBA_VERSION == newest
+    assert newest == package.MITSUBA_VERSION
     for text in (project, (REPOSITORY / "requirements.lock").read_text()):
         assert f"mitsuba=={newest}" in text
     assert f'"mitsuba>={oldest},<={newest}"' in project

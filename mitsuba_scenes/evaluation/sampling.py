@@ -63,17 +63,20 @@ def figures(
         "floor": FLOOR,
         "pictures": pictures,
         "headline": costs,
-        "earlier": beside(json.loads(EARLIER.read_text())["cells"], costs["cells"]),
+        "earlier": beside(**json.loads(EARLIER.read_text())),
         "costs": [cost(variant, repetitions) for variant in VARIANTS],
     }
 
 
-def beside(before: list[dict], now: list[dict]) -> list[dict]:
-    """Each diffraction of each cell that another build of the plugin was measured in, beside what it is now."""
-    of_now = {(cell["scene"], cell["variant"], way["name"]): way for cell in now for way in cell["ways"]}
+def beside(cells: list[dict], beside: list[dict], **_: object) -> list[dict]:
+    """Each diffraction of each cell that another build of the plugin was measured in, beside the one that followed it.
+
+    Both were measured on one machine on the same morning, so they are kept together and not measured anew.
+    """
+    of_now = {(cell["scene"], cell["variant"], way["name"]): way for cell in beside for way in cell["ways"]}
     return [
         {"scene": cell["scene"], "variant": cell["variant"], "name": way["name"], "before": way, "now": of_now[key]}
-        for cell in before
+        for cell in cells
         for way in cell["ways"]
         if way["name"] != REFERENCE and (key := (cell["scene"], cell["variant"], way["name"])) in of_now
     ]

@@ -25,7 +25,7 @@ impl<N: Numbers> ColourView<N> {
     /// The colour `F` of `q = (u, v, w)` (see the [module](super)), linear sRGB in 1/sr; colours outside sRGB have negative
     /// channels. Zero unless `active`, `w > 0`, and `q` the sum of two unit vectors.
     #[inline(always)]
-    pub fn response(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
+    pub fn relief_rgb(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let squared = u.fma(u, v * v);
         // Nothing that is not finite is the sum of two unit vectors.

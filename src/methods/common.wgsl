@@ -7,9 +7,9 @@ const WAVELENGTH_MAX_UM: f32 = 0.78;
 const SUM_SQUARED_MAX: f32 = 4.001;
 
 // An answer may be asked for in parts that add up to it, since some adapters cut long loops short. A method whose loop
-// is long takes every `response_parts`-th turn of it, from turn `response_part` on; others answer in part 0 only.
-var<private> response_part: u32 = 0u;
-var<private> response_parts: u32 = 1u;
+// is long takes every `relief_parts`-th turn of it, from turn `relief_part` on; others answer in part 0 only.
+var<private> relief_part: u32 = 0u;
+var<private> relief_parts: u32 = 1u;
 
 // Whether q can be a sum of two directions above the surface.
 fn is_query(q: vec3<f32>) -> bool {

@@ -3,7 +3,8 @@
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
-use super::orders::{OrderCounts, OrderGrid, Orders};
+use super::order_grid::OrderGrid;
+use super::orders::{OrderCounts, Orders};
 use super::{Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
@@ -63,7 +64,7 @@ impl Flss {
 }
 
 impl Method for Flss {
-    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
             let samples = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
@@ -75,7 +76,7 @@ impl Method for Flss {
         rgb
     }
 
-    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+    fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
         Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }

@@ -10,12 +10,12 @@ struct Flss {
 
 @group(1) @binding(0) var<uniform> flss: Flss;
 
-fn response(q: vec3<f32>) -> vec3<f32> {
+fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();
-    for (var i = response_part; i < flss.wavelengths; i += response_parts) {
+    for (var i = relief_part; i < flss.wavelengths; i += relief_parts) {
         let colour = colours[i];
         rgb += order_density(flss.grid, q, colour.w) / (colour.w * colour.w) * colour.xyz;
     }

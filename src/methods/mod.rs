@@ -10,24 +10,27 @@
 //! conserves energy where it is asked to.
 
 mod bessel;
+mod build;
 mod colours;
 mod flss;
 mod nmm;
 mod options;
+mod order_grid;
 mod orders;
 mod pq;
+#[cfg(test)]
+mod shader_layout_tests;
 mod stam;
 mod table;
 mod term_weights;
-#[cfg(test)]
-mod twins;
 
 pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 pub use bessel::TERMS_MAX;
+pub use build::build;
 pub use flss::Flss;
 pub use nmm::Nmm;
-pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, REPEATS_MAX, Repeats, build};
-pub use orders::{NEIGHBOURHOOD_MAX, ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
+pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, NEIGHBOURHOOD_MAX, REPEATS_MAX, Repeats};
+pub use orders::{ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
 
@@ -36,13 +39,14 @@ use std::borrow::Cow;
 
 /// One way to evaluate a surface in colour.
 pub trait Method: Send + Sync {
-    /// The colour of `q = [u, v, w]`, linear sRGB in 1/sr; out-of-gamut colours keep their negative components. Zero
+    /// What the relief alone answers for `q = [u, v, w]`, integrated over the visible wavelengths: linear sRGB in 1/sr, with
+    /// neither Fresnel reflectance, obliquity, shadowing nor cosine. Out-of-gamut colours keep their negative components. Zero
     /// unless `q` is finite, `w > 0`, and `q` the sum of two unit vectors.
-    fn response(&self, q: [f32; 3]) -> [f32; 3];
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3];
 
-    /// `S/λ²` in 1/sr at one wavelength in nm, zero outside 380 to 780 nm and where [`Method::response`] is; `None`
+    /// The same at one wavelength in nm, `S/λ²` in 1/sr: zero outside 380 to 780 nm and where [`Method::relief_rgb`] is; `None`
     /// where the method has no value by wavelength.
-    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
+    fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
     /// What the answer is multiplied by so that no energy is made, red, green and blue, for directions above the surface.
     fn conserving(&self, _wi: [f32; 3], _wo: [f32; 3]) -> [f32; 3] {
@@ -56,8 +60,8 @@ pub trait Method: Send + Sync {
 /// A method's WGSL and what it binds.
 ///
 /// The source declares, in group 1, a uniform struct at binding 0 and one read-only storage buffer for each entry of
-/// `storage` from binding 1 on, and defines `fn response(q: vec3<f32>) -> vec3<f32>`, the twin of [`Method::response`],
-/// which heeds `response_part` and `response_parts` of [`COMMON_WGSL`]: over all parts its results add up to the answer.
+/// `storage` from binding 1 on, and defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>`, the twin of [`Method::relief_rgb`],
+/// which heeds `relief_part` and `relief_parts` of [`COMMON_WGSL`]: over all parts its results add up to the answer.
 /// It is compiled together with the files of [`COMMON_WGSL`] and of whoever calls it; groups 0 and 2 are theirs.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.

@@ -14,7 +14,8 @@
 //! counts, around (u, v) = (0, 0), the answer is white, as Single 2014 has it, at the value at 550 nm.
 
 use super::colours::{self, Colours, colour_density};
-use super::orders::{OrderCounts, OrderGrid, Orders};
+use super::order_grid::OrderGrid;
+use super::orders::{OrderCounts, Orders};
 use super::{
     Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM,
     is_query, spectral_range_um,
@@ -83,7 +84,7 @@ impl Nmm {
 }
 
 impl Method for Nmm {
-    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         if !is_query(q) {
             return [0.0; 3];
         }
@@ -107,7 +108,7 @@ impl Method for Nmm {
         rgb.map(|value| value / total)
     }
 
-    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+    fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
         Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }

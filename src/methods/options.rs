@@ -1,25 +1,18 @@
-//! What users may ask of a method, and how one is made.
+//! What users may ask of a method.
 
-use super::Method;
 use super::bessel::TERMS_MAX;
-use super::flss::Flss;
-use super::nmm::Nmm;
-use super::orders::NEIGHBOURHOOD_MAX;
-use super::pq::Pq;
-use super::stam::Stam;
-use super::table::ConservingTable;
 use crate::colour::ColourError;
-use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, RESOLUTION};
-use crate::config::{COHERENCE_LENGTH_UM, MAX_LENGTH_UM, TOLERANCE};
-use crate::height_field::HeightField;
-use crate::reflectance::{ColourAlbedoTable, Options};
-use crate::table::{Model, Progress, TableError, Tiling};
+use crate::colour_table::{ColourTableError, RESOLUTION};
+use crate::config::MAX_LENGTH_UM;
+use crate::table::TableError;
 use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
 /// Accepted steps between wavelengths in nm: coarser ones do not make white, finer ones only take time.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
+/// Most orders along each axis that are summed at a place.
+pub const NEIGHBOURHOOD_MAX: usize = 64;
 /// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
 pub const REPEATS_MAX: u32 = 10_000;
 
@@ -213,54 +206,6 @@ impl MethodOptions {
             _ => Ok(()),
         }
     }
-}
-
-/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's, but for the albedo
-/// where energy is conserved: that is of these options and holds for no others. Numbers of terms and
-/// orders that are not given follow from the surface's `tolerance`, a relative error.
-///
-/// # Errors
-/// A number out of range, a model, tiling or conservation of energy that the method does not know, or a relief that is more than it can
-/// hold in single precision; see [`MethodError`].
-pub fn build(
-    kind: MethodKind,
-    field: &HeightField,
-    surface: &Options,
-    options: &MethodOptions,
-) -> Result<Box<dyn Method>, MethodError> {
-    options.validate()?;
-    let (coherence_length_um, tolerance) = (surface.coherence_length_um, surface.tolerance);
-    in_range("coherence_length", coherence_length_um, &COHERENCE_LENGTH_UM, "a length in µm in [1e-3, 1e5]")?;
-    in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")?;
-    let unsupported =
-        |parameter, found, accepted| Err(MethodError::Unsupported { method: kind.name(), parameter, found, accepted });
-    if surface.conserve_energy && (kind.is_patch_only() || surface.model == Model::Patch) {
-        return unsupported("conserve_energy", "true", "false");
-    }
-    if kind.is_patch_only() && surface.model != Model::Patch {
-        return unsupported("model", "ensemble", "patch");
-    }
-    if kind.is_patch_only() && surface.tiling != Tiling::Periodic {
-        return unsupported("tiling", "aperiodic", "periodic");
-    }
-    Ok(match kind {
-        MethodKind::Flss => Box::new(Flss::new(field, coherence_length_um, tolerance, options)?),
-        MethodKind::Nmm => Box::new(Nmm::new(field, coherence_length_um, tolerance, options)?),
-        MethodKind::Pq => Box::new(Pq::new(field, coherence_length_um, tolerance, options)?),
-        MethodKind::Stam => Box::new(Stam::new(field, coherence_length_um, options)?),
-        MethodKind::Table => {
-            let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
-            let build_limit = surface.build_limit;
-            let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
-            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &Progress::none())?;
-            let albedo =
-                surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &Progress::none()));
-            match albedo.flatten() {
-                Some(albedo) => Box::new(ConservingTable { table, albedo }),
-                None => Box::new(table),
-            }
-        }
-    })
 }
 
 pub(super) fn in_range(

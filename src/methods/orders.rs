@@ -1,20 +1,19 @@
 //! The wave orders of a tile as the methods read them, and Single 2014's sum over a neighbourhood of them.
 
 use super::bessel::TERMS_MAX;
+use super::options::NEIGHBOURHOOD_MAX;
+use super::order_grid::{OrderGrid, TERMS_MULTIPLE};
 use super::term_weights::TermWeights;
 use super::{MethodError, MethodOptions, WAVELENGTH_MIN_UM};
 use crate::height_field::HeightField;
 use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
 use arrayvec::ArrayVec;
-use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
 use rustfft::num_complex::Complex32;
 use std::f32::consts::FRAC_1_SQRT_2;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-/// Most orders along each axis that are summed at a place.
-pub const NEIGHBOURHOOD_MAX: usize = 64;
 /// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must not overflow.
 pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
 /// Most bytes that the orders of a tile may take.
@@ -27,33 +26,6 @@ pub(super) const FAINT: f32 = 40.0;
 
 /// Added and taken away again, it rounds numbers up to a third of its size to whole ones.
 const WHOLE: f32 = 12_582_912.0;
-
-/// Terms that the shader sums in one pass of its loop.
-const TERMS_MULTIPLE: usize = 8;
-
-/// How the orders lie, for the shaders.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(super) struct OrderGrid {
-    /// Extent `(Lx, Ly)` of the tile.
-    pub extent_um: [f32; 2],
-    /// The Gaussian of the window falls as `exp(−sharpness·d²)` with the distance d in orders: `2π²s²/L²`.
-    pub sharpness: [f32; 2],
-    /// Largest |jx| and |jy| that are held; 0 along an axis of one pixel, where there are no others.
-    pub reach: [i32; 2],
-    /// Number of terms, a multiple of [`TERMS_MULTIPLE`]; those past the ones asked for are zero.
-    pub terms: u32,
-    /// 0 for Chebyshev, 1 for Taylor.
-    pub series: u32,
-    /// Half the range of heights, H.
-    pub half_range_um: f32,
-    /// `4πs²`: S of an order of power 1 at its middle.
-    pub peak_um2: f32,
-    /// Orders summed along each axis.
-    pub neighbourhood: u32,
-    /// κH at which every term is needed; 0 where all are asked for at any.
-    pub argument_of_terms: f32,
-}
 
 /// The terms of every order that light from 380 to 780 nm can reach.
 ///

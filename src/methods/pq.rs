@@ -8,7 +8,8 @@
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
-use super::orders::{OrderCounts, OrderGrid, Orders};
+use super::order_grid::OrderGrid;
+use super::orders::{OrderCounts, Orders};
 use super::{
     Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, REPEATS_MAX, Repeats, is_query,
     spectral_range_um,
@@ -107,7 +108,7 @@ impl Pq {
 }
 
 impl Method for Pq {
-    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
             let samples = self.colours.iter().map(|&[r, g, b, um]| (um, [r, g, b]));
@@ -119,7 +120,7 @@ impl Method for Pq {
         rgb
     }
 
-    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+    fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let wavelength_um = spectral_range_um(wavelength_nm).filter(|_| is_query(q));
         let mut found = 0.0;
         let asked = wavelength_um.into_iter().map(|um| (um, ()));

@@ -32,12 +32,12 @@ fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
     return pq.grid.peak_um2 * dot(c, c) * kernel * kernel;
 }
 
-fn response(q: vec3<f32>) -> vec3<f32> {
+fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     if !is_query(q) {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();
-    for (var i = response_part; i < pq.wavelengths; i += response_parts) {
+    for (var i = relief_part; i < pq.wavelengths; i += relief_parts) {
         let colour = colours[i];
         rgb += pq_density(q, colour.w) / (colour.w * colour.w) * colour.xyz;
     }

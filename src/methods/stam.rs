@@ -4,7 +4,7 @@
 //! `λ = d|u|/n`; the orders 0, which GPU Gems draws as a highlight of its own, are left out. The grooves are taken to be
 //! scattered along y, which spreads each order evenly over the two units of v that a hemisphere spans:
 //! `S = Σ_n δ(u/λ − n/d)/16 · λ/2`. Its total over (u, v) is 1. With the δ, the sum over wavelengths is
-//! `response = Σ_n weight(λ_n) · d/(32 n)`, weight the colours per µm instead of the bumps of GPU Gems. A value at a single
+//! `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, weight the colours per µm instead of the bumps of GPU Gems. A value at a single
 //! wavelength has the Gaussian of the coherence window in place of the δ.
 
 use super::colours::{self, Colours, colour_density};
@@ -59,7 +59,7 @@ impl Stam {
 }
 
 impl Method for Stam {
-    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
             for n in 1..=ORDERS {
@@ -73,7 +73,7 @@ impl Method for Stam {
         rgb.map(|value| value / (2.0 * ORDERS as f32 * V_RANGE))
     }
 
-    fn spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+    fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
         let Some(um) = spectral_range_um(wavelength_nm).filter(|_| is_query(q)) else { return Some(0.0) };
         let line = |n: u32| {
             let distance = q[0].abs() / um - n as f32 / self.period_um;

@@ -12,8 +12,8 @@ struct Stam {
 
 @group(1) @binding(0) var<uniform> stam: Stam;
 
-fn response(q: vec3<f32>) -> vec3<f32> {
-    if !is_query(q) || response_part != 0u {
+fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
+    if !is_query(q) || relief_part != 0u {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();

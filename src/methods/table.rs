@@ -46,11 +46,11 @@ impl From<Ring> for TableRing {
 }
 
 impl Method for ColourTable {
-    fn response(&self, [u, v, w]: [f32; 3]) -> [f32; 3] {
-        self.view::<f32>().response(u, v, w, true)
+    fn relief_rgb(&self, [u, v, w]: [f32; 3]) -> [f32; 3] {
+        self.view::<f32>().relief_rgb(u, v, w, true)
     }
 
-    fn spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+    fn relief_spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
         None
     }
 
@@ -66,11 +66,11 @@ pub(super) struct ConservingTable {
 }
 
 impl Method for ConservingTable {
-    fn response(&self, q: [f32; 3]) -> [f32; 3] {
-        self.table.response(q)
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
+        self.table.relief_rgb(q)
     }
 
-    fn spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+    fn relief_spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
         None
     }
 

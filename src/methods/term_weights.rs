@@ -1,7 +1,7 @@
 //! The coefficients of the series for many wavelengths at one place, several side by side.
 
 use super::bessel::{TERMS_MAX, bessel_j};
-use super::orders::OrderGrid;
+use super::order_grid::OrderGrid;
 use arrayvec::ArrayVec;
 use std::f32::consts::TAU;
 

@@ -122,7 +122,7 @@ impl ColourSurface {
             let length_squared = u * u + v * v + w * w;
             let reflected = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
             let factor = if stam { reflected * (length_squared / w).powi(2) } else { reflected };
-            view.response(u, v, w, true).map(|channel| channel * factor)
+            view.relief_rgb(u, v, w, true).map(|channel| channel * factor)
         });
         let report = ColourSurfaceReport {
             table_bytes: table.report().bytes,
@@ -196,8 +196,9 @@ impl ColourSurface {
         ColourFactors { reference: self.reference, obliquity, shadowing, gamut: Gamut::Keep }
     }
 
-    /// `f_r` in 1/sr as linear sRGB, without the cosine; see [`ColourLobe::eval`].
-    pub fn f(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
+    /// `f_r` in 1/sr as linear sRGB: as [`Surface::eval`](super::Surface::eval), and with the Fresnel reflectance of the index that
+    /// it was built for; see [`ColourLobe::eval`].
+    pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         self.lobe::<f64>().eval(wi, wo, true)
     }
 }
@@ -259,7 +260,7 @@ impl<N: Numbers> ColourLobe<N> {
         let length_squared = w.fma(w, u.fma(u, v * v));
         // Nothing that is not finite passes.
         let active = active & length_squared.le(lit(SUM_SQUARED_MAX.into()));
-        let colour = self.table.response(u, v, w, active);
+        let colour = self.table.relief_rgb(u, v, w, active);
         let mut factor = obliquity(self.factors.obliquity, [u, v, w], [cos_i, cos_o]);
         if self.factors.shadowing {
             factor = factor * shadowing([u, v, w], [cos_i, cos_o]);

@@ -39,7 +39,7 @@ impl Exact {
         }
     }
 
-    /// `f_r` in 1/sr with the Fresnel reflectance left out; zero unless both directions lie above the surface and the
+    /// `f_r` in 1/sr, with and without the same as [`Surface::eval`](super::Surface::eval); zero unless both directions lie above the surface and the
     /// wavelength is positive.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo).filter(|_| wavelength_nm > 0.0) else { return 0.0 };

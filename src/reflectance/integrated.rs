@@ -59,7 +59,7 @@ impl Surface {
         for k in 0..steps {
             let wavelength_nm = 1.0 / (first + (k as f64 + 0.5) * step);
             let width_nm = step * wavelength_nm * wavelength_nm;
-            let value = self.f(wi, wo, wavelength_nm) * width_nm;
+            let value = self.eval(wi, wo, wavelength_nm) * width_nm;
             for (total, weight) in sum.iter_mut().zip(WavelengthWeights::at(wavelength_nm)) {
                 *total += value * weight;
             }

@@ -1,5 +1,8 @@
 //! The reflectance `f_r = R·O·M·S/λ²` of docs/model.md#the-reflectance, its sampling, and the oracle that judges it.
 //!
+//! Three verbs, the same everywhere: `eval` is `f_r` between two directions; `relief_spectral` and `relief_rgb` are what the
+//! relief alone answers, at a wavelength and integrated in colour ([`crate::methods`]). Each says what is in it.
+//!
 //! [`Surface`] answers from tables; [`Exact`] from the direct double-precision sum. Both divide by what the same
 //! [`AlbedoTable`] holds where energy is to be conserved, and both take the same [`Pair`] of directions.
 

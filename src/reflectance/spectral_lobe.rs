@@ -1,6 +1,6 @@
 //! The diffracted lobe at given wavelengths: value, density and sampling, written once for all families of numbers.
 
-use super::albedo::{AlbedoLayout, AlbedoView, Place};
+use super::albedo::{AlbedoLayout, AlbedoView, GridPlace};
 use super::geometry::{COSINE_MIN, obliquity, shadowing};
 use super::sampler::{SamplerLayout, SamplerView};
 use super::{Obliquity, UNIFORM_SHARE};
@@ -43,7 +43,7 @@ struct Directions<N: Numbers> {
     /// `O·M`.
     factor: N::Real,
     /// What conserves energy, and where either direction lies in it.
-    albedo: Option<(AlbedoView<N>, Place<N>, Place<N>)>,
+    albedo: Option<(AlbedoView<N>, GridPlace<N>, GridPlace<N>)>,
 }
 
 impl<N: Numbers> SpectralLobe<'_, N> {

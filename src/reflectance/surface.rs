@@ -228,9 +228,10 @@ impl Surface {
         SpectralLobe { layout: &self.layout, words: self.words() }
     }
 
-    /// `f_r` in 1/sr, Fresnel reflectance left out; zero unless both directions lie above the surface and the wavelength
+    /// `f_r` in 1/sr: obliquity, shadowing and what conserves energy are in it, the Fresnel reflectance and the cosine are
+    /// not. Zero unless both directions lie above the surface and the wavelength
     /// (nm) within the tables' range. Never negative, never NaN.
-    pub fn f(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+    pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if !answers(wi, wo, wavelength_nm) {
             return 0.0;
         }
@@ -238,7 +239,7 @@ impl Surface {
         f
     }
 
-    /// [`Surface::f`] and the density of [`Surface::sample`], zero where that is.
+    /// [`Surface::eval`] and the density of [`Surface::sample`], zero where that is.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
         if !answers(wi, wo, wavelength_nm) {
             return Answer::default();
@@ -261,7 +262,7 @@ impl Surface {
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         let wo = self.sample_direction(wi, wavelengths_nm, u)?;
         let pdf = self.pdf(wi, wo, wavelengths_nm);
-        (pdf > 0.0).then(|| Sample { wo, pdf, weight: self.f(wi, wo, wavelengths_nm[0]) * wo[2] / pdf })
+        (pdf > 0.0).then(|| Sample { wo, pdf, weight: self.eval(wi, wo, wavelengths_nm[0]) * wo[2] / pdf })
     }
 
     /// A direction from three random numbers in [0, 1): the first picks the even share or one of the wavelengths (nm), the

@@ -323,7 +323,7 @@ impl<'a> Build<'a> {
                 let py = at(kept.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));
                 let f = [px / x.period_um, py / y.period_um];
                 let occurs = TAU * (f[0] * f[0] + f[1] * f[1]).sqrt().hypot(kappa / TAU) <= self.kappa_max;
-                if !occurs || !table.knows(f) {
+                if !occurs || !table.is_resolved(f) {
                     return None;
                 }
                 let mean = packed.mean(f, [0.0, table.kappa_limit(f)]);

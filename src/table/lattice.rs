@@ -1,10 +1,11 @@
 //! Choice of the frequency lattice, axis by axis (the Gaussian window separates).
 
 use super::joining::{Joining, OVERSAMPLING, semicircle};
-use super::lookup::TAPS_MAX;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
+/// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
+pub(super) const TAPS_MAX: usize = 40;
 /// One axis of the lattice of spatial frequencies, with nodes at `m / period_um`, `|m| ≤ reach`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatticeAxis {

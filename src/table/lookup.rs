@@ -1,4 +1,4 @@
-use super::lattice::{Lattice, LatticeAxis};
+use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
 use super::spline::cubic;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
@@ -7,9 +7,6 @@ use std::f64::consts::TAU;
 /// Floats at the head of a node's record, about κ = 0: of a power its value and slope there, of an amplitude the real and
 /// imaginary part of its value.
 pub const HEADER: usize = 2;
-
-/// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
-pub(super) const TAPS_MAX: usize = 40;
 
 /// How the values of neighbouring nodes combine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -116,7 +113,7 @@ impl SpectralTable {
     }
 
     /// Whether the pixels say anything about a frequency (cycles/µm); `S` is zero elsewhere.
-    pub fn knows(&self, f: [f64; 2]) -> bool {
+    pub fn is_resolved(&self, f: [f64; 2]) -> bool {
         let known = |axis: &LatticeAxis, f: f64| (f * axis.period_um).abs() <= axis.cutoff;
         known(&self.lattice.x, f[0]) && known(&self.lattice.y, f[1])
     }
@@ -162,7 +159,7 @@ impl SpectralTable {
     /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. What evaluates is [`super::PackedTable`]; this is for
     /// integrals over tables that are not packed.
     pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        if !self.knows(f) {
+        if !self.is_resolved(f) {
             return 0.0;
         }
         let curve = NodeCurve::new(self, kappa);

@@ -67,7 +67,7 @@ impl Truth {
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let cos = pair.cos_half();
         let reflected = |nm| index.map_or(1.0, |index| fresnel_unpolarised(cos, index.at(nm)));
-        self.weights.rgb_of(|nm| self.surface.f(wi, wo, nm) * reflected(nm))
+        self.weights.rgb_of(|nm| self.surface.eval(wi, wo, nm) * reflected(nm))
     }
 }
 
@@ -128,7 +128,7 @@ fn colours_are_those_of_the_spectrum() {
             println!("{}: {:?}", case.name, surface.report());
             for (theta, phi) in [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)] {
                 let wi = direction(theta, phi);
-                let errors = differences(wi, |i, o| case.truth.rgb(i, o, index.as_ref()), |i, o| surface.f(i, o));
+                let errors = differences(wi, |i, o| case.truth.rgb(i, o, index.as_ref()), |i, o| surface.eval(i, o));
                 let error = percentile(&errors);
                 println!("{} with {:?} at {theta}°: ΔE {error:.2}", case.name, index.as_ref().map(|i| i.at(550.0)));
                 assert!(error < DELTA_E, "{} at {theta}°, {phi}°: ΔE {error:.2}", case.name);
@@ -147,11 +147,11 @@ fn gold_times_a_rainbow_is_not_the_product_of_two_colours() {
     let product = |wi: Vec3, wo: Vec3| {
         let cos = (0.5 * (0..3).map(|c| (wi[c] + wo[c]).powi(2)).sum::<f64>().sqrt()).min(1.0);
         let metal = weights.rgb_of(|nm| fresnel_unpolarised(cos, index.at(nm)));
-        let colour = plain.f(wi, wo);
+        let colour = plain.eval(wi, wo);
         std::array::from_fn(|c| metal[c] * colour[c])
     };
     let truth = |i: Vec3, o: Vec3| case.truth.rgb(i, o, Some(&index));
-    let inside = differences(wi, truth, |i, o| golden.f(i, o));
+    let inside = differences(wi, truth, |i, o| golden.eval(i, o));
     let outside = differences(wi, truth, product);
     println!("ΔE inside {:.2}, as a product {:.2}", percentile(&inside), percentile(&outside));
     assert!(percentile(&inside) < DELTA_E && percentile(&outside) > 2.0 * DELTA_E);
@@ -232,7 +232,7 @@ fn luminance_is_that_of_the_spectrum() {
         let (wi, wo) = (direction(random.between(0.0, 70.0), 0.0), direction(random.between(0.0, 70.0), 180.0));
         let weights = WavelengthWeights::per_nm().iter().enumerate();
         let truth: f64 =
-            weights.map(|(i, w)| f64::from(w[3]) * case.truth.surface.f(wi, wo, WAVELENGTH_MIN_NM + i as f64)).sum();
+            weights.map(|(i, w)| f64::from(w[3]) * case.truth.surface.eval(wi, wo, WAVELENGTH_MIN_NM + i as f64)).sum();
         sum += truth;
         off += (luminance(lobe.eval(wi, wo, true)) - truth).abs();
     }

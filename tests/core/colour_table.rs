@@ -64,7 +64,7 @@ impl Case {
                 let (x, y) = (place(i % SIZE), place(i / SIZE));
                 let pair = Pair::new(wi, [x, y, (1.0 - x * x - y * y).max(0.0).sqrt()])?;
                 let factor = pair.obliquity(Obliquity::Stam);
-                let found = table.response([pair.u as f32, pair.v as f32, pair.w as f32]);
+                let found = table.relief_rgb([pair.u as f32, pair.v as f32, pair.w as f32]);
                 let truth = self.truth(&spectrum, &pair);
                 Some((truth.map(|v| v * factor), found.map(|v| f64::from(v) * factor)))
             })
@@ -151,7 +151,7 @@ fn the_oracle_agrees_at_single_pairs() {
         let (wi, wo) = ([0.3, 0.1, (1.0f64 - 0.1).sqrt()], [sin - 0.3, cos - 0.1, 0.0]);
         let wo = [wo[0], wo[1], (1.0 - wo[0] * wo[0] - wo[1] * wo[1]).sqrt()];
         let truth = spectrum.rgb_of(|nm| exact.eval(wi, wo, nm));
-        let found = table.response([0, 1, 2].map(|c| (wi[c] + wo[c]) as f32));
+        let found = table.relief_rgb([0, 1, 2].map(|c| (wi[c] + wo[c]) as f32));
         for (found, truth) in found.iter().zip(truth) {
             peak = peak.max(truth.abs());
             worst = worst.max((f64::from(*found) - truth).abs());
@@ -164,7 +164,7 @@ fn the_oracle_agrees_at_single_pairs() {
 #[test]
 fn a_mirror_is_white_in_its_mirror_direction() {
     let case = Case::new(r#"{"preset":"flat"}"#, Model::Ensemble);
-    let [r, g, b] = case.table().response([0.0, 0.0, 1.2]);
+    let [r, g, b] = case.table().relief_rgb([0.0, 0.0, 1.2]);
     let expected =
         case.truth(&SpectralToRgb::visible(1.0).unwrap(), &Pair { u: 0.0, v: 0.0, w: 1.2, cos_i: 0.6, cos_o: 0.6 });
     for (found, expected) in [r, g, b].iter().zip(expected) {
@@ -184,14 +184,14 @@ fn nothing_breaks_at_the_edges() {
         for u in [-2.0f32, -1.0, -1e-7, 0.0, 1e-7, 0.7, 1.99999, 2.0] {
             for v in [-2.0f32, -1e-7, 0.0, 0.3, 2.0] {
                 for w in [1e-7f32, 1e-3, 0.5, 1.9999, 2.0] {
-                    assert!(table.response([u, v, w]).iter().all(|c| c.is_finite()), "{json} {u} {v} {w}");
+                    assert!(table.relief_rgb([u, v, w]).iter().all(|c| c.is_finite()), "{json} {u} {v} {w}");
                 }
             }
         }
         for q in
             [[f32::NAN, 0.0, 1.0], [0.0, 0.0, f32::NAN], [0.0, 0.0, -1.0], [f32::INFINITY, 0.0, 1.0], [0.0, 0.0, 0.0]]
         {
-            assert_eq!(table.response(q), [0.0; 3]);
+            assert_eq!(table.relief_rgb(q), [0.0; 3]);
         }
     }
 }

@@ -266,7 +266,7 @@ fn midpoint_albedo(surface: &Surface, wi: Vec3, nm: f64) -> f64 {
         let theta = (ring as f64 + 0.5) / RINGS as f64 * 90.0;
         for spoke in 0..SPOKES {
             let wo = direction(theta, (spoke as f64 + 0.5) / SPOKES as f64 * 360.0);
-            sum += surface.f(wi, wo, nm) * wo[2] * theta.to_radians().sin();
+            sum += surface.eval(wi, wo, nm) * wo[2] * theta.to_radians().sin();
         }
     }
     sum * (0.5 * PI / RINGS as f64) * (TAU / SPOKES as f64)

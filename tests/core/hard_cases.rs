@@ -224,12 +224,12 @@ fn the_value_alone_is_that_beside_the_density() {
                 let (wi, nm, anywhere) = (random.direction(), random.wavelength_nm(), random.direction());
                 let wo = surface.sample(wi, &[nm], random.three()).map_or(anywhere, |sample| sample.wo);
                 let answer = surface.eval_pdf(wi, wo, nm);
-                assert_eq!(surface.f(wi, wo, nm), answer.f);
+                assert_eq!(surface.eval(wi, wo, nm), answer.f);
                 lit += usize::from(answer.f > 0.0);
             }
             assert!(lit > 250, "{lit}");
-            assert_eq!(surface.f([0.0, 0.0, 1.0], [0.0, 0.0, -1.0], 550.0), 0.0);
-            assert_eq!(surface.f([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 300.0), 0.0);
+            assert_eq!(surface.eval([0.0, 0.0, 1.0], [0.0, 0.0, -1.0], 550.0), 0.0);
+            assert_eq!(surface.eval([0.0, 0.0, 1.0], [0.0, 0.0, 1.0], 300.0), 0.0);
         }
     }
 }

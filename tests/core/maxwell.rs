@@ -76,7 +76,7 @@ fn misplaced(folder: &Path, species: &str) -> Vec<f64> {
             let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
             let half = (0.5 * (1.0 + wi[0] * wo[0] + wi[1] * wo[1] + wi[2] * wo[2])).sqrt();
             // Orders lie far apart: each is its own Gaussian over direction cosines.
-            let power = surface.f(wi, wo, f64::from(nm)) * um * um * area;
+            let power = surface.eval(wi, wo, f64::from(nm)) * um * um * area;
             off += 0.5 * (fresnel_unpolarised(half, KERATIN) * power - efficiency).abs();
             total += efficiency;
         }

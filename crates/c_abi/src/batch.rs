@@ -88,7 +88,7 @@ impl SurfaceHandle {
                     }
                 };
                 let Some(pdf) = pdf else {
-                    carried.iter().enumerate().for_each(|(k, &nm)| value(k, self.surface.f(wi, wo, nm)));
+                    carried.iter().enumerate().for_each(|(k, &nm)| value(k, self.surface.eval(wi, wo, nm)));
                     return Ok(true);
                 };
                 let mut density = 0.0;

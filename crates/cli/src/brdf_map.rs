@@ -168,7 +168,7 @@ fn on_cpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Er
     let reflector = Reflector::new(&args.surface, method, &options, false)?;
     let wi = args.wi();
     let start = Instant::now();
-    let rgb = reflector.map(pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.rgb(wi, wo, &spectrum)));
+    let rgb = reflector.map(pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.eval_rgb(wi, wo, &spectrum)));
     let seconds = start.elapsed().as_secs_f64();
     let steps = !matches!(method, Method::Realtime(kind) if !kind.options().contains(&"lambda_step_nm"));
     Ok(Map { rgb, wavelengths: steps.then(|| spectrum.weights().len()), seconds, gpu: None })

@@ -53,5 +53,5 @@ fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
     let (wi, wo) = (direction("wi", &query.wi)?, direction("wo", &query.wo)?);
     let wavelengths = query.wavelength.as_slice();
     reflector.check_wavelengths(wavelengths)?;
-    Ok(Answer { f: query.wavelength.map(|nm| reflector.f(wi, wo, nm)), pdf: reflector.pdf(wi, wo, wavelengths) })
+    Ok(Answer { f: query.wavelength.map(|nm| reflector.eval(wi, wo, nm)), pdf: reflector.pdf(wi, wo, wavelengths) })
 }

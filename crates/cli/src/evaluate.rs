@@ -119,7 +119,7 @@ pub fn run(args: &EvaluateArgs) -> Outcome {
     let values = reflector.map(&wavelengths_nm, |nm| {
         let value = |angle: &f64| {
             let (sin, cos) = angle.to_radians().sin_cos();
-            reflector.relief([sin_i, 0.0, cos_i], [sin, 0.0, cos], *nm)
+            reflector.relief_spectral([sin_i, 0.0, cos_i], [sin, 0.0, cos], *nm)
         };
         angles_deg.iter().map(value).collect()
     });

@@ -76,14 +76,14 @@ impl Reflector {
     }
 
     /// `f_r` in 1/sr, the Fresnel reflectance included.
-    pub fn f(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+    pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
         self.fresnel(&pair)
             * match &self.evaluator {
                 Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
-                Evaluator::Table(surface) => surface.f(wi, wo, wavelength_nm),
+                Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
                 Evaluator::Realtime(method) => {
-                    let spectral = method.spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
+                    let spectral = method.relief_spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
                     self.options.angular_factor(&pair) * f64::from(spectral)
                 }
             }
@@ -91,19 +91,19 @@ impl Reflector {
 
     /// What the relief alone answers: `S/λ²` in 1/sr, `f_r` without `R·O·M` (what conserves energy, where it is asked for,
     /// stays in).
-    pub fn relief(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+    pub fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
-        self.f(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
+        self.eval(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
     }
 
     /// The integral of `f_r` over the visible spectrum in linear sRGB, by the method's own wavelengths where it has some,
     /// else by those of `spectrum`.
-    pub fn rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
-        let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.f(wi, wo, nm)) };
+    pub fn eval_rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
+        let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = self.fresnel(&pair) * self.options.angular_factor(&pair);
         let conserving = method.conserving(wi.map(|c| c as f32), wo.map(|c| c as f32));
-        let response = method.response(sum(&pair));
+        let response = method.relief_rgb(sum(&pair));
         std::array::from_fn(|c| factor * f64::from(response[c] * conserving[c]))
     }
 

@@ -56,7 +56,7 @@ fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
         Some(sample) => Answer {
             wo: Some(sample.wo),
             pdf: sample.pdf,
-            weight: query.wavelength.map(|nm| reflector.f(wi, sample.wo, nm) * sample.wo[2] / sample.pdf),
+            weight: query.wavelength.map(|nm| reflector.eval(wi, sample.wo, nm) * sample.wo[2] / sample.pdf),
         },
         None => Answer { wo: None, pdf: 0.0, weight: query.wavelength.map(|_| 0.0) },
     })

@@ -60,7 +60,7 @@ pub(super) mod tests {
     pub const NO_RELIEF: MethodShader<'_> = MethodShader {
         name: "none",
         conserving: NOTHING_CONSERVED_WGSL,
-        wgsl: "fn response(q: vec3<f32>) -> vec3<f32> { return q; }",
+        wgsl: "fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return q; }",
         uniform: Vec::new(),
         storage: Vec::new(),
     };

@@ -1,5 +1,5 @@
-use super::artist::{Order, Shot};
-use super::drawer::{Drawer, News};
+use super::artist::{DrawJob, Shot};
+use super::drawer::{Drawer, Event};
 use super::facts::{Facts, MethodFacts, PictureFacts};
 use super::hemisphere::BrdfMap;
 use super::open::SceneMaker;
@@ -38,7 +38,7 @@ pub struct App {
     /// What the last build was started for.
     tried: Option<Recipe>,
     /// What was asked of the drawer last.
-    order: Option<Order>,
+    job: Option<DrawJob>,
     cursor: Option<[f32; 2]>,
     facts: Facts,
     screenshot: PathBuf,
@@ -75,7 +75,7 @@ impl App {
             scene: Some(Task::start(ctx, make_scene)),
             building: None,
             tried: None,
-            order: None,
+            job: None,
             cursor: None,
             facts,
             screenshot,
@@ -116,32 +116,32 @@ impl App {
         if self.building.is_some() || self.scene.is_some() {
             ctx.request_repaint_after(TICK);
         }
-        while let Some(news) = self.drawer.news() {
-            self.hear(news, ctx);
+        while let Some(event) = self.drawer.next_event() {
+            self.hear(event, ctx);
         }
     }
 
-    fn hear(&mut self, news: News, ctx: &egui::Context) {
-        match news {
-            News::Uploaded(bytes) => {
+    fn hear(&mut self, event: Event, ctx: &egui::Context) {
+        match event {
+            Event::Uploaded(bytes) => {
                 if let Some(method) = &mut self.facts.method {
                     method.bytes = bytes;
                 }
             }
-            News::Picture(picture) => {
+            Event::Picture(picture) => {
                 self.facts.picture = Some(PictureFacts::from(&picture));
                 // To be shown by `show_picture`, at the exposure of then.
                 self.shown = Some((picture.target, f64::NAN));
             }
-            News::Map(Some(map)) => {
+            Event::Map(Some(map)) => {
                 let texture = ctx.load_texture("BRDF map", map.image.clone(), egui::TextureOptions::NEAREST);
                 self.map = Some((map, texture));
             }
-            News::Map(None) => self.map = None,
-            News::Saved(path) => {
+            Event::Map(None) => self.map = None,
+            Event::Saved(path) => {
                 self.saved = Some(format!("{} and .exr written", path.display()));
             }
-            News::Failed(error) => self.error = Some(error),
+            Event::Failed(error) => self.error = Some(error),
         }
     }
 
@@ -206,10 +206,10 @@ impl App {
                 return;
             }
         };
-        let order = Order { view, optics: self.settings.optics(), size: (scaled(pixels.0), scaled(pixels.1)) };
-        if self.order.as_ref() != Some(&order) {
-            self.drawer.set_order(order.clone());
-            self.order = Some(order);
+        let job = DrawJob { view, optics: self.settings.optics(), size: (scaled(pixels.0), scaled(pixels.1)) };
+        if self.job.as_ref() != Some(&job) {
+            self.drawer.set_job(job.clone());
+            self.job = Some(job);
         }
     }
 

@@ -15,7 +15,7 @@ const TARGETS_KEPT: usize = 4;
 
 /// What is to be seen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Order {
+pub struct DrawJob {
     pub view: View,
     pub optics: Optics,
     /// Of the finest picture, in pixels.
@@ -39,7 +39,7 @@ pub struct Shot {
     pub exposure: f64,
 }
 
-/// One piece of work, after which there may be another order.
+/// One piece of work, after which there may be another job.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     Picture(Level),
@@ -62,12 +62,12 @@ pub struct Artist {
     renderer: Renderer,
     scene: Option<Scene>,
     shader: Option<Shader>,
-    order: Option<Order>,
+    job: Option<DrawJob>,
     /// Where in the picture the map is asked for, each coordinate in [0, 1).
     cursor: Option<[f32; 2]>,
     shot: Option<Shot>,
     targets: Vec<Arc<Target>>,
-    /// What is drawn of the order, and of the map.
+    /// What is drawn of the job, and of the map.
     latest: Option<(Arc<Target>, Level)>,
     map: Option<usize>,
     pace: Pace,
@@ -86,7 +86,7 @@ impl Artist {
             renderer,
             scene: None,
             shader: None,
-            order: None,
+            job: None,
             cursor: None,
             shot: None,
             targets: Vec::new(),
@@ -112,7 +112,7 @@ impl Artist {
     /// # Errors
     /// As [`Shader::new`]. The method before stays.
     pub fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
-        let optics = self.order.as_ref().map_or_else(Optics::default, |order| order.optics);
+        let optics = self.job.as_ref().map_or_else(Optics::default, |job| job.optics);
         let mut shader = Shader::new(&self.gpu, method, &optics)?;
         shader.stop_when(stop);
         let bytes = shader.bytes();
@@ -122,12 +122,12 @@ impl Artist {
         Ok(bytes)
     }
 
-    /// Takes another order.
-    pub fn set_order(&mut self, order: Order) {
+    /// Takes another job.
+    pub fn set_job(&mut self, job: DrawJob) {
         if let Some(shader) = &self.shader {
-            shader.set_optics(&self.gpu, &order.optics);
+            shader.set_optics(&self.gpu, &job.optics);
         }
-        self.order = Some(order);
+        self.job = Some(job);
         self.start_over();
     }
 
@@ -149,9 +149,9 @@ impl Artist {
 
     /// What to do next: a first picture, a first map, then better ones.
     pub fn next_step(&self) -> Option<Step> {
-        let (Some(order), Some(_), Some(_)) = (&self.order, &self.scene, &self.shader) else { return None };
+        let (Some(job), Some(_), Some(_)) = (&self.job, &self.scene, &self.shader) else { return None };
         let drawn = self.latest.as_ref().map(|(_, level)| *level);
-        let picture = levels::next(drawn, order.size, order.view.supersample, &self.pace).map(Step::Picture);
+        let picture = levels::next(drawn, job.size, job.view.supersample, &self.pace).map(Step::Picture);
         let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
         let save = self.shot.as_ref().map(|_| Step::Save);
         match (drawn, self.map) {
@@ -177,7 +177,7 @@ impl Artist {
 
     /// Gives up what a step that failed was for, until there is something new.
     pub fn give_up(&mut self) {
-        self.order = None;
+        self.job = None;
         self.shot = None;
     }
 
@@ -194,18 +194,18 @@ impl Artist {
     }
 
     fn draw(&mut self, level: Level) -> Result<Option<Picture>, GpuError> {
-        let Some(order) = self.order.clone() else { return Ok(None) };
-        let target = self.target(level.size(order.size))?;
+        let Some(job) = self.job.clone() else { return Ok(None) };
+        let target = self.target(level.size(job.size))?;
         let (Some(scene), Some(shader)) = (&self.scene, &self.shader) else { return Ok(None) };
         let start = Instant::now();
-        let view = View { supersample: level.supersample, ..order.view };
+        let view = View { supersample: level.supersample, ..job.view };
         let report = self.renderer.draw(&self.gpu, scene, shader, &target, &view)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        self.pace.learn(level.rays(order.size), ms);
+        self.pace.learn(level.rays(job.size), ms);
         self.latest = Some((Arc::clone(&target), level));
         // The place under the cursor is known better now.
         self.map = None;
-        let finest = level.is_last(order.view.supersample);
+        let finest = level.is_last(job.view.supersample);
         Ok(Some(Picture { target, report, ms, finest }))
     }
 

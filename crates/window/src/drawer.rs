@@ -1,4 +1,4 @@
-use super::artist::{Artist, Done, Failure, Order, Picture, Shot};
+use super::artist::{Artist, Done, DrawJob, Failure, Picture, Shot};
 use super::hemisphere::BrdfMap;
 use eframe::egui;
 use std::path::PathBuf;
@@ -13,12 +13,12 @@ use sunbeam_realtime::{Gpu, GpuError, Mesh};
 /// The thread that draws. Pictures wait for the GPU, and the window must not; only what was asked for last is drawn.
 pub struct Drawer {
     shared: Arc<Shared>,
-    news: Receiver<News>,
+    events: Receiver<Event>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// What the window hears of the drawing.
-pub enum News {
+pub enum Event {
     /// The method is on the GPU and takes so many bytes.
     Uploaded(u64),
     Picture(Picture),
@@ -30,7 +30,7 @@ pub enum News {
 
 #[derive(Default)]
 struct Shared {
-    mail: Mutex<Mail>,
+    pending: Mutex<Pending>,
     arrived: Condvar,
     /// Ends the step under way.
     stop: Arc<AtomicBool>,
@@ -38,15 +38,15 @@ struct Shared {
 
 /// What has been asked for since the thread last looked.
 #[derive(Default)]
-struct Mail {
+struct Pending {
     scene: Option<(Mesh, PigmentTexture)>,
     method: Option<Box<dyn Method>>,
-    order: Option<Order>,
+    job: Option<DrawJob>,
     cursor: Option<Option<[f32; 2]>>,
     shot: Option<Shot>,
     quit: bool,
     /// The slightest change that ends the step under way.
-    gives_way: Change,
+    interruptible_by: Change,
 }
 
 /// What changes, the slightest last. A step ends at changes down to a certain one; a first picture is drawn whatever
@@ -56,63 +56,63 @@ enum Change {
     #[default]
     /// Another method or mesh, or the end.
     Method,
-    /// Another order.
-    Order,
+    /// Another job.
+    Job,
     /// Another place under the cursor, or a screenshot.
     Cursor,
 }
 
 impl Drawer {
-    /// Starts the thread; every piece of news has the window painted.
+    /// Starts the thread; every event has the window painted.
     pub fn start(gpu: Arc<Gpu>, ctx: &egui::Context) -> Self {
         let shared = Arc::<Shared>::default();
-        let (sender, news) = mpsc::channel();
+        let (sender, events) = mpsc::channel();
         let (at_work, ctx) = (Arc::clone(&shared), ctx.clone());
         let thread = std::thread::spawn(move || {
             let tell = Teller { sender, ctx };
             match Artist::new(gpu) {
                 Ok(artist) => at_work.draw(artist, &tell),
-                Err(error) => tell.tell(News::Failed(error.to_string())),
+                Err(error) => tell.tell(Event::Failed(error.to_string())),
             }
         });
-        Self { shared, news, thread: Some(thread) }
+        Self { shared, events, thread: Some(thread) }
     }
 
-    /// The next piece of news, if there is one.
-    pub fn news(&self) -> Option<News> {
-        self.news.try_recv().ok()
+    /// The next event, if there is one.
+    pub fn next_event(&self) -> Option<Event> {
+        self.events.try_recv().ok()
     }
 
     /// Draws another mesh from now on.
     pub fn set_scene(&self, mesh: Mesh, pigment: PigmentTexture) {
-        self.shared.post(Change::Method, |mail| mail.scene = Some((mesh, pigment)));
+        self.shared.post(Change::Method, |pending| pending.scene = Some((mesh, pigment)));
     }
 
     /// Draws with another method from now on.
     pub fn set_method(&self, method: Box<dyn Method>) {
-        self.shared.post(Change::Method, |mail| mail.method = Some(method));
+        self.shared.post(Change::Method, |pending| pending.method = Some(method));
     }
 
     /// Draws this from now on.
-    pub fn set_order(&self, order: Order) {
-        self.shared.post(Change::Order, |mail| mail.order = Some(order));
+    pub fn set_job(&self, job: DrawJob) {
+        self.shared.post(Change::Job, |pending| pending.job = Some(job));
     }
 
     /// Gives maps of this place from now on.
     pub fn set_cursor(&self, cursor: Option<[f32; 2]>) {
-        self.shared.post(Change::Cursor, |mail| mail.cursor = Some(cursor));
+        self.shared.post(Change::Cursor, |pending| pending.cursor = Some(cursor));
     }
 
     /// Saves the finest picture as soon as there is one.
     pub fn save(&self, shot: Shot) {
-        self.shared.post(Change::Cursor, |mail| mail.shot = Some(shot));
+        self.shared.post(Change::Cursor, |pending| pending.shot = Some(shot));
     }
 }
 
 impl Drop for Drawer {
     /// Waits for the thread: drivers do not like a process that ends while another thread uses them.
     fn drop(&mut self) {
-        self.shared.post(Change::Method, |mail| mail.quit = true);
+        self.shared.post(Change::Method, |pending| pending.quit = true);
         if let Some(thread) = self.thread.take() {
             // It has nothing more to say, not even why it panicked, which the panic itself has said.
             let _ = thread.join();
@@ -121,76 +121,76 @@ impl Drop for Drawer {
 }
 
 impl Shared {
-    fn lock(&self) -> MutexGuard<'_, Mail> {
+    fn lock(&self) -> MutexGuard<'_, Pending> {
         // Whoever panicked while holding the lock left whole values.
-        self.mail.lock().unwrap_or_else(PoisonError::into_inner)
+        self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn post(&self, change: Change, write: impl FnOnce(&mut Mail)) {
-        let mut mail = self.lock();
-        write(&mut mail);
-        if change <= mail.gives_way {
+    fn post(&self, change: Change, write: impl FnOnce(&mut Pending)) {
+        let mut pending = self.lock();
+        write(&mut pending);
+        if change <= pending.interruptible_by {
             self.stop.store(true, Ordering::Relaxed);
         }
-        drop(mail);
+        drop(pending);
         self.arrived.notify_one();
     }
 
-    /// The thread: looks at the mail, does a step, looks again.
+    /// The thread: looks at what is pending, does a step, looks again.
     fn draw(&self, mut artist: Artist, tell: &Teller) {
         loop {
-            let mut mail = self.lock();
-            while mail.is_empty() && artist.next_step().is_none() {
-                mail = self.arrived.wait(mail).unwrap_or_else(PoisonError::into_inner);
+            let mut pending = self.lock();
+            while pending.is_empty() && artist.next_step().is_none() {
+                pending = self.arrived.wait(pending).unwrap_or_else(PoisonError::into_inner);
             }
-            let asked = std::mem::take(&mut *mail);
+            let asked = std::mem::take(&mut *pending);
             if asked.quit {
                 return;
             }
             self.stop.store(false, Ordering::Relaxed);
-            drop(mail);
+            drop(pending);
             if let Err(error) = self.read(asked, &mut artist, tell) {
-                tell.tell(News::Failed(error.to_string()));
+                tell.tell(Event::Failed(error.to_string()));
             }
             let Some(step) = artist.next_step() else { continue };
             if !self.begin(match (artist.refines(step), artist.owes_shot()) {
                 (false, _) => Change::Method,
-                (true, true) => Change::Order,
+                (true, true) => Change::Job,
                 (true, false) => Change::Cursor,
             }) {
                 continue;
             }
             let done = artist.work(step);
-            self.lock().gives_way = Change::default();
+            self.lock().interruptible_by = Change::default();
             match done {
-                Ok(Some(Done::Picture(picture))) => tell.tell(News::Picture(picture)),
-                Ok(Some(Done::Map(map))) => tell.tell(News::Map(map)),
-                Ok(Some(Done::Saved(path))) => tell.tell(News::Saved(path)),
+                Ok(Some(Done::Picture(picture))) => tell.tell(Event::Picture(picture)),
+                Ok(Some(Done::Map(map))) => tell.tell(Event::Map(map)),
+                Ok(Some(Done::Saved(path))) => tell.tell(Event::Saved(path)),
                 Ok(None) | Err(Failure::Gpu(GpuError::Stopped)) => {}
                 Err(error) => {
                     if !matches!(error, Failure::File(_)) {
                         artist.give_up();
                     }
-                    tell.tell(News::Failed(error.to_string()));
+                    tell.tell(Event::Failed(error.to_string()));
                 }
             }
         }
     }
 
-    /// Says what ends the step that follows; false when there is mail to be read before it.
-    fn begin(&self, gives_way: Change) -> bool {
-        let mut mail = self.lock();
-        if !mail.is_empty() {
+    /// Says what ends the step that follows; false when something is pending that is to be read before it.
+    fn begin(&self, interruptible_by: Change) -> bool {
+        let mut pending = self.lock();
+        if !pending.is_empty() {
             return false;
         }
-        mail.gives_way = gives_way;
+        pending.interruptible_by = interruptible_by;
         true
     }
 
-    fn read(&self, asked: Mail, artist: &mut Artist, tell: &Teller) -> Result<(), GpuError> {
-        // The order first: whatever is built has its optics, and is drawn even where something else fails.
-        if let Some(order) = asked.order {
-            artist.set_order(order);
+    fn read(&self, asked: Pending, artist: &mut Artist, tell: &Teller) -> Result<(), GpuError> {
+        // The job first: whatever is built has its optics, and is drawn even where something else fails.
+        if let Some(job) = asked.job {
+            artist.set_job(job);
         }
         if let Some(cursor) = asked.cursor {
             artist.set_cursor(cursor);
@@ -202,28 +202,28 @@ impl Shared {
             artist.set_scene(&mesh, &pigment)?;
         }
         if let Some(method) = asked.method {
-            tell.tell(News::Uploaded(artist.set_method(&*method, Arc::clone(&self.stop))?));
+            tell.tell(Event::Uploaded(artist.set_method(&*method, Arc::clone(&self.stop))?));
         }
         Ok(())
     }
 }
 
-impl Mail {
+impl Pending {
     fn is_empty(&self) -> bool {
-        let nothing = self.scene.is_none() && self.method.is_none() && self.order.is_none();
+        let nothing = self.scene.is_none() && self.method.is_none() && self.job.is_none();
         nothing && self.cursor.is_none() && self.shot.is_none() && !self.quit
     }
 }
 
 struct Teller {
-    sender: Sender<News>,
+    sender: Sender<Event>,
     ctx: egui::Context,
 }
 
 impl Teller {
-    fn tell(&self, news: News) {
+    fn tell(&self, event: Event) {
         // Nobody listens any more when the window is being closed.
-        let _ = self.sender.send(news);
+        let _ = self.sender.send(event);
         self.ctx.request_repaint();
     }
 }

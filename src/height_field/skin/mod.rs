@@ -49,7 +49,7 @@ struct Lattice {
 }
 
 /// Where a pixel lies in the lattice.
-struct Place {
+struct LayerPlace {
     layer: i64,
     /// Along the layer, in layer periods, in `[0, 1)`.
     t: f64,
@@ -62,13 +62,13 @@ impl Lattice {
         (self.extent_x_um / PIXELS as f64, self.extent_y_um / PIXELS as f64)
     }
 
-    fn place(&self, ix: usize, iy: usize) -> Place {
+    fn place(&self, ix: usize, iy: usize) -> LayerPlace {
         let (dx, dy) = self.step_um();
         let x = ix as f64 * dx + self.warp_x[[iy, ix]];
         let y = iy as f64 * dy + self.warp_y[[iy, ix]];
         let along = x / self.extent_x_um * self.layers as f64;
         let layer = libm::floor(along);
-        Place { layer: layer as i64, t: along - layer, v: y / self.extent_y_um * self.fingers as f64 }
+        LayerPlace { layer: layer as i64, t: along - layer, v: y / self.extent_y_um * self.fingers as f64 }
     }
 
     /// Evaluates the height of every pixel, `height(lattice, ix, iy)`.

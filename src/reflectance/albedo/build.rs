@@ -1,7 +1,7 @@
 //! Tabulates `A` from above.
 
 use super::AlbedoLayout;
-use super::grid::{Place, place};
+use super::grid::{GridPlace, place};
 use crate::numeric::Plain;
 use crate::reflectance::Vec3;
 use crate::reflectance::lobes::Lobes;
@@ -233,7 +233,7 @@ impl Found {
 
 impl Nodes {
     /// Interpolated between nodes and towards the next plane.
-    fn value(&self, plane: f64, place: &Place<Plain<f64>>) -> f64 {
+    fn value(&self, plane: f64, place: &GridPlace<Plain<f64>>) -> f64 {
         self.layout.around(plane, place).iter().map(|&(node, weight)| weight * f64::from(self.values[node])).sum()
     }
 
@@ -273,7 +273,7 @@ impl AlbedoLayout {
     }
 
     /// The eight nodes around a place, in a plane and in the next, with their weights.
-    pub(super) fn around(&self, plane: f64, place: &Place<Plain<f64>>) -> [(usize, f64); 8] {
+    pub(super) fn around(&self, plane: f64, place: &GridPlace<Plain<f64>>) -> [(usize, f64); 8] {
         let at = plane * f64::from(self.planes - 1);
         // Rounding must not lead from one plane to the next.
         let (plane, towards) =

@@ -1,7 +1,7 @@
 //! The same for renderers that carry colours instead of wavelengths.
 
 use super::build::{Fineness, Group, Source};
-use super::grid::{Place, place};
+use super::grid::{GridPlace, place};
 use super::{AlbedoLayout, bf16_above};
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
@@ -111,7 +111,7 @@ impl<N: Numbers> ColourAlbedoView<N> {
     }
 
     #[inline(always)]
-    fn excess(&self, place: &Place<N>, active: N::Mask) -> [N::Real; BANDS] {
+    fn excess(&self, place: &GridPlace<N>, active: N::Mask) -> [N::Real; BANDS] {
         let first = place.cell << 1;
         let low = N::gather::<4>(self.words, first, active).map(bf16_pair::<N>);
         let high = N::gather::<4>(self.words, first + N::Index::lit(1), active).map(bf16_pair::<N>);

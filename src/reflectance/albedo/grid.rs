@@ -13,7 +13,7 @@ const COSINE_MIN: f64 = 1e-7;
 const RIM_COSINE: f64 = 1e-4;
 
 /// A direction's place in the grid.
-pub(crate) struct Place<N: Numbers> {
+pub(crate) struct GridPlace<N: Numbers> {
     /// Number of its cell in a plane.
     pub cell: N::Index,
     /// Fractions towards the next node along x and y.
@@ -25,7 +25,7 @@ pub(crate) struct Place<N: Numbers> {
 
 /// Where in a grid of `cells` along a side a direction of unit length lies.
 #[inline(always)]
-pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> Place<N> {
+pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> GridPlace<N> {
     let lit = |value: f64| N::Real::lit(value);
     let cos = w[2].clip(lit(COSINE_MIN), lit(1.0));
     let scale = lit(1.0) / ((lit(1.0) + cos.sqrt()) * (lit(1.0) + cos)).sqrt();
@@ -37,7 +37,7 @@ pub(super) fn place<N: Numbers>(cells: u32, w: [N::Real; 3]) -> Place<N> {
     };
     let ((ix, x), (iy, y)) = (along(w[0]), along(w[1]));
     let per_squared_cosine = lit(1.0) / (cos * cos);
-    Place { cell: iy * N::Index::lit(cells) + ix, x, y, per_squared_cosine }
+    GridPlace { cell: iy * N::Index::lit(cells) + ix, x, y, per_squared_cosine }
 }
 
 impl AlbedoLayout {

@@ -27,7 +27,7 @@ mod raise;
 pub use build::AlbedoReport;
 use build::{Fineness, Group, Source};
 pub use colour::{ColourAlbedoTable, ColourAlbedoView};
-pub(crate) use grid::Place;
+pub(crate) use grid::GridPlace;
 use grid::place;
 
 use super::lobes::Lobes;
@@ -141,20 +141,26 @@ impl<N: Numbers> AlbedoView<N> {
 
     /// The same for places of directions, which serve every wavelength.
     #[inline(always)]
-    pub(crate) fn factor_at(&self, i: &Place<N>, o: &Place<N>, wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub(crate) fn factor_at(
+        &self,
+        i: &GridPlace<N>,
+        o: &GridPlace<N>,
+        wavelength_nm: N::Real,
+        active: N::Mask,
+    ) -> N::Real {
         let excess = self.excess(i, wavelength_nm, active).max(self.excess(o, wavelength_nm, active));
         N::Real::lit(1.0) / (N::Real::lit(1.0) + excess)
     }
 
     /// Where in the grid a direction lies.
     #[inline(always)]
-    pub(crate) fn place(&self, w: [N::Real; 3]) -> Place<N> {
+    pub(crate) fn place(&self, w: [N::Real; 3]) -> GridPlace<N> {
         place(self.layout.cells, w)
     }
 
     /// `A − 1`.
     #[inline(always)]
-    pub(crate) fn excess(&self, place: &Place<N>, wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub(crate) fn excess(&self, place: &GridPlace<N>, wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let lit = |value: f64| N::Real::lit(value);
         let last = f64::from(self.layout.planes - 1);
         let l = (wavelength_nm - lit(self.layout.wavelength_min_nm.into())) * lit(self.layout.planes_per_nm.into());

@@ -80,7 +80,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
     let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
     for (jx, jy, record) in table.kept_nodes() {
         let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
-        if !table.knows(f) {
+        if !table.is_resolved(f) {
             continue;
         }
         let power = |curve: &NodeCurve| match table.kernel() {

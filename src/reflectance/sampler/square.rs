@@ -143,7 +143,7 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
             let squared = f[0] * f[0] + f[1] * f[1];
             let k_max = (table.kappa_max() / TAU).powi(2) - squared;
             let mut means = [0f32; BANDS];
-            if !table.knows(f) {
+            if !table.is_resolved(f) {
                 return ([jx, jy], means);
             }
             let mut last = 0.0;

@@ -10,11 +10,11 @@ use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Mesh, Optics, Scene, Shader
 struct Wrong(&'static str);
 
 impl Method for Wrong {
-    fn response(&self, _: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, _: [f32; 3]) -> [f32; 3] {
         [0.0; 3]
     }
 
-    fn spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+    fn relief_spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
         None
     }
 
@@ -66,10 +66,10 @@ fn refused_work_is_an_error_and_the_device_goes_on() {
     let Some(gpu) = gpu() else { return };
     let optics = Optics::default();
     for (wgsl, said) in [
-        ("fn response(q: vec3<f32>) -> vec3<f32> { return q.xy; }", "return"),
-        ("fn other() {}", "response"),
+        ("fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return q.xy; }", "return"),
+        ("fn other() {}", "relief_rgb"),
         (
-            "@group(1) @binding(5) var<storage, read> a: array<f32>; fn response(q: vec3<f32>) -> vec3<f32> { return q * a[0]; }",
+            "@group(1) @binding(5) var<storage, read> a: array<f32>; fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return q * a[0]; }",
             "",
         ),
     ] {

@@ -41,7 +41,7 @@ fn twin(method: &dyn Method, queries: &[Query]) -> Vec<[f32; 3]> {
         let pair = Pair::new(query.wi.map(f64::from), query.wo.map(f64::from)).unwrap();
         let q = std::array::from_fn(|c| query.wi[c] + query.wo[c]);
         let factor = pair.obliquity(Obliquity::Stam) as f32;
-        let (response, conserving) = (method.response(q), method.conserving(query.wi, query.wo));
+        let (response, conserving) = (method.relief_rgb(q), method.conserving(query.wi, query.wo));
         std::array::from_fn(|c| factor * response[c] * conserving[c])
     };
     queries.iter().map(response).collect()

@@ -21,11 +21,11 @@ pub fn gpu() -> Option<Gpu> {
 pub struct White;
 
 impl Method for White {
-    fn response(&self, _: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, _: [f32; 3]) -> [f32; 3] {
         [1.0; 3]
     }
 
-    fn spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+    fn relief_spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
         Some(1.0)
     }
 
@@ -33,7 +33,7 @@ impl Method for White {
         MethodShader {
             name: "white",
             conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
-            wgsl: "fn response(q: vec3<f32>) -> vec3<f32> { return vec3<f32>(1.0); }",
+            wgsl: "fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return vec3<f32>(1.0); }",
             uniform: vec![0; 16],
             storage: Vec::new(),
         }
@@ -55,13 +55,13 @@ impl Default for Lobe {
 }
 
 impl Method for Lobe {
-    fn response(&self, q: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let i = (((q[0] + 2.0) * 0.75) as usize).min(2);
         let height = self.heights[i] * (-self.sharpness * (q[0] * q[0] + q[1] * q[1])).exp();
         std::array::from_fn(|c| height * self.colours[i][c])
     }
 
-    fn spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+    fn relief_spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
         None
     }
 
@@ -74,7 +74,7 @@ impl Method for Lobe {
                 @group(1) @binding(0) var<uniform> lobe: Lobe;
                 @group(1) @binding(1) var<storage, read> lobe_colours: array<vec4<f32>>;
                 @group(1) @binding(2) var<storage, read> lobe_heights: array<f32>;
-                fn response(q: vec3<f32>) -> vec3<f32> {
+                fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
                     let i = min(u32((q.x + 2.0) * 0.75), 2u);
                     return lobe_heights[i] * exp(-lobe.sharpness * dot(q.xy, q.xy)) * lobe_colours[i].rgb;
                 }",

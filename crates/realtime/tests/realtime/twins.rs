@@ -89,7 +89,7 @@ fn a_methods_data_arrives_and_can_be_changed() {
     let unit = Optics { obliquity: Obliquity::Unit, ..Optics::default() };
     let twin = |method: &Lobe| -> Vec<[f32; 3]> {
         let q = |query: &Query| std::array::from_fn(|c| query.wi[c] + query.wo[c]);
-        queries.iter().map(|query| method.response(q(query))).collect()
+        queries.iter().map(|query| method.relief_rgb(q(query))).collect()
     };
     let (method, other) = (Lobe::default(), Lobe { sharpness: 4.001, ..Lobe::default() });
     let shader = Shader::new(&gpu, &method, &unit).unwrap();
@@ -105,11 +105,11 @@ fn a_methods_data_arrives_and_can_be_changed() {
 struct Count;
 
 impl Method for Count {
-    fn response(&self, _: [f32; 3]) -> [f32; 3] {
+    fn relief_rgb(&self, _: [f32; 3]) -> [f32; 3] {
         [100_000.0; 3]
     }
 
-    fn spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+    fn relief_spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
         None
     }
 
@@ -120,9 +120,9 @@ impl Method for Count {
             wgsl: "
                 struct Count { outer: u32, inner: u32 }
                 @group(1) @binding(0) var<uniform> limits: Count;
-                fn response(q: vec3<f32>) -> vec3<f32> {
+                fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
                     var sum = 0.0;
-                    for (var i = response_part; i < limits.outer; i += response_parts) {
+                    for (var i = relief_part; i < limits.outer; i += relief_parts) {
                         for (var j = 0u; j < limits.inner; j++) {
                             sum += 2.0 * q.z / f32(limits.inner / 500u);
                         }

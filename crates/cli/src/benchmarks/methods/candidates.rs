@@ -46,8 +46,8 @@ impl Candidate {
     /// Linear sRGB of `f_r` without the Fresnel reflectance, 1/sr; `factor` is its `O·M`, which the tables know.
     pub fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
         match &self.evaluator {
-            Evaluator::Colour(method) => method.response(pair.sum()).map(|channel| factor * f64::from(channel)),
-            Evaluator::Steps(surface, sum) => sum.rgb_of(|nm| surface.f(pair.wi, pair.wo, nm)),
+            Evaluator::Colour(method) => method.relief_rgb(pair.sum()).map(|channel| factor * f64::from(channel)),
+            Evaluator::Steps(surface, sum) => sum.rgb_of(|nm| surface.eval(pair.wi, pair.wo, nm)),
             Evaluator::Adaptive(surface) => {
                 // Wavelengths at which nothing is red or blue make those weights negative.
                 let [r, g, b, _] = surface.integrated(pair.wi, pair.wo);
@@ -59,8 +59,10 @@ impl Candidate {
     /// `f_r` at one wavelength in nm; `None` where there are only colours.
     pub fn spectral(&self, pair: &DirectionPair, factor: f64, nm: f64) -> Option<f64> {
         match &self.evaluator {
-            Evaluator::Colour(method) => method.spectral(pair.sum(), nm as f32).map(|value| factor * f64::from(value)),
-            Evaluator::Steps(surface, _) | Evaluator::Adaptive(surface) => Some(surface.f(pair.wi, pair.wo, nm)),
+            Evaluator::Colour(method) => {
+                method.relief_spectral(pair.sum(), nm as f32).map(|value| factor * f64::from(value))
+            }
+            Evaluator::Steps(surface, _) | Evaluator::Adaptive(surface) => Some(surface.eval(pair.wi, pair.wo, nm)),
         }
     }
 

@@ -137,7 +137,7 @@ fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {
         let (f, kappa) = ([u64 / um, v64 / um], TAU * w / um);
         let truth = patch.power_density(f, kappa);
         let scale = truth.max(mean.power_density(f, kappa)).max(DENSITY_FLOOR_UM2);
-        let found = method.spectral([u, v, w as f32], nm as f32).map_or(f64::NAN, f64::from) * um * um;
+        let found = method.relief_spectral([u, v, w as f32], nm as f32).map_or(f64::NAN, f64::from) * um * um;
         errors.push((found - truth).abs() / scale);
     }
     errors

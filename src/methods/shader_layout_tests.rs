@@ -2,7 +2,7 @@
 
 use super::flss::FlssUniform;
 use super::nmm::NmmUniform;
-use super::orders::OrderGrid;
+use super::order_grid::OrderGrid;
 use super::pq::PqUniform;
 use super::stam::StamUniform;
 use super::table::{TableRing, TableUniform};
@@ -17,7 +17,7 @@ use std::mem::{offset_of, size_of};
 /// A caller as small as can be.
 const ENTRY: &str = "
 @group(0) @binding(0) var<storage, read_write> answer: vec3<f32>;
-@compute @workgroup_size(1) fn main() { answer = response(vec3<f32>(0.1, 0.2, 1.5)); }
+@compute @workgroup_size(1) fn main() { answer = relief_rgb(vec3<f32>(0.1, 0.2, 1.5)); }
 ";
 
 fn methods() -> Vec<(MethodKind, Box<dyn Method>)> {

@@ -1,0 +1,62 @@
+//! Making a method.
+
+use super::flss::Flss;
+use super::nmm::Nmm;
+use super::options::in_range;
+use super::pq::Pq;
+use super::stam::Stam;
+use super::table::ConservingTable;
+use super::{Method, MethodError, MethodKind, MethodOptions};
+use crate::colour_table::{ColourTable, ColourTableOptions};
+use crate::config::{COHERENCE_LENGTH_UM, TOLERANCE};
+use crate::height_field::HeightField;
+use crate::reflectance::{ColourAlbedoTable, Options};
+use crate::table::{Model, Progress, Tiling};
+
+/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's, but for the albedo
+/// where energy is conserved: that is of these options and holds for no others. Numbers of terms and
+/// orders that are not given follow from the surface's `tolerance`, a relative error.
+///
+/// # Errors
+/// A number out of range, a model, tiling or conservation of energy that the method does not know, or a relief that is more than it can
+/// hold in single precision; see [`MethodError`].
+pub fn build(
+    kind: MethodKind,
+    field: &HeightField,
+    surface: &Options,
+    options: &MethodOptions,
+) -> Result<Box<dyn Method>, MethodError> {
+    options.validate()?;
+    let (coherence_length_um, tolerance) = (surface.coherence_length_um, surface.tolerance);
+    in_range("coherence_length", coherence_length_um, &COHERENCE_LENGTH_UM, "a length in µm in [1e-3, 1e5]")?;
+    in_range("tolerance", tolerance, &TOLERANCE, "a relative error in [1e-6, 1e-1]")?;
+    let unsupported =
+        |parameter, found, accepted| Err(MethodError::Unsupported { method: kind.name(), parameter, found, accepted });
+    if surface.conserve_energy && (kind.is_patch_only() || surface.model == Model::Patch) {
+        return unsupported("conserve_energy", "true", "false");
+    }
+    if kind.is_patch_only() && surface.model != Model::Patch {
+        return unsupported("model", "ensemble", "patch");
+    }
+    if kind.is_patch_only() && surface.tiling != Tiling::Periodic {
+        return unsupported("tiling", "aperiodic", "periodic");
+    }
+    Ok(match kind {
+        MethodKind::Flss => Box::new(Flss::new(field, coherence_length_um, tolerance, options)?),
+        MethodKind::Nmm => Box::new(Nmm::new(field, coherence_length_um, tolerance, options)?),
+        MethodKind::Pq => Box::new(Pq::new(field, coherence_length_um, tolerance, options)?),
+        MethodKind::Stam => Box::new(Stam::new(field, coherence_length_um, options)?),
+        MethodKind::Table => {
+            let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
+            let build_limit = surface.build_limit;
+            let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
+            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &Progress::none())?;
+            let albedo =
+                surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &Progress::none()));
+            match albedo.flatten() {
+                Some(albedo) => Box::new(ConservingTable { table, albedo }),
+                None => Box::new(table),
+            }
+        }
+    })
+}
