@@ -87,7 +87,7 @@ lint: $(READY)
 	$(CARGO) fmt --check
 	$(CARGO) clippy --release --workspace --all-targets -- -D warnings
 	$(CARGO) clippy --release -p sunbeam --no-default-features -- -D warnings
-	$(PY) scripts/unified_features.py
+	$(PY) scripts/check_workspace.py
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
 	.venv/bin/mypy

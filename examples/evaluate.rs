@@ -1,5 +1,7 @@
 //! The reflectance of a grating over the angle of observation, as a table: `cargo run --release --example evaluate`.
 
+#![allow(clippy::print_stdout)] // That is what it is for.
+
 use sunbeam::height_field::Preset;
 use sunbeam::reflectance::{Options, Surface};
 

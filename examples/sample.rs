@@ -1,6 +1,8 @@
 //! Directions drawn from the skin of *Xenopeltis*, whose weights average to the albedo:
 //! `cargo run --release --example sample`.
 
+#![allow(clippy::print_stdout)] // That is what it is for.
+
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use sunbeam::height_field::Preset;

@@ -1,5 +1,7 @@
 //! A measured surface, from a file to numbers: `cargo run --release --example scan -- scan.gsf [pixel size in µm]`.
 
+#![allow(clippy::print_stdout)] // That is what it is for.
+
 use std::path::Path;
 use sunbeam::height_field::{FileScale, HeightField, Level};
 use sunbeam::reflectance::{Options, Surface};

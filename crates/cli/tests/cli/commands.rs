@@ -430,3 +430,25 @@ mod table_against_exact {
         }
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn view_goes_on_as_the_window_that_lies_beside() {
+    use std::os::unix::fs::PermissionsExt;
+    use std::{fs, process::Command};
+    let folder = tempfile::tempdir().unwrap();
+    let alone = folder.path().join("sunbeam");
+    fs::copy(env!("CARGO_BIN_EXE_sunbeam"), &alone).unwrap();
+    let view = |arguments: &[&str]| Command::new(&alone).arg("view").args(arguments).output().unwrap();
+
+    let missing = view(&["--preset", "blazed"]);
+    let message = String::from_utf8(missing.stderr).unwrap();
+    assert_eq!((missing.status.code(), message.lines().count()), (Some(2), 1), "{message}");
+    assert!(message.contains("sunbeam-view is missing") && message.contains("make tool"), "{message}");
+
+    let window = folder.path().join("sunbeam-view");
+    fs::write(&window, "#!/bin/sh\necho \"$@\"\nexit 3\n").unwrap();
+    fs::set_permissions(&window, fs::Permissions::from_mode(0o755)).unwrap();
+    let found = view(&["--preset", "blazed", "--help"]);
+    assert_eq!((found.status.code(), &*found.stdout), (Some(3), b"--preset blazed --help\n".as_slice()));
+}

@@ -1,0 +1,79 @@
+"""Holds what the manifests of the workspace promise.
+
+- A member that is built alone compiles no package with other features than all members together: such a package is
+  compiled once more whenever another member is built, and crates/unify/Cargo.toml asks for what is missing.
+- No dependency needs a newer Rust than `rust-version` says.
+- The library itself has few dependencies that are not optional.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+# Those that the Makefile builds alone.
+ALONE = ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"]
+# Of the library.
+DEPENDENCIES_MAX = 15
+
+
+def features(*selection: str) -> set[str]:
+    """The packages of a build, each with its features."""
+    command = ["cargo", "tree", "--locked", "--edges", "normal,build", "--prefix", "none", "--no-dedupe"]
+    listed = subprocess.run(
+        [*command, "--format", "{p} with {f}", *selection], check=True, capture_output=True, text=True
+    )
+    return {line.replace(" (*)", "").replace(" (proc-macro)", "") for line in listed.stdout.splitlines()}
+
+
+def compiled_twice() -> list[str]:
+    together = features("--workspace")
+    return [
+        f"{member} alone compiles {package}"
+        for member in ALONE
+        for package in sorted(features("--package", member) - together)
+    ]
+
+
+def packages() -> tuple[list[dict], list[dict]]:
+    """The members of the workspace, and what they depend on."""
+    command = ["cargo", "metadata", "--locked", "--format-version", "1"]
+    found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+    members = set(found["workspace_members"])
+    own = [package for package in found["packages"] if package["id"] in members]
+    return own, [package for package in found["packages"] if package["id"] not in members]
+
+
+def version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split("."))
+
+
+def too_new(own: list[dict], others: list[dict]) -> list[str]:
+    promised = min(version(package["rust_version"]) for package in own)
+    asked = [package for package in others if package["rust_version"]]
+    return [
+        f"{package['name']} {package['version']} needs Rust {package['rust_version']}"
+        for package in asked
+        if version(package["rust_version"]) > (*promised, *[0] * (3 - len(promised)))
+    ]
+
+
+def too_many(own: list[dict]) -> list[str]:
+    (library,) = [package for package in own if package["name"] == "sunbeam"]
+    needed = [each["name"] for each in library["dependencies"] if each["kind"] is None and not each["optional"]]
+    if len(needed) <= DEPENDENCIES_MAX:
+        return []
+    return [f"the library has {len(needed)} dependencies, more than {DEPENDENCIES_MAX}: {', '.join(sorted(needed))}"]
+
+
+def main() -> int:
+    own, others = packages()
+    wrong = compiled_twice() + too_new(own, others) + too_many(own)
+    for line in wrong:
+        print(line, file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
