@@ -35,7 +35,7 @@
 //!
 //! let config = SurfaceConfig::from_json(r#"{"preset": "sinusoidal", "period": 2, "conserve_energy": false}"#)?;
 //! let (surface, _) = config.build(&Cache::off())?;
-//! assert!(surface.report().table.error < 1e-3);
+//! assert!(surface.report().table.relative_error < 1e-3);
 //! # }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -6,7 +6,7 @@
 //! - [`compare`]: every figure at once, and the pictures that they belong to as a [`Comparison`].
 //!
 //! ```
-//! use crate::comparison::{Picture, compare};
+//! use sunbeam_cli::comparison::{Picture, compare};
 //! let grey = |value: f32| Picture::new((8, 4), vec![[value; 3]; 32]).unwrap();
 //! let found = compare(&grey(0.5), &grey(0.25), None, Some(0.0)).unwrap();
 //! assert_eq!(found.figures.rmse, 0.25);
