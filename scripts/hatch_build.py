@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -12,6 +13,16 @@ from pathlib import Path
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 PLUGIN = "release/libsunbeam_mitsuba.so"
+
+
+def stripped(plugin: Path, folder: Path) -> Path:
+    """The plugin without what only a debugger reads, which is nine tenths of it; as it is where there is no `strip`."""
+    if not shutil.which("strip"):
+        return plugin
+    folder.mkdir(parents=True, exist_ok=True)
+    made = folder / "diffraction.so"
+    subprocess.run(["strip", "--strip-debug", "-o", str(made), str(plugin)], check=True)
+    return made
 
 
 class PluginBuildHook(BuildHookInterface):
@@ -42,7 +53,7 @@ class PluginBuildHook(BuildHookInterface):
             plugins = {path.parents[1].name: path for path in built}
         for release, plugin in plugins.items():
             inside = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
-            build_data["force_include"][str(root / plugin)] = inside
+            build_data["force_include"][str(stripped(root / plugin, root / "target" / "wheel" / release))] = inside
         # Any Python that Mitsuba runs in, but this platform alone.
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"
