@@ -15,8 +15,8 @@ METHODS = ("flss", "nmm", "pq", "stam", "table")
 SHADED, FRAME = "192x128", "512x512"
 # Pictures whose median counts: of slow methods, which need no more, and of others.
 SLOW_REPEATS, REPEATS = 3, 25
-# Milliseconds of shading the frame by `table` with its words read otherwise, beside the one that stands, all on the same
-# day; these shaders were not kept.
+# Milliseconds of shading the frame by `table` with its words read otherwise, beside the one that stands, all on the
+# same day; these shaders were not kept.
 TRIED_MS = {"as it is": 9.1, "constants": 3.5, "texture": 10.6, "four words at a time": 11.5}
 
 
