@@ -55,19 +55,21 @@ def run(*words: object, **variables: str) -> None:
 
 
 def python_of(release: str) -> Path:
-    """The interpreter of the release's environment, which is made where it is missing."""
+    """The interpreter of the release's environment, which is made where it is missing or out of date."""
     environment = FOLDER / release / "venv"
     python = environment / "bin" / "python"
-    ready = FOLDER / release / "ready"
-    if not ready.exists():
+    lock = (REPOSITORY / "requirements.lock").read_text(encoding="utf-8")
+    pinned = [line for line in lock.splitlines() if line.split("==")[0] in SHARED]
+    wanted = "\n".join([f"mitsuba=={release}", *pinned]) + "\n"
+    # What was installed, written once all of it was.
+    installed = FOLDER / release / "installed.txt"
+    if not installed.exists() or installed.read_text(encoding="utf-8") != wanted:
         run(sys.executable, "-m", "venv", "--clear", environment)
-        lock = (REPOSITORY / "requirements.lock").read_text(encoding="utf-8")
-        pinned = [line for line in lock.splitlines() if line.split("==")[0] in SHARED]
-        wanted = FOLDER / release / "requirements.txt"
-        wanted.write_text("\n".join([f"mitsuba=={release}", *pinned]) + "\n")
+        requirements = FOLDER / release / "requirements.txt"
+        requirements.write_text(wanted, encoding="utf-8")
         pip = ("-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--only-binary=:all:")
-        run(python, *pip, "-r", wanted)
-        ready.touch()
+        run(python, *pip, "-r", requirements)
+        requirements.replace(installed)
     return python
 
 

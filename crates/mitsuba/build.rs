@@ -26,7 +26,7 @@ struct Release {
     cxx11_strings: bool,
 }
 
-/// The newest first: the others are named after it where none is installed.
+/// The newest first, as messages name them.
 const RELEASES: [Release; 4] = [
     Release { mitsuba: "3.9.1", drjit: "1.5.0", march: "x86-64-v3", cxx11_strings: true },
     Release { mitsuba: "3.9.0", drjit: "1.4.0", march: "x86-64-v3", cxx11_strings: true },

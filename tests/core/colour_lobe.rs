@@ -1,10 +1,10 @@
 //! The reflectance in colours against the spectral one integrated over wavelength, and its sampler against its density.
 
 use super::chi_square::{self, Bins, SIGNIFICANCE};
-use super::common::{Random, built, direction, preset};
+use super::common::{Random, built, colour_differences, direction, preset};
 use rayon::prelude::*;
 use std::sync::{Arc, LazyLock};
-use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
+use sunbeam::colour::SpectralToRgb;
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{
     ColourSurface, ComplexIndex, Gamut, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights,
@@ -87,15 +87,7 @@ fn differences(
             (z_squared > 0.0).then(|| (truth(wi, wo), found(wi, wo)))
         })
         .collect();
-    let brightest = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |a, b| a.max(*b));
-    let peak = pixels.iter().map(|(truth, _)| brightest(truth)).fold(0.0, f64::max);
-    let mut lit: Vec<f64> = pixels.iter().map(|(t, _)| brightest(t)).filter(|v| *v > 1e-4 * peak).collect();
-    lit.sort_by(f64::total_cmp);
-    let exposure = 1.0 / lit[lit.len() * 9 / 10];
-    let lab = |rgb: &[f64; 3]| linear_srgb_to_lab(rgb.map(|v| (v * exposure).clamp(0.0, 1.0)));
-    let mut errors: Vec<f64> = pixels.iter().map(|(truth, found)| ciede2000(lab(truth), lab(found))).collect();
-    errors.sort_by(f64::total_cmp);
-    errors
+    colour_differences(&pixels)
 }
 
 fn percentile(errors: &[f64]) -> f64 {

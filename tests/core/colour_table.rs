@@ -1,9 +1,10 @@
 //! The colour table against the integral that it tabulates, taken at every nm from the spectral table, which is itself
 //! held against the oracle in `tables.rs`.
 
+use super::common::colour_differences;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
-use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
+use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
 use sunbeam::methods::{ColourTable, ColourTableOptions, Method};
@@ -69,15 +70,7 @@ impl Case {
                 Some((truth.map(|v| v * factor), found.map(|v| f64::from(v) * factor)))
             })
             .collect();
-        let brightest = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |a, b| a.max(*b));
-        let peak = pixels.iter().map(|(truth, _)| brightest(truth)).fold(0.0, f64::max);
-        let mut lit: Vec<f64> = pixels.iter().map(|(t, _)| brightest(t)).filter(|v| *v > 1e-4 * peak).collect();
-        lit.sort_by(f64::total_cmp);
-        let exposure = 1.0 / lit[lit.len() * 9 / 10];
-        let lab = |rgb: &[f64; 3]| linear_srgb_to_lab(rgb.map(|v| (v * exposure).clamp(0.0, 1.0)));
-        let mut errors: Vec<f64> = pixels.iter().map(|(truth, found)| ciede2000(lab(truth), lab(found))).collect();
-        errors.sort_by(f64::total_cmp);
-        errors
+        colour_differences(&pixels)
     }
 }
 

@@ -4,6 +4,7 @@
 use ndarray::Array2;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{Exact, Options, Surface, Vec3};
 use sunbeam::table::DENSITY_FLOOR_UM2;
@@ -71,6 +72,20 @@ pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
         }
     };
     place.get_or_init(|| Arc::new(Surface::new(field, options).unwrap())).clone()
+}
+
+/// ΔE₀₀ between pairs of a true colour and one that was found, linear sRGB, ascending; exposed so that a tenth of what is lit
+/// at all clips.
+pub fn colour_differences(pixels: &[([f64; 3], [f64; 3])]) -> Vec<f64> {
+    let brightest = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |a, b| a.max(*b));
+    let peak = pixels.iter().map(|(truth, _)| brightest(truth)).fold(0.0, f64::max);
+    let mut lit: Vec<f64> = pixels.iter().map(|(t, _)| brightest(t)).filter(|v| *v > 1e-4 * peak).collect();
+    lit.sort_by(f64::total_cmp);
+    let exposure = 1.0 / lit[lit.len() * 9 / 10];
+    let lab = |rgb: &[f64; 3]| linear_srgb_to_lab(rgb.map(|v| (v * exposure).clamp(0.0, 1.0)));
+    let mut errors: Vec<f64> = pixels.iter().map(|(truth, found)| ciede2000(lab(truth), lab(found))).collect();
+    errors.sort_by(f64::total_cmp);
+    errors
 }
 
 /// A rough relief of `nx` by `ny` pixels with heights from about 0 to `height_um`.
