@@ -88,7 +88,7 @@ def incident_plane(path: Path) -> dict:
     for k in (1, 2, 3):
         ends = flat([(k * step, -deep, 0), ((k + 1) * step, -deep, 0)]) - (0, 0.05)
         measure(ax, *ends, "d", (0, -0.08))
-    ax.text(*flat((-half + 0.02, -0.77 * deep, 0)), "surface", fontsize=11, **INK)
+    ax.text(*flat((-half + 0.13, -0.85 * deep, 0)), "surface", fontsize=11, **INK)
     ax.text(half - 0.05, 1.1, "plane of incidence", fontsize=11, ha="right", **INK)
     plain(ax, (-2.0, 2.0), (-0.55, 1.62))
     save_svg(figure, path)
