@@ -34,7 +34,7 @@ BEHIND = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}
 
 
 def order_angle_deg(order: int, wavelength_nm: float, period_nm: float, theta_i_deg: float) -> float:
-    """The angle at which an order leaves, by the grating equation: wo.x = jλ/d − sin θi."""
+    """The angle in degrees at which an order leaves, by the grating equation: wo.x = jλ/d − sin θi."""
     return math.degrees(math.asin(order * wavelength_nm / period_nm - math.sin(math.radians(theta_i_deg))))
 
 
@@ -56,12 +56,14 @@ def arrow(ax: Axes, start, end, colour: str, width: float = 1.4, name: str | Non
     ax.annotate("", xy=end, xytext=nearly, arrowprops=head)
 
 
-def angle_arc(ax: Axes, centre, radius: float, first_deg: float, last_deg: float, label: str, **text) -> None:
-    """An arc between two angles with the vertical, positive towards the right, and its label beside the middle."""
+def angle_arc(
+    ax: Axes, centre, radius: float, first_deg: float, last_deg: float, label: str, beyond: float = 0.09
+) -> None:
+    """An arc between two angles with the vertical, positive towards the right, and its label `beyond` the middle."""
     low, high = sorted((90 - first_deg, 90 - last_deg))
     ax.add_patch(Arc(centre, 2 * radius, 2 * radius, theta1=low, theta2=high, lw=0.9, **INK))
-    place = np.asarray(centre) + (radius + text.pop("beyond", 0.09)) * toward((first_deg + last_deg) / 2)
-    ax.text(*place, label, ha="center", va="center", fontsize=11, **INK, **text)
+    place = np.asarray(centre) + (radius + beyond) * toward((first_deg + last_deg) / 2)
+    ax.text(*place, label, ha="center", va="center", fontsize=11, **INK)
 
 
 def measure(ax: Axes, start, end, label: str, offset) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 SAMPLES, SCREEN_SAMPLES = 200, 40
 # Largest array of waves that is held at a time.
 WAVES_AT_A_TIME = 1 << 22
-# Colours are summed from 380 to 780 nm in this step. The first three orders of 50 slits are as narrow as 4 nm.
+# Colours are summed from 380 to 780 nm in this step; order 3 of 50 slits is 4 nm wide.
 COLOUR_STEP_NM = 1.0
 # The line that is shown beside white light, and the wavelength whose spread is the unit of white light's.
 MIDDLE_NM = 550.0
@@ -99,7 +99,7 @@ def sine_of(x_mm, distance_mm: float) -> np.ndarray:
 
 
 def place_mm(sine: float, distance_mm: float) -> float:
-    """Where a direction meets a screen at this distance."""
+    """Where a direction meets a screen at this distance, in mm from the grating's middle."""
     return distance_mm * sine / math.sqrt(1 - sine**2)
 
 
