@@ -21,6 +21,7 @@ PAGES = (
     "batch",
     "renderings",
     "brdf-maps",
+    "slits",
     "periodicity",
     "lab",
     "crosscheck",
