@@ -12,15 +12,19 @@ import json
 import subprocess
 import sys
 
-# Those that the Makefile builds alone.
-ALONE = ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"]
+# Members that the Makefile builds alone, and those whose tests docs/contributing.md runs alone; with the kinds of
+# dependencies that a build of either takes in.
+ALONE = {
+    "normal,build": ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"],
+    "normal,build,dev": ["sunbeam", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
+}
 # Of the library.
 DEPENDENCIES_MAX = 15
 
 
-def features(*selection: str) -> set[str]:
-    """The packages of a build, each with its features."""
-    command = ["cargo", "tree", "--locked", "--edges", "normal,build", "--prefix", "none", "--no-dedupe"]
+def features(edges: str, *selection: str) -> set[str]:
+    """The packages of a build, each with its features; `edges` are the kinds of dependencies."""
+    command = ["cargo", "tree", "--locked", "--edges", edges, "--prefix", "none", "--no-dedupe"]
     listed = subprocess.run(
         [*command, "--format", "{p} with {f}", *selection], check=True, capture_output=True, text=True
     )
@@ -28,11 +32,12 @@ def features(*selection: str) -> set[str]:
 
 
 def compiled_twice() -> list[str]:
-    together = features("--workspace")
     return [
         f"{member} alone compiles {package}"
-        for member in ALONE
-        for package in sorted(features("--package", member) - together)
+        for edges, members in ALONE.items()
+        for together in [features(edges, "--workspace")]
+        for member in members
+        for package in sorted(features(edges, "--package", member) - together)
     ]
 
 
