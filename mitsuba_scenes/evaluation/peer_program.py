@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import os
 import subprocess
+from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 
 import mitsuba as mi
 import numpy as np
@@ -73,7 +75,7 @@ def run_peer(program: Path, heights: np.ndarray, pixel_um: float, patch: Patch, 
             str(answered),
             *peer_words(heights.shape, pixel_um, patch, size),
         ]
-        seconds = core_seconds(words)
+        _, seconds = core_seconds(words)
         # Its rows run along +x.
         picture = np.array(mi.Bitmap(str(answered)), dtype=np.float64)[..., 0].T
     wo, lit = hemisphere(size)
@@ -82,17 +84,17 @@ def run_peer(program: Path, heights: np.ndarray, pixel_um: float, patch: Patch, 
     return from_peer(picture[lit], patch, wo), seconds
 
 
-def core_seconds(words: list[str], stdin: str | None = None, output: list | None = None) -> float:
-    """Runs a program on one thread; the CPU time in seconds that it took. What it printed is put into `output`.
+def core_seconds(
+    words: list[str], stdin: str = "", variables: Mapping[str, str] = MappingProxyType({})
+) -> tuple[str, float]:
+    """Runs a program on one thread, with these variables too: what it printed, and the seconds of a core that it took.
 
-    The time of a core, not that of the wall: other programs on the machine count less.
+    Not those of the wall: other programs on the machine count less.
     """
     before = os.times()
-    environment = {**os.environ, "OMP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1", "SUNBEAM_CACHE": "off"}
+    environment = {**os.environ, "OMP_NUM_THREADS": "1", "RAYON_NUM_THREADS": "1", **variables}
     done = subprocess.run(words, input=stdin, capture_output=True, text=True, env=environment)
     after = os.times()
     if done.returncode != 0:
         raise SetupError(f"`{Path(words[0]).name}` failed: {(done.stderr or done.stdout).strip()[-300:]}")
-    if output is not None:
-        output.append(done.stdout)
-    return after.children_user + after.children_system - before.children_user - before.children_system
+    return done.stdout, after.children_user + after.children_system - before.children_user - before.children_system

@@ -74,7 +74,7 @@ def facets() -> Relief:
     side = round(TILE_UM / fine)
     period = round(2.5 / fine)
     row = 0.25 * (np.arange(side) % period) / period
-    return Relief("facets", "saw-tooth, 0.25 µm every 2.5 µm", np.tile(row, (side, 1)), fine, step)
+    return Relief("facets", "saw-tooth, 0.25 µm every 2.5 µm with a jump", np.tile(row, (side, 1)), fine, step)
 
 
 def flat() -> Relief:

@@ -83,7 +83,7 @@ def approximate_sum(
 ) -> np.ndarray:
     """`direct_sum` with the approximations chosen, in 1/sr."""
     if chosen.half_floats:
-        heights = (heights / pixel_um).astype(np.float16).astype(np.float64) * pixel_um
+        heights = in_half_floats(heights, pixel_um)
     reach = (3 if chosen.window_cut else REACH) * patch.window_um
     places, heights, *derived = within(reach, heights, pixel_um, *derivatives(heights, pixel_um))
     x, y = np.meshgrid(places, places)
@@ -104,6 +104,11 @@ def approximate_sum(
             terms[np.hypot(qx, qy) * deviation > 3] = 0
         answer[i] = abs(terms.sum()) ** 2
     return answer * pixel_um**4 / (np.pi * patch.window_um**2 * patch.wavelength_um**2)
+
+
+def in_half_floats(heights: np.ndarray, pixel_um: float) -> np.ndarray:
+    """The heights in µm after they were kept in units of a pixel's edge in 16 bits."""
+    return (heights / pixel_um).astype(np.float16).astype(np.float64) * pixel_um
 
 
 def gaussian_texel(
