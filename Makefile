@@ -26,6 +26,7 @@ help:
 	@echo "make demo     render the snake and compare the renderers, results in out/"
 	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
 	@echo "make figures  make every page of figures in docs/ anew; or one: make figures PAGES=brdf-maps"
+	@echo "              peers is one that also needs PEER=PROGRAM, another's: see docs/peers.md"
 	@echo "make docs     build the documentation, target/docs/index.html; make api-docs that of the Rust API"
 	@echo "make bench | clean"
 
@@ -118,7 +119,7 @@ bench: plugin library tool
 		-Wl,-rpath,$(CURDIR)/$(LIBRARY)/lib -lpthread -lm
 	$(LIBRARY)/batch | tee out/bench/batch.json
 
-# Those named in PAGES, or all.
+# Those named in PAGES, or all. The page peers stays as it is unless PEER names the program that it needs.
 figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m mitsuba_scenes.evaluation $(PAGES)

@@ -12,7 +12,8 @@ from ..picture import PictureError
 from .page import write_page
 
 # Each is a module of this package with a function `figures() -> dict`, and a template of the same name in
-# docs/templates, with hyphens. Those that measure times come first: the machine need be left alone for no longer.
+# docs/templates, with hyphens; where they are `None`, the page is left as it is. Those that measure times come first:
+# the machine need be left alone for no longer.
 PAGES = (
     "speed-error",
     "realtime",
@@ -27,6 +28,7 @@ PAGES = (
     "crosscheck",
     "validity",
     "stability",
+    "peers",
 )
 
 
@@ -41,6 +43,9 @@ def main(words: list[str] | None = None) -> int:
                 raise SetupError(f"unknown page {page!r}; there are {', '.join(PAGES)}")
             start = time.perf_counter()
             made = import_module(f".{page.replace('-', '_')}", __package__).figures()
+            if made is None:
+                # What it needs is not here; it has said so.
+                continue
             written = write_page(page, made)
             print(f"{written} ({time.perf_counter() - start:.0f} s)", flush=True)
     except (SetupError, PictureError) as error:
