@@ -51,13 +51,13 @@ fn the_colours_are_those_worked_out_by_hand() {
     // The blazed grating repeats after 2.5 µm.
     let method = method(&gems());
     for (u, expected) in [
-        (0.0, [1.0, 0.7, 0.3]),         // the highlight alone
-        (0.1, [0.0; 3]),                // 0.25 µm: nothing
-        (0.25, [0.0, 0.0, 1.0]),        // 0.625 µm
-        (0.3, [0.0, 1.0, 0.0]),         // 0.75 µm, and 0.375 µm in the second order
-        (0.275, [0.0, 0.75, 0.75]),     // 0.6875 µm, half way between the two
-        (0.7, [1.0, 0.0, 8.0 / 9.0]),   // 1.75 µm: 0.875 µm in the second order, 0.583 µm in the third
-        (0.45, [0.0, 0.0, 0.75]),       // 1.125 µm: 0.5625 µm in the second order, half a width off blue
+        (0.0, [1.0, 0.7, 0.3]),       // the highlight alone
+        (0.1, [0.0; 3]),              // 0.25 µm: nothing
+        (0.25, [0.0, 0.0, 1.0]),      // 0.625 µm
+        (0.3, [0.0, 1.0, 0.0]),       // 0.75 µm, and 0.375 µm in the second order
+        (0.275, [0.0, 0.75, 0.75]),   // 0.6875 µm, half way between the two
+        (0.7, [1.0, 0.0, 8.0 / 9.0]), // 1.75 µm: 0.875 µm in the second order, 0.583 µm in the third
+        (0.45, [0.0, 0.0, 0.75]),     // 1.125 µm: 0.5625 µm in the second order, half a width off blue
     ] {
         let found = colour(&*method, [u, 0.2, 1.6]);
         assert!(difference(found, expected) < ROUNDING, "{u}: {found:?}, not {expected:?}");

@@ -116,6 +116,11 @@ impl MethodArgs {
         self.method
     }
 
+    /// Whether the colours are those of GPU Gems, which no factor of the surface multiplies.
+    pub fn is_gems(&self) -> bool {
+        self.method == Method::Realtime(MethodKind::Stam) && self.stam_form == Some(StamForm::Gems)
+    }
+
     /// The options that the arguments amount to, validated; an argument without effect is refused.
     pub fn options(&self, asked: Asked) -> Result<MethodOptions, String> {
         let given = [
@@ -131,7 +136,6 @@ impl MethodArgs {
             ("gems_highlight", "--gems-highlight", self.gems_highlight.is_some()),
             ("resolution", "--table-resolution", self.table_resolution.is_some()),
         ];
-        let gems = self.stam_form == Some(StamForm::Gems);
         if self.method == Method::Realtime(MethodKind::Table) && asked == Asked::Spectrum {
             return Err("--method colour-table has no values by wavelength; use table".to_owned());
         }
@@ -143,14 +147,14 @@ impl MethodArgs {
         let heeds = |field: &str| {
             let colour_only = ["lambda_step_nm", "weighted"].contains(&field);
             let gems_only = field.starts_with("gems_");
-            heeded.contains(&field) && (asked != Asked::Spectrum || !colour_only) && (gems || !gems_only)
+            heeded.contains(&field) && (asked != Asked::Spectrum || !colour_only) && (self.is_gems() || !gems_only)
         };
         if let Some((_, flag, _)) = given.iter().find(|(field, _, given)| *given && !heeds(field)) {
             let takes: Vec<_> = given.iter().filter(|(field, _, _)| heeds(field)).map(|(_, flag, _)| *flag).collect();
             let takes = if takes.is_empty() { "none of its kind".to_owned() } else { takes.join(", ") };
             return Err(format!("{flag} has no effect here with --method {}, which takes {takes}", self.method.name()));
         }
-        if gems && asked == Asked::Spectrum {
+        if self.is_gems() && asked == Asked::Spectrum {
             return Err("--stam-form gems has no values by wavelength; use spacing".to_owned());
         }
         // Under the name that users gave it by; the others are called alike.

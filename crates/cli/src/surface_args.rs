@@ -142,6 +142,11 @@ impl SurfaceArgs {
         Ok(asked.config()?)
     }
 
+    /// Whether the arguments give a refractive index.
+    pub fn has_index(&self) -> bool {
+        self.eta.is_some() || self.k.is_some()
+    }
+
     /// Whether the arguments name a surface.
     pub fn is_given(&self) -> bool {
         self.preset.is_some() || self.height_field.is_some()

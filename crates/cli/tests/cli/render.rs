@@ -92,7 +92,8 @@ fn a_map_is_the_same_on_both_backends() {
 #[test]
 fn the_colours_of_gpu_gems_are_shown_as_they_are() {
     // So wide a highlight that it is everywhere, of so narrow a spacing that no order is.
-    let options = ["--method", "stam", "--stam-form", "gems", "--gems-sharpness", "0", "--gems-highlight", "0.5,0.25,0.125"];
+    let options =
+        ["--method", "stam", "--stam-form", "gems", "--gems-sharpness", "0", "--gems-highlight", "0.5,0.25,0.125"];
     let common = [&options[..], &["--preset", "blazed", "--period-um", "0.1"]].concat();
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
