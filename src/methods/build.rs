@@ -2,9 +2,10 @@
 
 use super::flss::Flss;
 use super::nmm::Nmm;
-use super::options::in_range;
+use super::options::{StamForm, in_range};
 use super::pq::Pq;
 use super::stam::Stam;
+use super::stam_gems::StamGems;
 use super::table::ConservingTable;
 use super::{Method, MethodError, MethodKind, MethodOptions};
 use crate::colour_table::{ColourTable, ColourTableOptions};
@@ -45,7 +46,10 @@ pub fn build(
         MethodKind::Flss => Box::new(Flss::new(field, coherence_length_um, tolerance, options)?),
         MethodKind::Nmm => Box::new(Nmm::new(field, coherence_length_um, tolerance, options)?),
         MethodKind::Pq => Box::new(Pq::new(field, coherence_length_um, tolerance, options)?),
-        MethodKind::Stam => Box::new(Stam::new(field, coherence_length_um, options)?),
+        MethodKind::Stam => match options.stam_form {
+            StamForm::Spacing => Box::new(Stam::new(field, coherence_length_um, options)?),
+            StamForm::Gems => Box::new(StamGems::new(field, options)?),
+        },
         MethodKind::Table => {
             let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
             let build_limit = surface.build_limit;

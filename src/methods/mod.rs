@@ -21,6 +21,7 @@ mod pq;
 #[cfg(test)]
 mod shader_layout_tests;
 mod stam;
+mod stam_gems;
 mod table;
 mod term_weights;
 
@@ -29,10 +30,14 @@ pub use bessel::TERMS_MAX;
 pub use build::build;
 pub use flss::Flss;
 pub use nmm::Nmm;
-pub use options::{LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, NEIGHBOURHOOD_MAX, REPEATS_MAX, Repeats};
+pub use options::{
+    GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodError, MethodKind, MethodOptions, NEIGHBOURHOOD_MAX, REPEATS_MAX, Repeats,
+    StamForm,
+};
 pub use orders::{ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
+pub use stam_gems::StamGems;
 
 use crate::colour_table::SUM_SQUARED_MAX;
 use std::borrow::Cow;
@@ -51,6 +56,12 @@ pub trait Method: Send + Sync {
     /// What the answer is multiplied by so that no energy is made, red, green and blue, for directions above the surface.
     fn conserving(&self, _wi: [f32; 3], _wo: [f32; 3]) -> [f32; 3] {
         [1.0; 3]
+    }
+
+    /// Whether [`Method::relief_rgb`] is a colour over π that is to be shown as it is. Then `f_r` is that over cosθi,
+    /// with neither Fresnel reflectance, obliquity nor shadowing.
+    fn is_shown_as_it_is(&self) -> bool {
+        false
     }
 
     /// The twin in WGSL with its data.

@@ -13,6 +13,10 @@ use std::fmt;
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
 /// Most orders along each axis that are summed at a place.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
+/// Accepted sharpness of the highlight of GPU Gems in 1/µm.
+pub const GEMS_SHARPNESS: std::ops::RangeInclusive<f64> = 0.0..=1e4;
+/// Accepted components of that highlight, linear sRGB.
+const GEMS_HIGHLIGHT: std::ops::RangeInclusive<f64> = 0.0..=100.0;
 /// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
 pub const REPEATS_MAX: u32 = 10_000;
 
@@ -26,7 +30,7 @@ pub enum MethodKind {
     Nmm,
     /// A finite number of tiles.
     Pq,
-    /// One spacing.
+    /// One spacing, in one of two forms.
     Stam,
     /// The integral over wavelength, tabulated.
     Table,
@@ -53,7 +57,7 @@ impl MethodKind {
             Self::Flss => &["lambda_step_nm", "terms", "neighbourhood", "series"],
             Self::Nmm => &["terms", "neighbourhood", "series", "weighted"],
             Self::Pq => &["lambda_step_nm", "terms", "series", "repeats"],
-            Self::Stam => &["period_um"],
+            Self::Stam => &["period_um", "stam_form", "gems_sharpness", "gems_highlight"],
             Self::Table => &["resolution"],
         }
     }
@@ -95,6 +99,12 @@ pub struct MethodOptions {
     /// The spacing in µm (default: the dominant period along x).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_um: Option<f64>,
+    /// Which form of Stam's model (default: `spacing`).
+    pub stam_form: StamForm,
+    /// The r of GPU Gems in 1/µm, 0 to 10000: the larger, the narrower the highlight (default: 50). With `gems` alone.
+    pub gems_sharpness: f64,
+    /// The colour of that highlight, linear sRGB, each 0 to 100 (default: 1, 0.7, 0.3). With `gems` alone.
+    pub gems_highlight: [f64; 3],
     /// Multiplies the colour table's samples along each of its axes, 0.25 to 4 (default: 1, which keeps 99 % of the
     /// hemisphere within a ΔE₂₀₀₀ of 1).
     pub resolution: f64,
@@ -110,9 +120,24 @@ impl Default for MethodOptions {
             weighted: true,
             repeats: None,
             period_um: None,
+            stam_form: StamForm::default(),
+            // Free parameters of the chapter.
+            gems_sharpness: 50.0,
+            gems_highlight: [1.0, 0.7, 0.3],
             resolution: 1.0,
         }
     }
+}
+
+/// The forms of Stam's model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StamForm {
+    /// Ours: a reflectance of eight orders either side, in the colours of the CIE observer.
+    #[default]
+    Spacing,
+    /// As published in GPU Gems, chapter 8: a highlight and seven orders either side, in colours of its own.
+    Gems,
 }
 
 /// Repeats of a tile: one number for both axes, or one for x and one for y.
@@ -197,6 +222,10 @@ impl MethodOptions {
         count("neighbourhood", self.neighbourhood, NEIGHBOURHOOD_MAX, "1 to 64")?;
         for repeats in self.repeats.map(Repeats::xy).into_iter().flatten() {
             count("repeats", Some(repeats as usize), REPEATS_MAX as usize, "1 to 10000")?;
+        }
+        in_range("gems_sharpness", self.gems_sharpness, &GEMS_SHARPNESS, "0 to 10000 1/µm")?;
+        for value in self.gems_highlight {
+            in_range("gems_highlight", value, &GEMS_HIGHLIGHT, "0 to 100")?;
         }
         in_range("resolution", self.resolution, &RESOLUTION, "0.25 to 4")?;
         match self.period_um {

@@ -5,8 +5,9 @@ use super::nmm::NmmUniform;
 use super::order_grid::OrderGrid;
 use super::pq::PqUniform;
 use super::stam::StamUniform;
+use super::stam_gems::StamGemsUniform;
 use super::table::{TableRing, TableUniform};
-use super::{COMMON_WGSL, Method, MethodKind, MethodOptions, build};
+use super::{COMMON_WGSL, Method, MethodKind, MethodOptions, StamForm, build};
 use crate::height_field::Preset;
 use crate::reflectance::Options;
 use crate::table::Model;
@@ -20,11 +21,14 @@ const ENTRY: &str = "
 @compute @workgroup_size(1) fn main() { answer = relief_rgb(vec3<f32>(0.1, 0.2, 1.5)); }
 ";
 
+/// Every method, and the second form of `stam`.
 fn methods() -> Vec<(MethodKind, Box<dyn Method>)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
-    let method = |kind| (kind, build(kind, &field, &surface, &MethodOptions::default()).unwrap());
-    MethodKind::ALL.map(method).into()
+    let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
+    let all =
+        MethodKind::ALL.map(|kind| (kind, MethodOptions::default())).into_iter().chain([(MethodKind::Stam, gems)]);
+    all.map(|(kind, options)| (kind, build(kind, &field, &surface, &options).unwrap())).collect()
 }
 
 fn module(method: &dyn Method) -> Module {
@@ -81,6 +85,9 @@ fn uniforms_lie_as_the_shaders_read_them() {
             MethodKind::Flss => ("Flss", layout!(FlssUniform, grid, wavelengths, _pad0, _pad1, _pad2)),
             MethodKind::Nmm => ("Nmm", layout!(NmmUniform, grid, line_width, _pad)),
             MethodKind::Pq => ("Pq", layout!(PqUniform, grid, repeats, wavelengths, _pad)),
+            MethodKind::Stam if method.is_shown_as_it_is() => {
+                ("StamGems", layout!(StamGemsUniform, highlight, sharpness, period_um, _pad0, _pad1, _pad2))
+            }
             MethodKind::Stam => ("Stam", layout!(StamUniform, period_um, _pad0, _pad1, _pad2)),
             MethodKind::Table => (
                 "Table",
@@ -146,6 +153,11 @@ fn constants_are_the_same_on_both_sides() {
         ("SINC_SERIES", super::pq::SINC_SERIES.into()),
         ("ORDERS", super::stam::ORDERS.into()),
         ("V_RANGE", super::stam::V_RANGE.into()),
+        ("GEMS_ORDERS", super::stam_gems::GEMS_ORDERS.into()),
+        ("RED_UM", super::stam_gems::RED_UM.into()),
+        ("GREEN_UM", super::stam_gems::GREEN_UM.into()),
+        ("BLUE_UM", super::stam_gems::BLUE_UM.into()),
+        ("HALF_WIDTH_UM", super::stam_gems::HALF_WIDTH_UM.into()),
     ];
     let mut seen = std::collections::BTreeSet::new();
     for (kind, method) in methods() {

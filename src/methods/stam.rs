@@ -1,11 +1,12 @@
-//! One spacing and nothing else: Stam (1999) as simplified in GPU Gems, chapter 8 ("Simulating Diffraction").
+//! One spacing and nothing else, as a reflectance: our form of Stam's model, the default form `spacing` of the method `stam`.
+//! The shader that Stam published in GPU Gems is [`super::StamGems`].
 //!
 //! Light goes to the orders ±1 … ±8 of the spacing d along x, a sixteenth to each whatever the relief, so that
 //! `λ = d|u|/n`; the orders 0, which GPU Gems draws as a highlight of its own, are left out. The grooves are taken to be
 //! scattered along y, which spreads each order evenly over the two units of v that a hemisphere spans:
 //! `S = Σ_n δ(u/λ − n/d)/16 · λ/2`. Its total over (u, v) is 1. With the δ, the sum over wavelengths is
-//! `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, weight the colours per µm instead of the bumps of GPU Gems. A value at a single
-//! wavelength has the Gaussian of the coherence window in place of the δ.
+//! `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, weight the colours per µm. A value at a single wavelength has the Gaussian of the
+//! coherence window in place of the δ.
 
 use super::colours::{self, Colours, colour_density};
 use super::{
@@ -48,14 +49,18 @@ impl Stam {
     /// # Errors
     /// [`MethodError::NoPeriod`] where there is none.
     pub fn new(field: &HeightField, coherence_length_um: f64, options: &MethodOptions) -> Result<Self, MethodError> {
-        let found = || periods(field, true).x.map(|period| period.period_um);
-        let period_um = options.period_um.or_else(found).ok_or(MethodError::NoPeriod)?;
         Ok(Self {
-            period_um: period_um as f32,
+            period_um: spacing_um(field, options)?,
             window_um: (coherence_length_um / 4.0) as f32,
             colours: colours::density()?,
         })
     }
+}
+
+/// `period_um` of the options, or the dominant period of `field` along x; [`MethodError::NoPeriod`] where there is none.
+pub(super) fn spacing_um(field: &HeightField, options: &MethodOptions) -> Result<f32, MethodError> {
+    let found = || periods(field, true).x.map(|period| period.period_um);
+    options.period_um.or_else(found).map(|period_um| period_um as f32).ok_or(MethodError::NoPeriod)
 }
 
 impl Method for Stam {

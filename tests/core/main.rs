@@ -14,5 +14,6 @@ mod maxwell;
 mod methods;
 mod sampling;
 mod snake_spectra;
+mod stam_gems;
 mod tables;
 mod transforms;

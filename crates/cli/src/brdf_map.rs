@@ -110,6 +110,9 @@ impl BrdfMapArgs {
         if !SIZE.contains(&self.size) {
             return refuse("size", &self.size, "1 to 16384 pixels");
         }
+        if self.method.is_gems() && self.surface.has_index() {
+            return Err("--eta has no effect with --stam-form gems, whose colours are shown as they are".to_owned());
+        }
         match self.exposure {
             Some(exposure) if !(exposure.is_finite() && exposure > 0.0) => {
                 refuse("exposure", &exposure, "finite and positive")

@@ -2,7 +2,7 @@
 
 use super::surface_args::names;
 use std::str::FromStr;
-use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, MethodOptions, RESOLUTION, Repeats};
+use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, MethodOptions, RESOLUTION, Repeats, StamForm};
 use sunbeam::transform::Series;
 
 /// How the reflectance is computed.
@@ -95,6 +95,16 @@ pub struct MethodArgs {
     /// Spacing of stam in µm [default: the dominant period along x]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     period_um: Option<f64>,
+    /// Form of stam: spacing, a reflectance, or gems, the colours of the shader in GPU Gems, chapter 8, which nothing is
+    /// multiplied by [default: spacing]
+    #[arg(long, value_parser = names::<StamForm, 2>(["spacing", "gems"]))]
+    stam_form: Option<StamForm>,
+    /// How narrow the highlight of --stam-form gems is, its r, 0 to 10000 per µm [default: 50]
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    gems_sharpness: Option<f64>,
+    /// Linear sRGB of the highlight of --stam-form gems, each 0 to 100 [default: 1,0.7,0.3]
+    #[arg(long, value_name = "R,G,B", value_parser = highlight, allow_hyphen_values = true)]
+    gems_highlight: Option<[f64; 3]>,
     /// Times the samples of the colour table along each axis, 0.25 to 4 [default: 1]
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     table_resolution: Option<f64>,
@@ -104,6 +114,11 @@ impl MethodArgs {
     /// The method.
     pub fn method(&self) -> Method {
         self.method
+    }
+
+    /// Whether the colours are those of GPU Gems, which no factor of the surface multiplies.
+    pub fn is_gems(&self) -> bool {
+        self.method == Method::Realtime(MethodKind::Stam) && self.stam_form == Some(StamForm::Gems)
     }
 
     /// The options that the arguments amount to, validated; an argument without effect is refused.
@@ -116,6 +131,9 @@ impl MethodArgs {
             ("weighted", "--weighted", self.weighted.is_some()),
             ("repeats", "--repeats", self.repeats.is_some()),
             ("period_um", "--period-um", self.period_um.is_some()),
+            ("stam_form", "--stam-form", self.stam_form.is_some()),
+            ("gems_sharpness", "--gems-sharpness", self.gems_sharpness.is_some()),
+            ("gems_highlight", "--gems-highlight", self.gems_highlight.is_some()),
             ("resolution", "--table-resolution", self.table_resolution.is_some()),
         ];
         if self.method == Method::Realtime(MethodKind::Table) && asked == Asked::Spectrum {
@@ -128,12 +146,16 @@ impl MethodArgs {
         };
         let heeds = |field: &str| {
             let colour_only = ["lambda_step_nm", "weighted"].contains(&field);
-            heeded.contains(&field) && (asked != Asked::Spectrum || !colour_only)
+            let gems_only = field.starts_with("gems_");
+            heeded.contains(&field) && (asked != Asked::Spectrum || !colour_only) && (self.is_gems() || !gems_only)
         };
         if let Some((_, flag, _)) = given.iter().find(|(field, _, given)| *given && !heeds(field)) {
             let takes: Vec<_> = given.iter().filter(|(field, _, _)| heeds(field)).map(|(_, flag, _)| *flag).collect();
             let takes = if takes.is_empty() { "none of its kind".to_owned() } else { takes.join(", ") };
             return Err(format!("{flag} has no effect here with --method {}, which takes {takes}", self.method.name()));
+        }
+        if self.is_gems() && asked == Asked::Spectrum {
+            return Err("--stam-form gems has no values by wavelength; use spacing".to_owned());
         }
         // Under the name that users gave it by; the others are called alike.
         if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
@@ -151,6 +173,9 @@ impl MethodArgs {
             weighted: self.weighted.unwrap_or(default.weighted),
             repeats: self.repeats,
             period_um: self.period_um,
+            stam_form: self.stam_form.unwrap_or(default.stam_form),
+            gems_sharpness: self.gems_sharpness.unwrap_or(default.gems_sharpness),
+            gems_highlight: self.gems_highlight.unwrap_or(default.gems_highlight),
             resolution: self.table_resolution.unwrap_or(default.resolution),
         };
         options.validate().map_err(|error| error.to_string())?;
@@ -164,6 +189,11 @@ fn repeats(text: &str) -> Result<Repeats, String> {
         None => number(text).map(Repeats::Both),
         Some((x, y)) => Ok(Repeats::Each([number(x)?, number(y)?])),
     }
+}
+
+fn highlight(text: &str) -> Result<[f64; 3], String> {
+    let numbers = text.split(',').map(|part| part.trim().parse()).collect::<Result<Vec<f64>, _>>();
+    numbers.ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| format!("{text:?} is not three numbers"))
 }
 
 #[cfg(test)]

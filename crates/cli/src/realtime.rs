@@ -58,7 +58,9 @@ impl Realtime {
             let has = MethodKind::ALL.map(MethodKind::name).join(", ");
             return Err(format!("--method {} is not on the GPU, which has {has}", method.method().name()).into());
         };
-        Ok(Self { kind, options: method.options(Asked::ColourOnGpu)?, config: surface.realtime_config(kind)? })
+        let options = method.options(Asked::ColourOnGpu)?;
+        let config = surface.realtime_config(kind, &options)?;
+        Ok(Self { kind, options, config })
     }
 
     /// What is to be built, for who builds it later, and other things after it.

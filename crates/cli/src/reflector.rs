@@ -46,7 +46,7 @@ impl Reflector {
     ) -> Result<Self, Box<dyn Error>> {
         let config = match method {
             Method::Exact | Method::Table => args.config()?,
-            Method::Realtime(kind) => args.realtime_config(kind)?,
+            Method::Realtime(kind) => args.realtime_config(kind, method_options)?,
         };
         let field = config.height_field()?;
         let (options, index) = (config.options(), config.index());
@@ -101,7 +101,11 @@ impl Reflector {
     pub fn eval_rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
-        let factor = self.fresnel(&pair) * self.options.angular_factor(&pair);
+        let factor = if method.is_shown_as_it_is() {
+            1.0 / pair.cos_i
+        } else {
+            self.fresnel(&pair) * self.options.angular_factor(&pair)
+        };
         let conserving = method.conserving(wi.map(|c| c as f32), wo.map(|c| c as f32));
         let response = method.relief_rgb(sum(&pair));
         std::array::from_fn(|c| factor * f64::from(response[c] * conserving[c]))

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use sunbeam::cache::{Cache, CacheError};
 use sunbeam::config::{ConfigError, SurfaceConfig};
 use sunbeam::height_field::{Fill, Level, Preset};
-use sunbeam::methods::MethodKind;
+use sunbeam::methods::{MethodKind, MethodOptions, StamForm};
 use sunbeam::reflectance::Obliquity;
 use sunbeam::table::{Model, Tiling};
 
@@ -116,7 +116,8 @@ impl SurfaceArgs {
 
     /// As [`SurfaceArgs::config`] for a method of colours. The colour table conserves energy where that is asked for; the
     /// published methods never do, and know one window in a fixed place over a tile that repeats: these are the defaults, and what asks for anything else is refused.
-    pub fn realtime_config(&self, kind: MethodKind) -> Result<SurfaceConfig, Box<dyn Error>> {
+    /// So are factors that the colours of GPU Gems are not multiplied by.
+    pub fn realtime_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
         let (patch, conserve) = (kind.is_patch_only(), self.conserve_energy == Some(true));
         let wrong = [
             (patch && self.model == Some(Model::Ensemble), "one window in a fixed place", "--model", "patch"),
@@ -127,11 +128,23 @@ impl SurfaceArgs {
         if let Some((_, knows, flag, value)) = wrong.iter().find(|(wrong, ..)| *wrong) {
             return Err(format!("--method {kind} knows {knows}: {flag} must be {value}").into());
         }
+        let gems = kind == MethodKind::Stam && options.stam_form == StamForm::Gems;
+        let factors = [("--obliquity", self.obliquity.is_some()), ("--shadowing", self.shadowing == Some(true))];
+        if let Some((flag, _)) = factors.iter().find(|(_, given)| gems && *given) {
+            return Err(
+                format!("{flag} has no effect with --stam-form gems, whose colours are shown as they are").into()
+            );
+        }
         let asked = Self { conserve_energy: Some(conserve), ..self.clone() };
         if patch {
             return Ok(Self { model: Some(Model::Patch), tiling: Some(Tiling::Periodic), ..asked }.config()?);
         }
         Ok(asked.config()?)
+    }
+
+    /// Whether the arguments give a refractive index.
+    pub fn has_index(&self) -> bool {
+        self.eta.is_some() || self.k.is_some()
     }
 
     /// Whether the arguments name a surface.

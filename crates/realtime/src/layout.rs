@@ -53,10 +53,12 @@ pub(super) struct OpticsUniform {
     pub reflects_all: u32,
     pub obliquity: u32,
     pub shadowing: u32,
+    pub shown_as_it_is: u32,
 }
 
-impl From<&Optics> for OpticsUniform {
-    fn from(optics: &Optics) -> Self {
+impl OpticsUniform {
+    /// The optics around a method; `shown_as_it_is` is the method's [`sunbeam::methods::Method::is_shown_as_it_is`].
+    pub fn new(optics: &Optics, shown_as_it_is: bool) -> Self {
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
         Self {
             eta: index.eta as f32,
@@ -64,6 +66,7 @@ impl From<&Optics> for OpticsUniform {
             reflects_all: u32::from(optics.index.is_none()),
             obliquity: u32::from(optics.obliquity == Obliquity::Unit),
             shadowing: u32::from(optics.shadowing),
+            shown_as_it_is: u32::from(shown_as_it_is),
         }
     }
 }
@@ -159,7 +162,7 @@ mod tests {
         let (shade, locate) = (program::shade(&program::tests::NO_RELIEF), program::locate());
         for (source, name, ours) in [
             (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
-            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing)),
+            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, shown_as_it_is)),
             (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
             (

@@ -44,7 +44,7 @@ pub(super) mod tests {
     use super::*;
     use std::path::{Path, PathBuf};
     use sunbeam::height_field::Preset;
-    use sunbeam::methods::{MethodKind, MethodOptions, NOTHING_CONSERVED_WGSL, build};
+    use sunbeam::methods::{MethodKind, MethodOptions, NOTHING_CONSERVED_WGSL, StamForm, build};
     use sunbeam::reflectance::Options;
     use sunbeam::table::Model;
 
@@ -76,8 +76,11 @@ pub(super) mod tests {
             (format!("shade, {kind}"), shade(&method.shader()))
         };
         let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default()).unwrap();
+        let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
+        let gems = build(MethodKind::Stam, &field, &surface, &gems).unwrap();
         let others = [
             ("shade", shade(&NO_RELIEF)),
+            ("shade, stam of GPU Gems", shade(&gems.shader())),
             ("shade, energy conserved", shade(&conserving.shader())),
             ("raster", raster()),
             ("shadow", shadow()),

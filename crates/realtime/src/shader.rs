@@ -31,6 +31,7 @@ pub struct Shader {
     method: wgpu::BindGroup,
     parameters: wgpu::Buffer,
     optics: wgpu::Buffer,
+    shown_as_it_is: bool,
     range: wgpu::Buffer,
     bytes: u64,
     cut_short: wgpu::Buffer,
@@ -65,7 +66,7 @@ impl Shader {
     /// # Errors
     /// [`GpuError::TooLarge`] where the adapter cannot bind the data, [`GpuError::Refused`] where it refuses the WGSL.
     pub fn new(gpu: &Gpu, method: &dyn Method, optics: &Optics) -> Result<Self, GpuError> {
-        let shader = method.shader();
+        let (shader, shown_as_it_is) = (method.shader(), method.is_shown_as_it_is());
         let module = pipeline::module(gpu, shader.name, program::shade(&shader));
         let mut accesses = vec![Access::Read; shader.storage.len() + 1];
         accesses[0] = Access::Uniform;
@@ -81,13 +82,25 @@ impl Shader {
         let buffers: Vec<&wgpu::Buffer> = std::iter::once(&parameters).chain(&storage).collect();
         let method = pipeline::bind(gpu, &methods, &buffers);
         let range = gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform::zeroed()))?;
-        let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::from(optics)))?;
+        let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::new(optics, shown_as_it_is)))?;
         gpu.check()?;
         let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
         let cut_short = gpu.storage("cut_short", size_of::<u32>() as u64)?;
         let (queries, parts) = (AtomicU32::new(FIRST_QUERIES), AtomicU32::new(1));
         let stop = Arc::default();
-        let shader = Self { pipeline, method, parameters, optics, range, bytes, cut_short, queries, parts, stop };
+        let shader = Self {
+            pipeline,
+            method,
+            parameters,
+            optics,
+            shown_as_it_is,
+            range,
+            bytes,
+            cut_short,
+            queries,
+            parts,
+            stop,
+        };
         // Drivers finish compiling when a pipeline is first used, which is not to be taken for the method's speed.
         shader.evaluate(gpu, &[Query::default()])?;
         shader.queries.store(FIRST_QUERIES, Relaxed);
@@ -101,7 +114,8 @@ impl Shader {
 
     /// Changes the optics of what is answered from now on.
     pub fn set_optics(&self, gpu: &Gpu, optics: &Optics) {
-        gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&OpticsUniform::from(optics)));
+        let uniform = OpticsUniform::new(optics, self.shown_as_it_is);
+        gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&uniform));
     }
 
     /// Makes whatever is being answered or drawn end with [`GpuError::Stopped`] once the flag is set, after the
@@ -242,7 +256,7 @@ mod tests {
     use super::*;
     use crate::AdapterChoice;
     use sunbeam::height_field::Preset;
-    use sunbeam::methods::{MethodKind, MethodOptions, build};
+    use sunbeam::methods::{MethodKind, MethodOptions, StamForm, build};
     use sunbeam::reflectance::Options;
     use sunbeam::table::Model;
 
@@ -262,8 +276,10 @@ mod tests {
             .map(|i| Query::new(direction(0.3, 1e-3), direction(-0.9 + 0.008 * i as f32, -1e-3)))
             .chain([Query::new(direction(0.3, 0.0), direction(-0.3, 0.0))])
             .collect();
-        for kind in MethodKind::ALL {
-            let method = build(kind, &field, &surface, &MethodOptions::default()).unwrap();
+        let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
+        let all = MethodKind::ALL.map(|kind| (kind, MethodOptions::default()));
+        for (kind, options) in all.into_iter().chain([(MethodKind::Stam, gems)]) {
+            let method = build(kind, &field, &surface, &options).unwrap();
             let shader = Shader::new(&gpu, &*method, &Optics::default()).unwrap();
             let whole = shader.evaluate(&gpu, &queries).unwrap();
             shader.parts.store(7, Relaxed);

@@ -3,7 +3,10 @@ use super::surface_form::SurfaceForm;
 use super::widgets::{choice, number, optional, row, switch};
 use eframe::egui::{self, Ui};
 use sunbeam::config::COHERENCE_LENGTH_UM;
-use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, TERMS_MAX};
+use sunbeam::methods::{
+    GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
+    TERMS_MAX,
+};
 use sunbeam::reflectance::{ComplexIndex, Obliquity};
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
@@ -69,6 +72,11 @@ fn method(ui: &mut Ui, settings: &mut Settings) {
             "weighted" => switch(ui, "Weighted", &mut options.weighted),
             "repeats" => repeats(ui, &mut options.repeats),
             "period_um" => optional(ui, "Period", &mut options.period_um, 1.6, 0.05..=100.0, 0.01, " µm"),
+            "stam_form" => {
+                choice(ui, "Form", &mut options.stam_form, [(StamForm::Spacing, "spacing"), (StamForm::Gems, "gems")]);
+            }
+            "gems_sharpness" | "gems_highlight" if options.stam_form != StamForm::Gems => {}
+            "gems_sharpness" => number(ui, "Sharpness", &mut options.gems_sharpness, GEMS_SHARPNESS, 0.5, " /µm"),
             "resolution" => number(ui, "Table samples", &mut options.resolution, RESOLUTION, 0.05, " ×"),
             // An option that this window does not know keeps what the command line gave it.
             other => row(ui, other, |ui| {

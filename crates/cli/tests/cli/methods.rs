@@ -4,6 +4,9 @@ use super::service::{directions, eval};
 use super::support::{refused, run, succeeded};
 use serde_json::{Value, json};
 
+/// A map in the colours of GPU Gems.
+const GEMS_MAP: [&str; 7] = ["brdf-map", "-o", "a.exr", "--method", "stam", "--stam-form", "gems"];
+
 #[test]
 fn what_a_method_does_not_know_or_heed_is_refused() {
     let cases: &[(&[&str], &[&str])] = &[
@@ -18,6 +21,20 @@ fn what_a_method_does_not_know_or_heed_is_refused() {
         (&["eval", "--method", "flss", "--series", "fourier"], &["fourier", "chebyshev, taylor"]),
         (&["eval", "--method", "pq", "--repeats", "2.5"], &["2.5", "whole number"]),
         (&["eval", "--method", "stam", "--preset", "flat"], &["no period", "period_um"]),
+        (&["eval", "--method", "stam", "--stam-form", "gems"], &["gems", "by wavelength", "spacing"]),
+        (&["evaluate", "--method", "stam", "--stam-form", "gems"], &["gems", "by wavelength"]),
+        (&["brdf-map", "--method", "stam", "--stam-form", "cg", "-o", "a.exr"], &["cg", "spacing, gems"]),
+        (&["brdf-map", "--method", "flss", "--stam-form", "gems", "-o", "a.exr"], &["--stam-form", "flss", "--terms"]),
+        (
+            &["brdf-map", "--method", "stam", "--gems-sharpness", "9", "-o", "a.exr"],
+            &["--gems-sharpness", "--stam-form"],
+        ),
+        (&[&GEMS_MAP[..], &["--gems-sharpness", "-1"]].concat(), &["\"gems_sharpness\"", "-1", "0 to 10000"]),
+        (&[&GEMS_MAP[..], &["--gems-highlight", "1,2"]].concat(), &["1,2", "three numbers"]),
+        (&[&GEMS_MAP[..], &["--gems-highlight", "1,2,-3"]].concat(), &["\"gems_highlight\"", "-3", "0 to 100"]),
+        (&[&GEMS_MAP[..], &["--obliquity", "unit"]].concat(), &["--obliquity", "--stam-form gems"]),
+        (&[&GEMS_MAP[..], &["--shadowing"]].concat(), &["--shadowing", "--stam-form gems"]),
+        (&[&GEMS_MAP[..], &["--eta", "1.5"]].concat(), &["--eta", "--stam-form gems"]),
         (&["eval", "--method", "colour-table"], &["colour-table", "by wavelength", "table"]),
         (
             &["brdf-map", "--method", "colour-table", "--model", "patch", "--conserve-energy", "true", "-o", "a.exr"],

@@ -90,6 +90,38 @@ fn a_map_is_the_same_on_both_backends() {
 }
 
 #[test]
+fn the_colours_of_gpu_gems_are_shown_as_they_are() {
+    // So wide a highlight that it is everywhere, of so narrow a spacing that no order is.
+    let options =
+        ["--method", "stam", "--stam-form", "gems", "--gems-sharpness", "0", "--gems-highlight", "0.5,0.25,0.125"];
+    let common = [&options[..], &["--preset", "blazed", "--period-um", "0.1"]].concat();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    // A colour of 1 is a white diffuse surface that faces the light: 1/π over the cosine of 60° in 1/sr.
+    let map = path("map.exr");
+    json(&[&["brdf-map", "-o", &map, "--size", "8", "--theta-i", "60"], &common[..]].concat());
+    let pixels = exr(Path::new(&map));
+    for (c, colour) in [0.5, 0.25, 0.125].into_iter().enumerate() {
+        let expected = colour * 2.0 / std::f32::consts::PI;
+        assert!((pixels[[4, 4, c]] - expected).abs() < 1e-6, "{} {expected}", pixels[[4, 4, c]]);
+    }
+    let Some(_) = gpu() else { return };
+    let (picture, pairs) = (path("a.exr"), path("a.npy"));
+    let own = ["render", "-o", &picture, "--pairs", &pairs, "--size", "48x32", "--resolution", "1"];
+    json(&[&own[..], &["--blend", "none", "--ground", "false"], &common[..]].concat());
+    let (pixels, pairs): (_, Array3<f32>) = (exr(Path::new(&picture)), ndarray_npy::read_npy(&pairs).unwrap());
+    let mut lit = 0;
+    for (pixel, pair) in pixels.lanes(ndarray::Axis(2)).into_iter().zip(pairs.lanes(ndarray::Axis(2))) {
+        let seen = pair[6] == 1.0 && pair[5] > 0.0;
+        lit += usize::from(seen);
+        for (value, colour) in pixel.iter().zip([0.5, 0.25, 0.125]) {
+            assert!((value - if seen { colour } else { 0.0 }).abs() < 1e-5, "{pixel} {pair}");
+        }
+    }
+    assert!(lit > 100, "{lit}");
+}
+
+#[test]
 fn what_cannot_be_drawn_is_refused_in_one_line() {
     let Some(_) = gpu() else { return };
     let cases: &[(&[&str], &[&str])] = &[

@@ -10,6 +10,8 @@ struct Optics {
     obliquity: u32,
     // 1: V-cavity shadowing and masking.
     shadowing: u32,
+    // 1: the method's answer is a colour over π to be shown as it is (Method::is_shown_as_it_is).
+    shown_as_it_is: u32,
 }
 
 fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
@@ -24,8 +26,11 @@ fn optics_remainder(optics: Optics, cos_theta: f32) -> f32 {
     return max(1.0 - optics_reflectance(optics, cos_theta), 0.0);
 }
 
-// R·O·M
+// R·O·M, or what takes the light's cosine out of a colour that is shown as it is.
 fn optics_factor(optics: Optics, pair: Pair) -> f32 {
+    if optics.shown_as_it_is != 0u {
+        return 1.0 / pair.cos_i;
+    }
     var factor = optics_reflectance(optics, pair_cos_half(pair)) * pair_obliquity(pair, optics.obliquity);
     if optics.shadowing != 0u {
         factor *= pair_shadowing(pair);

@@ -3,8 +3,8 @@
 use super::common::{Random, preset};
 use super::support::{gpu, query, worst};
 use sunbeam::height_field::Preset;
-use sunbeam::methods::{Method, MethodKind, MethodOptions, Repeats, build};
-use sunbeam::reflectance::{ColourSurface, Obliquity, Options, Pair};
+use sunbeam::methods::{Method, MethodKind, MethodOptions, Repeats, StamForm, build};
+use sunbeam::reflectance::{ColourSurface, ComplexIndex, Obliquity, Options, Pair};
 use sunbeam::table::Model;
 use sunbeam::transform::Series;
 use sunbeam_realtime::{Gpu, Optics, Query, Shader};
@@ -40,7 +40,8 @@ fn twin(method: &dyn Method, queries: &[Query]) -> Vec<[f32; 3]> {
     let response = |query: &Query| {
         let pair = Pair::new(query.wi.map(f64::from), query.wo.map(f64::from)).unwrap();
         let q = std::array::from_fn(|c| query.wi[c] + query.wo[c]);
-        let factor = pair.obliquity(Obliquity::Stam) as f32;
+        let factor =
+            if method.is_shown_as_it_is() { 1.0 / query.wi[2] } else { pair.obliquity(Obliquity::Stam) as f32 };
         let (response, conserving) = (method.relief_rgb(q), method.conserving(query.wi, query.wo));
         std::array::from_fn(|c| factor * response[c] * conserving[c])
     };
@@ -112,6 +113,33 @@ fn stam_is_its_twin() {
     let Some(gpu) = gpu() else { return };
     for name in [Preset::Blazed, Preset::Elaphe] {
         compare(&gpu, MethodKind::Stam, name, &MethodOptions::default(), 4000);
+    }
+}
+
+#[test]
+fn stam_of_gpu_gems_is_its_twin() {
+    let Some(gpu) = gpu() else { return };
+    let default = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
+    let own = MethodOptions { period_um: Some(10.0), gems_highlight: [0.2, 3.0, 0.5], ..default.clone() };
+    let wide = MethodOptions { gems_sharpness: 2.0, ..default.clone() };
+    for options in [&default, &own, &wide] {
+        compare(&gpu, MethodKind::Stam, Preset::Blazed, options, 4000);
+    }
+}
+
+#[test]
+fn the_colours_of_gpu_gems_are_multiplied_by_no_optics() {
+    let Some(gpu) = gpu() else { return };
+    let (field, queries) = (preset(Preset::Blazed), pairs(500));
+    let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    let optics = Optics { index: Some(ComplexIndex { eta: 1.5, k: 0.0 }), obliquity: Obliquity::Unit, shadowing: true };
+    for (stam_form, changed) in [(StamForm::Gems, false), (StamForm::Spacing, true)] {
+        let options = MethodOptions { stam_form, ..MethodOptions::default() };
+        let method = build(MethodKind::Stam, &field, &surface, &options).unwrap();
+        let shader = Shader::new(&gpu, &*method, &Optics::default()).unwrap();
+        let before = shader.evaluate(&gpu, &queries).unwrap().reflectances;
+        shader.set_optics(&gpu, &optics);
+        assert_eq!(shader.evaluate(&gpu, &queries).unwrap().reflectances != before, changed, "{stam_form:?}");
     }
 }
 

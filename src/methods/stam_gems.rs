@@ -1,0 +1,100 @@
+//! Stam's shader as GPU Gems, chapter 8 ("Simulating Diffraction"), has it: the form `gems` of the method `stam`.
+//!
+//! With `q = wi + wo = (u, v, w)`, which the chapter leaves unnormalised, and the spacing d along x, the colour is
+//! `highlight · exp(−(r d u/w)²) + Σ_n bump(λ_n)`, where `λ_n = d|u|/n`, n = 1 … 7, is the wavelength of an order in µm and
+//! r the sharpness. A bump is `1 − ((λ − centre)/0.125 µm)²` where that is positive, with centres at 0.875, 0.75 and
+//! 0.625 µm for red, green and blue: the light of an order lies at 0.5 to 1 µm instead of 0.38 to 0.78 µm.
+//! (The chapter writes `y = 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
+//!
+//! This is a colour to be shown, not a reflectance: it has no Fresnel reflectance, no obliquity factor and no cosine, and is
+//! no share of the incident light. [`Method::relief_rgb`] is the colour over π, and the caller divides it by cosθi in place of
+//! multiplying by R·O·M ([`Method::is_shown_as_it_is`]). A picture under light that would make a white diffuse
+//! surface 1 then shows the colour itself, whatever the angle of the light.
+
+use super::stam::spacing_um;
+use super::{Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, is_query};
+use crate::height_field::HeightField;
+use bytemuck::{Pod, Zeroable};
+use std::f32::consts::PI;
+
+const WGSL: &str = include_str!("stam_gems.wgsl");
+
+/// Orders on either side.
+pub(super) const GEMS_ORDERS: u32 = 7;
+/// Wavelengths at which the three bumps are highest.
+pub(super) const RED_UM: f32 = 0.875;
+pub(super) const GREEN_UM: f32 = 0.75;
+pub(super) const BLUE_UM: f32 = 0.625;
+/// From the top of a bump to where it ends.
+pub(super) const HALF_WIDTH_UM: f32 = 0.125;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct StamGemsUniform {
+    /// Linear sRGB.
+    pub highlight: [f32; 3],
+    /// The r of the chapter, in 1/µm.
+    pub sharpness: f32,
+    pub period_um: f32,
+    pub _pad0: u32,
+    pub _pad1: u32,
+    pub _pad2: u32,
+}
+
+/// One spacing, in the colours of GPU Gems.
+pub struct StamGems(StamGemsUniform);
+
+impl StamGems {
+    /// Takes the spacing as [`super::Stam`] does: `period_um` of the options, or the dominant period of `field` along x.
+    ///
+    /// # Errors
+    /// [`MethodError::NoPeriod`] where there is none.
+    pub fn new(field: &HeightField, options: &MethodOptions) -> Result<Self, MethodError> {
+        Ok(Self(StamGemsUniform {
+            highlight: options.gems_highlight.map(|value| value as f32),
+            sharpness: options.gems_sharpness as f32,
+            period_um: spacing_um(field, options)?,
+            _pad0: 0,
+            _pad1: 0,
+            _pad2: 0,
+        }))
+    }
+}
+
+impl Method for StamGems {
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
+        if !is_query(q) {
+            return [0.0; 3];
+        }
+        let StamGemsUniform { highlight, sharpness, period_um, .. } = self.0;
+        let u_um = period_um * q[0];
+        let distance = sharpness * u_um / q[2];
+        let mut rgb = highlight.map(|value| value * (-distance * distance).exp());
+        for n in 1..=GEMS_ORDERS {
+            let wavelength_um = u_um.abs() / n as f32;
+            for (value, centre_um) in rgb.iter_mut().zip([RED_UM, GREEN_UM, BLUE_UM]) {
+                let x = (wavelength_um - centre_um) / HALF_WIDTH_UM;
+                *value += (1.0 - x * x).max(0.0);
+            }
+        }
+        rgb.map(|value| value / PI)
+    }
+
+    fn relief_spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+        None
+    }
+
+    fn is_shown_as_it_is(&self) -> bool {
+        true
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        MethodShader {
+            name: "stam",
+            wgsl: WGSL,
+            conserving: NOTHING_CONSERVED_WGSL,
+            uniform: bytemuck::bytes_of(&self.0).to_vec(),
+            storage: Vec::new(),
+        }
+    }
+}
