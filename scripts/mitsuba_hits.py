@@ -1,6 +1,6 @@
 """Writes what Mitsuba's rays meet on the snake, for crates/realtime/tests/realtime/pictures.rs.
 
-Run it from the repository with the tool built (`make tool`): .venv/bin/python scripts/mitsuba_hits.py
+Run it from the repository with the tool built (`make tool`): PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
 """
 
 from __future__ import annotations
