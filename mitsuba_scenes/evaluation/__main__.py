@@ -20,6 +20,7 @@ PAGES = (
     "sampling",
     "batch",
     "renderings",
+    "snake-mesh",
     "brdf-maps",
     "periodicity",
     "lab",

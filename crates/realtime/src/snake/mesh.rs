@@ -115,7 +115,7 @@ impl Builder {
             for y in 0..self.cells {
                 let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| self.vertex(scale, x, y));
                 // Scales bend across more than along. The root is too narrow a corner to be halved.
-                let first = if (x, y) == (0, 0) { 1 } else { 0 };
+                let first = usize::from((x, y) == (0, 0));
                 let corners: Vec<u32> = corners.into_iter().cycle().skip(first).take(4).flatten().collect();
                 self.mesh.join(&corners);
             }
