@@ -11,7 +11,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo crosscheck bench figures docs api-docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo scenes crosscheck bench figures docs api-docs clean help
 
 all: plugin
 
@@ -24,6 +24,7 @@ help:
 	@echo "make wheel    the Python package with a plugin for each of these, out/wheel/"
 	@echo "make lint     check formatting and lints; make format mends the former"
 	@echo "make demo     render the snake and compare the renderers, results in out/"
+	@echo "make scenes   write scenes for the mitsuba command, and the files that they need, into out/scenes/"
 	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
 	@echo "make figures  make every page of figures in docs/ anew; or one: make figures PAGES=brdf-maps"
 	@echo "              peers is one that also needs PEER=PROGRAM, another's: see docs/peers.md"
@@ -107,6 +108,10 @@ crosscheck: plugin tool
 demo: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m mitsuba_scenes.demo
+
+scenes: plugin
+	$(CARGO) build --release -p sunbeam-cli
+	$(PY) -m mitsuba_scenes.files
 
 # What the plugin costs in Mitsuba beside roughconductor, what the methods cost and how far off they are, how evenly the
 # sampler weighs, and the C ABI's throughput; about ten minutes. `make figures` writes the same into pages.

@@ -1,6 +1,6 @@
-"""Writes tests/data/mitsuba_hits.json: what Mitsuba's rays meet on the snake, for tests/gpu_pictures.rs.
+"""Writes what Mitsuba's rays meet on the snake, for crates/realtime/tests/realtime/pictures.rs.
 
-Run it from the repository with the tool built (`make tool`): .venv/bin/python scripts/mitsuba_hits.py
+Run it from the repository with the tool built (`make tool`): PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 import mitsuba as mi
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+HITS = REPOSITORY / "crates/realtime/tests/realtime/data/mitsuba_hits.json"
 WIDTH, HEIGHT = 36, 24
 
 
@@ -56,7 +57,7 @@ def main() -> None:
             pixels.append({"skin": skin, "lit": lit, "wi_wo_uv": rounded})
     out = {"mitsuba": mi.__version__, "width": WIDTH, "height": HEIGHT, "pixels": pixels}
     text = json.dumps(out).replace('{"skin"', '\n{"skin"')
-    (REPOSITORY / "tests/data/mitsuba_hits.json").write_text(text + "\n")
+    HITS.write_text(text + "\n")
     print(sum(bool(p and p["skin"]) for p in pixels), "pixels of skin")
 
 

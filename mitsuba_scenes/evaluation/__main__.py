@@ -21,6 +21,7 @@ PAGES = (
     "sampling",
     "batch",
     "renderings",
+    "snake-mesh",
     "brdf-maps",
     "slits",
     "periodicity",

@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn what_the_snake_writes_is_read_back_bit_for_bit() {
-        let options = SnakeOptions { vertices_along: 12, vertices_around: 10, ..Default::default() };
+        let options = SnakeOptions { half_cells: 1, ..Default::default() };
         let snake = SnakeMesh::build(&options).unwrap();
         let file = tempfile::Builder::new().suffix(".ply").tempfile().unwrap();
         snake.write_ply(file.path()).unwrap();

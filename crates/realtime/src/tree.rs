@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn every_triangle_is_a_leaf_once_and_lies_in_the_boxes_above_it() {
-        let options = SnakeOptions { vertices_along: 20, vertices_around: 15, ..Default::default() };
+        let options = SnakeOptions { half_cells: 1, ..Default::default() };
         let mesh = Mesh::from(&SnakeMesh::build(&options).unwrap());
         let nodes = tree(&mesh);
         let mut seen = vec![0; mesh.triangles.len()];

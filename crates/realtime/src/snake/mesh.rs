@@ -1,16 +1,18 @@
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use std::collections::HashMap;
 
-use super::{SnakeError, SnakeOptions, body::Body, scales::Scales};
+use glam::{DVec2, DVec3};
+
+use super::{SnakeError, SnakeOptions, body::Body, lattice::centre, patch::Patch, scales::Scales};
 
 /// The snake as an indexed triangle mesh; one entry per vertex in the first four vectors.
 ///
-/// Vertices lie in rows around the body, one row after the other from head to tail:
-/// index `along · vertices_around + around`. See the module's page for orientation and units.
-#[derive(Debug, Clone, PartialEq)]
+/// Each scale is a grid of its own, down to the skin at its root; a wall joins its free edge to the scales below. See the
+/// module's page for orientation and units.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct SnakeMesh {
     /// Positions in cm; the ground is z = 0.
     pub positions: Vec<[f32; 3]>,
-    /// Unit shading normals, outward: those of the scale on top, not smeared over the steps between scales.
+    /// Unit shading normals, outward: those of the scale, not smeared over the steps between scales.
     pub normals: Vec<[f32; 3]>,
     /// Unit tangents along the body towards the tail, orthogonal to the normals.
     pub tangents: Vec<[f32; 3]>,
@@ -21,35 +23,119 @@ pub struct SnakeMesh {
 }
 
 impl SnakeMesh {
-    /// Builds the mesh: `vertices_along · vertices_around` vertices and two triangles per cell.
+    /// Builds the mesh: two triangles for each of `n²` cells of a scale, and `4n − 2` of a wall below it (`n = 2·half_cells`).
     ///
     /// # Errors
     /// [`SnakeError::Count`], [`SnakeError::Number`] or [`SnakeError::Bend`] for options out of range.
     pub fn build(options: &SnakeOptions) -> Result<Self, SnakeError> {
         options.check()?;
-        let surface = Surface::new(options);
-        let (along, around) = (options.vertices_along, options.vertices_around);
-        let count = along * around;
-        let mut mesh = Self {
-            positions: Vec::with_capacity(count),
-            normals: Vec::with_capacity(count),
-            tangents: Vec::with_capacity(count),
-            uvs: Vec::with_capacity(count),
-            triangles: Vec::new(),
+        let mut builder = Builder {
+            surface: Surface::new(options),
+            cells: 2 * options.half_cells,
+            mesh: Self::default(),
+            nodes: HashMap::new(),
+            scales: HashMap::new(),
         };
-        for i in 0..along {
-            for j in 0..around {
-                let (u, v) = (i as f64 / (along - 1) as f64, j as f64 / (around - 1) as f64);
-                let (u, v) = surface.scales.snap(u, v, surface.cell);
-                let vertex = surface.vertex(u, v);
-                mesh.positions.push(vertex.position.as_vec3().to_array());
-                mesh.normals.push(vertex.normal.as_vec3().to_array());
-                mesh.tangents.push(vertex.tangent.as_vec3().to_array());
-                mesh.uvs.push([u as f32, v as f32]);
+        let (along, around) = (options.rows_along as i64, options.rows_around as i64);
+        let scales = || (0..=along).flat_map(|i| (0..=around).map(move |j| (i, j))).filter(|(i, j)| (i + j) % 2 == 0);
+        for scale in scales() {
+            builder.vertices(scale);
+        }
+        for scale in scales() {
+            builder.cover(scale);
+            builder.walls(scale);
+        }
+        Ok(builder.mesh)
+    }
+
+    /// Adds a vertex and returns its index.
+    fn push(&mut self, vertex: &Vertex) -> u32 {
+        self.positions.push(vertex.position.as_vec3().to_array());
+        self.normals.push(vertex.normal.as_vec3().to_array());
+        self.tangents.push(vertex.tangent.as_vec3().to_array());
+        self.uvs.push(vertex.uv.as_vec2().to_array());
+        (self.positions.len() - 1) as u32
+    }
+
+    /// Covers three or four corners, counter-clockwise. Four are cut from the first to the third.
+    fn join(&mut self, corners: &[u32]) {
+        self.triangles.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
+    }
+}
+
+/// A mesh in the making.
+struct Builder {
+    surface: Surface,
+    cells: usize,
+    mesh: SnakeMesh,
+    /// Vertices that three scales share.
+    nodes: HashMap<(i64, i64), u32>,
+    /// The vertex at `x · (cells + 1) + y` of each scale; `None` beyond the sheet.
+    scales: HashMap<(i64, i64), Vec<Option<u32>>>,
+}
+
+impl Builder {
+    /// Makes the vertices of a scale that others have not made.
+    fn vertices(&mut self, (i, j): (i64, i64)) {
+        let n = self.cells;
+        let mut indices = Vec::with_capacity((n + 1) * (n + 1));
+        for x in 0..=n {
+            for y in 0..=n {
+                let node = match (x, y) {
+                    (0, 0) => Some((i - 1, j)),
+                    _ if (x, y) == (n, 0) => Some((i, j - 1)),
+                    _ if (x, y) == (0, n) => Some((i, j + 1)),
+                    _ => None,
+                };
+                let patch = Patch::new(&self.surface.scales.lattice, (i, j));
+                if !patch.covers(x, y, n) {
+                    indices.push(None);
+                    continue;
+                }
+                let index = if let Some(node) = node {
+                    *self.nodes.entry(node).or_insert_with(|| self.mesh.push(&self.surface.node(node)))
+                } else {
+                    let point = patch.point(x as f64 / n as f64, y as f64 / n as f64);
+                    self.mesh.push(&self.surface.vertex((i, j), point))
+                };
+                indices.push(Some(index));
             }
         }
-        mesh.triangles = triangulate(&mesh.positions, &mesh.uvs, along, around);
-        Ok(mesh)
+        self.scales.insert((i, j), indices);
+    }
+
+    /// The vertex of a scale, if the sheet has it.
+    fn vertex(&self, scale: (i64, i64), x: usize, y: usize) -> Option<u32> {
+        self.scales.get(&scale)?[x * (self.cells + 1) + y]
+    }
+
+    /// The triangles of a scale. On the rim of the sheet, cells are cut in half.
+    fn cover(&mut self, scale: (i64, i64)) {
+        for x in 0..self.cells {
+            for y in 0..self.cells {
+                let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| self.vertex(scale, x, y));
+                // Scales bend across more than along. The root is too narrow a corner to be halved.
+                let first = usize::from((x, y) == (0, 0));
+                let corners: Vec<u32> = corners.into_iter().cycle().skip(first).take(4).flatten().collect();
+                self.mesh.join(&corners);
+            }
+        }
+    }
+
+    /// The walls below the two free edges of a scale, from the flanks, where edge and foot are one, to the tip.
+    fn walls(&mut self, (i, j): (i64, i64)) {
+        let n = self.cells;
+        for t in 0..n {
+            let left = |t: usize| [self.vertex((i, j), n, t), self.vertex((i + 1, j - 1), 0, t)];
+            let right = |t: usize| [self.vertex((i + 1, j + 1), t, 0), self.vertex((i, j), t, n)];
+            for [near, far] in [[left(t), left(t + 1)], [right(t), right(t + 1)]] {
+                let corners: Option<Vec<u32>> = [near[0], near[1], far[1], far[0]].into_iter().collect();
+                if let Some(mut corners) = corners {
+                    corners.dedup();
+                    self.mesh.join(&corners);
+                }
+            }
+        }
     }
 }
 
@@ -57,14 +143,17 @@ impl SnakeMesh {
 pub(super) struct Surface {
     body: Body,
     pub(super) scales: Scales,
-    /// Size of a cell of the mesh in `u` and `v`.
-    cell: DVec2,
+    /// Points of the lattice from one end of the sheet to the other.
+    size: DVec2,
+    /// Size of a cell of the mesh in points of the lattice.
+    cell: f64,
 }
 
 struct Vertex {
     position: DVec3,
     normal: DVec3,
     tangent: DVec3,
+    uv: DVec2,
 }
 
 impl Surface {
@@ -73,64 +162,36 @@ impl Surface {
         let centre_row = (options.rows_around / 2) as f64 / options.rows_around as f64;
         let body = Body::new(options, centre_row);
         let scales = Scales::new(options, body.width_cm());
-        let cells = DVec2::new((options.vertices_along - 1) as f64, (options.vertices_around - 1) as f64);
-        Self { body, scales, cell: 1.0 / cells }
+        let size = centre(options.rows_along as i64, options.rows_around as i64);
+        Self { body, scales, size, cell: 0.5 / options.half_cells as f64 }
     }
 
-    /// The vertex at `u`, `v` in [0, 1] with its normal and tangent.
+    /// The vertex of a scale at a point of the lattice, with its normal and tangent.
     ///
-    /// The frame is that of the scale on top, continued beyond its free edge: a mean over the triangles
-    /// around the vertex would smear the step at each free edge over both scales.
-    fn vertex(&self, u: f64, v: f64) -> Vertex {
-        let (point, normal) = self.body.point(u, v);
-        let spot = self.scales.at(u, v);
-        let scale = |u: f64, v: f64| {
-            let (point, normal) = self.body.point(u, v);
-            point + normal * self.scales.uncut_cm(spot.index, u, v)
-        };
-        let difference = |du: f64, dv: f64| {
-            let (ahead, behind) = (DVec2::new(u + du, v + dv), DVec2::new(u - du, v - dv));
-            let (ahead, behind) = (ahead.clamp(DVec2::ZERO, DVec2::ONE), behind.clamp(DVec2::ZERO, DVec2::ONE));
-            scale(ahead.x, ahead.y) - scale(behind.x, behind.y)
+    /// The frame is that of the scale, continued beyond its edges: a mean over the triangles around the vertex would smear
+    /// the step at each free edge over both scales.
+    fn vertex(&self, scale: (i64, i64), point: DVec2) -> Vertex {
+        let at = |point: DVec2| {
+            let inside = point.clamp(DVec2::ZERO, self.size);
+            let uv = inside / self.size;
+            let (skin, normal) = self.body.point(uv.x, uv.y);
+            skin + normal * self.scales.height_cm(scale, inside)
         };
         // Over a cell in all, so that a keel narrower than a cell is smoothed, not sampled.
-        let (along, around) = (difference(0.5 * self.cell.x, 0.0), difference(0.0, 0.5 * self.cell.y));
-        let frame_normal = along.cross(around).normalize();
-        Vertex { position: point + normal * spot.height_cm, normal: frame_normal, tangent: along.normalize() }
+        let difference = |step: DVec2| at(point + step) - at(point - step);
+        let along = difference(DVec2::new(0.5 * self.cell, 0.0));
+        let around = difference(DVec2::new(0.0, 0.5 * self.cell));
+        let uv = (point / self.size).clamp(DVec2::ZERO, DVec2::ONE);
+        Vertex { position: at(point), normal: along.cross(around).normalize(), tangent: along.normalize(), uv }
     }
-}
 
-/// A cut is refused when its thinner triangle is so much smaller than with the other cut.
-const SLIVER: f64 = 0.3;
-
-/// Two triangles per cell, cut along the shorter diagonal, which follows the edges of the scales; the
-/// other one where snapped vertices have made the cell so skewed that the cut would leave a sliver.
-fn triangulate(positions: &[[f32; 3]], uvs: &[[f32; 2]], along: usize, around: usize) -> Vec<[u32; 3]> {
-    let mut triangles = Vec::with_capacity(2 * (along - 1) * (around - 1));
-    for i in 0..along - 1 {
-        for j in 0..around - 1 {
-            let a = i * around + j;
-            let (b, c, d) = (a + around, a + around + 1, a + 1);
-            let distance =
-                |from: usize, to: usize| Vec3::from(positions[from]).distance_squared(Vec3::from(positions[to]));
-            let thinnest = |cut: [[usize; 3]; 2]| {
-                let area = |[i, j, k]: [usize; 3]| {
-                    let [p, q, r] = [uvs[i], uvs[j], uvs[k]].map(|uv| Vec2::from(uv).as_dvec2());
-                    (q - p).perp_dot(r - p)
-                };
-                area(cut[0]).min(area(cut[1]))
-            };
-            let (first, second) = ([[a, b, c], [a, c, d]], [[a, b, d], [b, c, d]]);
-            let (thin_first, thin_second) = (thinnest(first), thinnest(second));
-            let cut = if thin_first < SLIVER * thin_second {
-                second
-            } else if thin_second < SLIVER * thin_first || distance(a, c) <= distance(b, d) {
-                first
-            } else {
-                second
-            };
-            triangles.extend(cut.map(|triangle| triangle.map(|index| index as u32)));
-        }
+    /// The vertex of a node, with the mean frame of the scales that meet there.
+    fn node(&self, (i, j): (i64, i64)) -> Vertex {
+        let point = self.scales.lattice.node(i, j);
+        let around = [(i, j - 1), (i, j + 1), (i + 1, j)].map(|scale| self.vertex(scale, point));
+        let normal = around.iter().map(|vertex| vertex.normal).sum::<DVec3>().normalize();
+        let tangent = around.iter().map(|vertex| vertex.tangent).sum::<DVec3>();
+        let [vertex, ..] = around;
+        Vertex { normal, tangent: tangent.reject_from_normalized(normal).normalize(), ..vertex }
     }
-    triangles
 }

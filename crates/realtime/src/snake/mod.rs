@@ -2,7 +2,7 @@
 //!
 //! A bent body lies on the ground plane z = 0 (z is up, **1 unit = 1 cm**), covered with overlapping,
 //! keeled scales in diamond packing. The mesh is one open sheet over the back and the flanks; its rim is
-//! tucked under the body, so there is no seam.
+//! tucked under the body, so there is no seam. Each scale has a grid of its own, whose sides are the edges of scales.
 //!
 //! # Conventions
 //! - `u` in [0, 1] runs along the body from head to tail, `v` in [0, 1] around it; with the default
@@ -16,8 +16,10 @@
 
 mod body;
 mod error;
+mod lattice;
 mod mesh;
 mod options;
+mod patch;
 mod pigment;
 mod ply;
 mod scales;

@@ -1,12 +1,11 @@
 use super::SnakeError;
 
-/// Shape and resolution of the snake. The defaults give Single 2014's counts: 11 696 vertices, 22 950 faces.
+/// Shape and resolution of the snake. The defaults give about Single 2014's 11 696 vertices and 22 950 faces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
-    /// Vertices along the body, 8 to 8193 (136).
-    pub vertices_along: usize,
-    /// Vertices around the body, 8 to 8193 (86).
-    pub vertices_around: usize,
+    /// Half the cells of the mesh along each of the four edges of a scale, 1 to 128 (3): a scale in the corner of the
+    /// sheet is cut through its middle, where there must be a vertex.
+    pub half_cells: usize,
     /// Half scale lengths along the body: every second row of scales begins half a scale later; 4 to 400 (27).
     pub rows_along: usize,
     /// Rows of scales around the sheet, 4 to 100 (17).
@@ -33,8 +32,7 @@ pub struct SnakeOptions {
 impl Default for SnakeOptions {
     fn default() -> Self {
         Self {
-            vertices_along: 136,
-            vertices_around: 86,
+            half_cells: 3,
             rows_along: 27,
             rows_around: 17,
             length_cm: 10.6,
@@ -50,21 +48,18 @@ impl Default for SnakeOptions {
 }
 
 impl SnakeOptions {
-    /// The same snake with `factor` times the cells in each direction (so about `factor²` the faces).
-    /// 1 is the default mesh. Factors that are not positive numbers leave the options as they are.
+    /// The same snake with `factor` times the cells in each direction (so about `factor²` the faces), to the next even
+    /// number. 1 is the default mesh. Factors that are not positive numbers leave the options as they are.
     pub fn with_resolution(mut self, factor: f64) -> Self {
         if factor.is_finite() && factor > 0.0 {
-            let scale = |vertices: usize| (vertices.saturating_sub(1) as f64 * factor).round() as usize + 1;
-            self.vertices_along = scale(self.vertices_along);
-            self.vertices_around = scale(self.vertices_around);
+            self.half_cells = ((self.half_cells as f64 * factor).round() as usize).max(1);
         }
         self
     }
 
     pub(super) fn check(&self) -> Result<(), SnakeError> {
         let counts = [
-            ("vertices_along", self.vertices_along, 8, 8193),
-            ("vertices_around", self.vertices_around, 8, 8193),
+            ("half_cells", self.half_cells, 1, 128),
             ("rows_along", self.rows_along, 4, 400),
             ("rows_around", self.rows_around, 4, 100),
         ];

@@ -1,0 +1,49 @@
+"""Writes the XML scenes with the files that they need: `python -m mitsuba_scenes.files`, which is `make scenes`."""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+from pathlib import Path
+
+from .environment import FALLBACK_VARIANT, REPOSITORY, SetupError, use_variant
+from .skin import pigment_texture
+from .snake import snake_files
+from .tool import sunbeam
+
+XML = Path(__file__).resolve().parent / "xml"
+# A piece of the procedural skin that stands in for a scan, in um: of the scans' size, off the middle.
+PIECE_UM = "10,10,6.5,6.5"
+
+
+def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
+    """Copies the scenes into `folder`, with snake.ply, pigment.exr and scan.gsf beside them; returns the scenes.
+
+    Needs a variant of Mitsuba to be selected. `resolution` is that of the snake's mesh.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    files = snake_files(resolution)
+    shutil.copyfile(files.mesh, folder / "snake.ply")
+    pigment_texture(files.pigment)["bitmap"].write(str(folder / "pigment.exr"))
+    sunbeam("height-field", "--preset", "xenopeltis", "--crop", PIECE_UM, "-o", folder / "scan.gsf")
+    return [Path(shutil.copy(scene, folder)) for scene in sorted(XML.glob("*.xml"))]
+
+
+def main(words: list[str] | None = None) -> int:
+    """The command line; 0, or 2 with one line that says what is wrong."""
+    parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.files", description=__doc__)
+    parser.add_argument("-o", "--output", type=Path, default=REPOSITORY / "out" / "scenes")
+    options = parser.parse_args(words)
+    try:
+        use_variant(FALLBACK_VARIANT)
+        for scene in write_scenes(options.output):
+            print(f"mitsuba -a target/mitsuba -m llvm_ad_spectral {scene}")
+    except SetupError as error:
+        print(f"{parser.prog}: error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
