@@ -9,9 +9,11 @@
 //! finger has its own place, length, width and height. What differs is in the two files; what they share is here.
 
 mod elaphe;
+mod regions;
 mod xenopeltis;
 
 pub(super) use elaphe::elaphe;
+pub use regions::{REGION_SIZE_UM, REGION_SPREAD, Regions};
 pub(super) use xenopeltis::xenopeltis;
 
 use super::random::Random;
@@ -144,7 +146,7 @@ fn mix(a: f64, b: f64, share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::height_field::{HeightField, Preset};
+    use crate::height_field::{HeightField, Preset, Regions};
 
     /// Largest step between neighbours, inside and over the seam, along x and along y.
     fn steps(field: &HeightField) -> [(f64, f64); 2] {
@@ -164,8 +166,13 @@ mod tests {
 
     #[test]
     fn skins_tile_without_a_seam_and_have_their_range() {
-        for (preset, top) in [(Preset::Elaphe, 0.43472), (Preset::Xenopeltis, 0.81869)] {
-            let field = preset.build(None, None).unwrap();
+        let plain = |preset: Preset| preset.build(None, None).unwrap();
+        let in_regions = Preset::Xenopeltis.build_in_regions(Regions::new(20.0, 0.05).unwrap()).unwrap();
+        for (preset, field, top) in [
+            (Preset::Elaphe, plain(Preset::Elaphe), 0.43472),
+            (Preset::Xenopeltis, plain(Preset::Xenopeltis), 0.81869),
+            (Preset::Xenopeltis, in_regions, 0.81869),
+        ] {
             assert_eq!(field.size(), (1024, 1024));
             // The published maxima; the subtraction of the lowest height may round.
             let (low, high) = field.range_um();
