@@ -1,7 +1,8 @@
-"""Table 1.1 and figures 1.8 to 1.10 of Single 2014: the spacing of a grating, from the angles of its brightest colours."""
+"""Table 1.1 and figures 1.8 to 1.10 of Single 2014: the spacing of a grating from the angles of its colours."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -38,12 +39,13 @@ THEIRS = {
 }
 # Free parameters: degrees between which the first order lies, wider for the scans, whose peaks are wider.
 ANGLES_DEG = {"blazed": (-57, -39), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
-SCAN_ANGLES_DEG = {"elaphe": (-45, -5), "xenopeltis": (-55, -20)}
+SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
 # The blazed tile is one period of 1024 pixels; Single 2014's has 65 um.
 BLAZED_NM, BLAZED_PIXELS, BLAZED_HEIGHT_UM, BLAZED_PERIODS = 2500, 1024, 0.25, 26
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
 # The sub-regions that are shown: two along each axis of the tile.
 REGION_SIZE_UM, REGION_SPREAD = 33, 0.04
+NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
 # Two ridges are apart by more than this, and a ridge is narrower.
 APART_NM = 40
 
@@ -53,7 +55,7 @@ def figures() -> dict:
     folder = images(PAGE)
     with TemporaryDirectory() as name:
         scratch = Path(name)
-        measured = measured_skins(scratch) if scans_present() else {}
+        measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}
         reliefs = {skin: Relief(skin, ("--preset", skin), ANGLES_DEG[skin]) for skin in SKINS}
         reliefs["blazed"] = Relief("blazed", blazed_words(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
         found = {}
@@ -69,14 +71,14 @@ def figures() -> dict:
             "angle_step_deg": ANGLE_STEP_DEG,
             "scan_wavelength_step_nm": SCAN_WAVELENGTH_STEP_NM,
             "scan_angle_step_deg": SCAN_ANGLE_STEP_DEG,
-            "scans": [scan_row(skin, *measured[skin]) for skin in SKINS if measured],
+            "scans": [scan_row(skin, measured[skin]) for skin in SKINS if measured],
             "ratio": ratio(measured) if measured else None,
             "rows": [preset_row(grating, method, found[grating, method]) for grating, method in THEIRS],
             "repeated": {method: one.row() for method, one in repeated.items()},
             "rounding_nm2": rounding_nm2(found["blazed", "flss"]),
             "repeats": {grating: repeats(reliefs[grating], counts) for grating, counts in REPEATS.items()},
             "regions": regions,
-            "sizes": size_rows(scratch) if measured else [],
+            **(relief_sizes(scratch) if measured else {"sizes": []}),
         }
 
 
@@ -88,52 +90,76 @@ def blazed_words(folder: Path) -> tuple:
     return (*words, "--level", "none", "--tiling", "periodic")
 
 
-def measured_skins(folder: Path) -> dict[str, tuple[Relief, Found, list[Found]]]:
-    """Per skin the scan, what is found of it, and of strips of it."""
-    made = {}
-    for skin in SKINS:
-        heights_um, pixel_um = scan(skin, folder)
-        whole, *parts = [
-            Relief(skin, words_of(part, pixel_um, folder / f"{skin}-{number}.npy"), SCAN_ANGLES_DEG[skin])
-            for number, part in enumerate([heights_um, *strips(heights_um)])
-        ]
-        made[skin] = (whole, evaluate_scan(whole), [evaluate_scan(part) for part in parts])
-        print(f"scan of {skin}: {made[skin][1].row()}", flush=True)
-    return made
+@dataclass(frozen=True)
+class Measured:
+    """What is found of a scan, of its strips, and of all of these turned by half a turn: lit from the other side."""
+
+    relief: Relief
+    whole: Found
+    strips: list[Found]
+    turned: Found
+    turned_strips: list[Found]
+
+    @property
+    def strips_nm(self) -> list[float]:
+        """The spacing in nm of each strip, both ways."""
+        return [strip.report["mean_nm"] for strip in self.strips + self.turned_strips]
+
+
+def measured_skin(skin: str, folder: Path) -> Measured:
+    """What is found of a scan."""
+    heights_um, pixel_um = scan(skin, folder)
+
+    def relief(name: str, part: np.ndarray) -> Relief:
+        return Relief(skin, words_of(part, pixel_um, folder / f"{skin}-{name}.npy"), SCAN_ANGLES_DEG[skin])
+
+    found = []
+    for way in (heights_um, heights_um[::-1, ::-1]):
+        parts = [evaluate_scan(relief("part", part)) for part in strips(way)]
+        found += [evaluate_scan(relief("part", way)), parts]
+    measured = Measured(relief("scan", heights_um), *found)
+    print(f"scan of {skin}: {measured.whole.row()}, turned {measured.turned.row()}", flush=True)
+    return measured
 
 
 def repeated_scan(measured: dict, folder: Path) -> dict[str, Found]:
     """NMM and PQ on the scan of *Elaphe*, repeated as a tile, since neither knows anything else."""
     if not measured:
         return {}
-    relief = measured["elaphe"][0]
-    return {method: evaluate(relief, "--method", method) for method in ("nmm", "pq")}
+    return {method: evaluate(measured["elaphe"].relief, "--method", method) for method in ("nmm", "pq")}
 
 
-def scan_row(skin: str, relief: Relief, found: Found, parts: list[Found]) -> dict:
-    """The scan's spacing in nm, and the least and greatest mean of its strips."""
-    means = [part.report["mean_nm"] for part in parts]
-    theirs = THEIRS[skin, "flss"]
+def scan_row(skin: str, measured: Measured) -> dict:
+    """The scan's spacing in nm, both ways, and the least and greatest mean of its strips."""
+    means = measured.strips_nm
+    theirs_nm = THEIRS[skin, "flss"][0]
     return {
         "skin": skin,
-        "angles_deg": relief.angles_deg,
-        **found.row(),
+        "angles_deg": measured.relief.angles_deg,
+        **measured.whole.row(),
+        "turned_nm": measured.turned.report["mean_nm"],
         "strips_nm": means,
         "low_nm": min(means),
         "high_nm": max(means),
-        "theirs_nm": theirs[0],
-        "inside": min(means) <= theirs[0] <= max(means),
+        "theirs_nm": theirs_nm,
+        "inside": min(means) <= theirs_nm <= max(means),
     }
 
 
 def ratio(measured: dict) -> dict:
-    """The period of *Xenopeltis* over that of *Elaphe*: of the scans, of their strips at the extremes, and Single 2014's."""
-    means = {skin: [part.report["mean_nm"] for part in parts] for skin, (_, _, parts) in measured.items()}
-    whole = {skin: found.report["mean_nm"] for skin, (_, found, _) in measured.items()}
-    low, high = (extreme(means["xenopeltis"]) / other(means["elaphe"]) for extreme, other in ((min, max), (max, min)))
+    """The period of *Xenopeltis* over that of *Elaphe*: scans, their strips at the extremes, Single 2014."""
+    xenopeltis, elaphe = measured["xenopeltis"], measured["elaphe"]
     theirs = THEIRS["xenopeltis", "flss"][0] / THEIRS["elaphe", "flss"][0]
-    ours = whole["xenopeltis"] / whole["elaphe"]
-    return {"scans": ours, "low": low, "high": high, "theirs": theirs, "inside": low <= theirs <= high}
+    low = min(xenopeltis.strips_nm) / max(elaphe.strips_nm)
+    high = max(xenopeltis.strips_nm) / min(elaphe.strips_nm)
+    return {
+        "scans": xenopeltis.whole.report["mean_nm"] / elaphe.whole.report["mean_nm"],
+        "turned": xenopeltis.turned.report["mean_nm"] / elaphe.turned.report["mean_nm"],
+        "low": low,
+        "high": high,
+        "theirs": theirs,
+        "inside": low <= theirs <= high,
+    }
 
 
 def preset_row(grating: str, method: str, found: Found) -> dict:
@@ -165,19 +191,33 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
     return {"rows": rows, "nearest": nearest["repeats"]}
 
 
+def relief_sizes(folder: Path) -> dict:
+    """The sizes of the relief, the worst relative difference of rms heights and slopes, and what the crops miss."""
+    rows = size_rows(folder)
+    compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
+    missed = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
+    if any(row["scan"] < row["high"] for row in missed):
+        raise SetupError(f"a scan is smoother than the crops of its preset, which the page does not say: {missed}")
+    return {
+        "sizes": rows,
+        "worst_size": max(abs(row["crops"] / row["scan"] - 1) for row in compared),
+        "outside": [f"the {NAMES[row['what']]} of {row['skin']}" for row in missed],
+    }
+
+
 def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found: dict) -> None:
     """Figures 1.8, 1.9 and 1.10."""
     first, second = [("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])], [None]
     for letter, skin in zip("bc", SKINS):
         if measured:
-            first.append((f"({letter}) {skin}, scan, direct sum", *measured[skin][:2]))
+            first.append((f"({letter}) {skin}, scan, direct sum", measured[skin].relief, measured[skin].whole))
         second.append((f"({letter}) {skin}, procedural, FLSS", reliefs[skin], found[skin, "flss"]))
     draw(folder / "figure-1.8.png", [first, second] if measured else [first + second[1:]])
     for number, method in (("1.9", "nmm"), ("1.10", "pq")):
         name = method.upper()
         row = [(f"(a) blazed, {name}", reliefs["blazed"], found["blazed", method])]
         if measured:
-            row.append((f"(b) elaphe, scan repeated, {name}", measured["elaphe"][0], repeated[method]))
+            row.append((f"(b) elaphe, scan repeated, {name}", measured["elaphe"].relief, repeated[method]))
         row.append((f"(b) elaphe, procedural, {name}", reliefs["elaphe"], found["elaphe", method]))
         draw(folder / f"figure-{number}.png", [row])
 
@@ -195,10 +235,11 @@ def sub_regions(folder: Path, measured: dict, plain: Found) -> dict:
     figure = Figure(figsize=(11, 3.6), layout="constrained")
     axes = figure.subplots(1, 2, sharey=True)
     if measured:
-        _, whole, parts = measured["xenopeltis"]
-        for number, part in enumerate(parts):
-            axes[0].plot(part.report["wavelengths_nm"], part.spacings_nm, linewidth=1, label=f"strip {number + 1}")
-        axes[0].plot(whole.report["wavelengths_nm"], whole.spacings_nm, color="black", linewidth=2, label="all of it")
+        scanned = measured["xenopeltis"]
+        for number, strip in enumerate(scanned.strips):
+            axes[0].plot(strip.report["wavelengths_nm"], strip.spacings_nm, linewidth=1, label=f"strip {number + 1}")
+        for one, style, label in ((scanned.whole, "-", "all of it"), (scanned.turned, "--", "the same, turned")):
+            axes[0].plot(one.report["wavelengths_nm"], one.spacings_nm, "k" + style, linewidth=2, label=label)
         axes[0].legend(fontsize="x-small", ncols=3)
     axes[0].set_title("scan" if measured else "scan (not present)")
     for one, label in ((plain, "no sub-regions"), (found, f"sub-regions, {REGION_SPREAD:.0%} either way")):

@@ -33,7 +33,7 @@ def read(words: tuple, folder: Path) -> tuple[np.ndarray, float]:
 
 
 def scan(skin: str, folder: Path) -> tuple[np.ndarray, float]:
-    """A scan with the periodicity of Single 2014's table along x: that of *Elaphe*, whose fingers lie along x, is transposed."""
+    """A scan with the period of Single 2014's table along x: *Elaphe*, whose fingers lie along x, is transposed."""
     heights_um, pixel_um = read(("--height-field", SCANS / f"{skin}.gsf"), folder)
     return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
 
@@ -50,7 +50,7 @@ def strips(heights_um: np.ndarray) -> list[np.ndarray]:
 
 
 def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
-    """Highest minus lowest in um, and after the plane is taken off the rms height in um and the rms slopes along x and y."""
+    """Highest minus lowest in um; with the plane taken off, the rms height in um and the rms slopes along x and y."""
     iy, ix = np.indices(heights_um.shape)
     basis = np.stack([np.ones(heights_um.size), ix.ravel(), iy.ravel()], axis=1)
     fitted = basis @ np.linalg.lstsq(basis, heights_um.ravel(), rcond=None)[0]

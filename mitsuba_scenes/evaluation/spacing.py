@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 from ..tool import sunbeam
 
 THETA_I_DEG = 75
-# Free parameters: Single 2014's text gives no range and no step. The angles hold the first order, with room on both sides.
+# Free parameters: Single 2014's text gives no steps.
 WAVELENGTH_STEP_NM, ANGLE_STEP_DEG = 1, 0.01
 # A scan of 6.5 um has peaks of some degrees, and the direct sum takes long.
-SCAN_WAVELENGTH_STEP_NM, SCAN_ANGLE_STEP_DEG = 5, 0.05
+SCAN_WAVELENGTH_STEP_NM, SCAN_ANGLE_STEP_DEG = 5, 0.1
 # Cells of a picture along wavelength and angle; each shows the largest value in it, so that narrow lines stay.
 CELLS = (200, 250)
 

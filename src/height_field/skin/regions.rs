@@ -10,7 +10,7 @@ pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
 /// Accepted relative spreads of the period between sub-regions.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
-/// Sub-regions of a skin, a model of the "subregions of slightly different periodicity" in Single 2014.
+/// Sub-regions of a skin, a model of those to which Single 2014 ascribes two ridges of peak angles.
 ///
 /// The tile is cut into equal squares, an even number along each axis, with edges as near to `size_um` as that allows. From
 /// square to square along x the period along x is alternately that of the skin divided by `1 + spread` and by `1 − spread`;
