@@ -43,8 +43,8 @@ SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
 # The blazed tile is one period of 1024 pixels; Single 2014's has 65 um.
 BLAZED_NM, BLAZED_PIXELS, BLAZED_HEIGHT_UM, BLAZED_PERIODS = 2500, 1024, 0.25, 26
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
-# The sub-regions that are shown: two along each axis of the tile.
-REGION_SIZE_UM, REGION_SPREAD = 33, 0.04
+# The sub-regions that are shown: two along each axis of the tile, the spread such that both ridges win somewhere.
+REGION_SIZE_UM, REGION_SPREAD = 33, 0.038
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
 # Two ridges are apart by more than this, and a ridge is narrower.
 APART_NM = 40
@@ -210,15 +210,17 @@ def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found:
     first, second = [("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])], [None]
     for letter, skin in zip("bc", SKINS):
         if measured:
-            first.append((f"({letter}) {skin}, scan, direct sum", measured[skin].relief, measured[skin].whole))
-        second.append((f"({letter}) {skin}, procedural, FLSS", reliefs[skin], found[skin, "flss"]))
+            first.append(
+                (f"({letter}) {skin.capitalize()}, scan, direct sum", measured[skin].relief, measured[skin].whole)
+            )
+        second.append((f"({letter}) {skin.capitalize()}, procedural, FLSS", reliefs[skin], found[skin, "flss"]))
     draw(folder / "figure-1.8.png", [first, second] if measured else [first + second[1:]])
     for number, method in (("1.9", "nmm"), ("1.10", "pq")):
         name = method.upper()
         row = [(f"(a) blazed, {name}", reliefs["blazed"], found["blazed", method])]
         if measured:
-            row.append((f"(b) elaphe, scan repeated, {name}", measured["elaphe"].relief, repeated[method]))
-        row.append((f"(b) elaphe, procedural, {name}", reliefs["elaphe"], found["elaphe", method]))
+            row.append((f"(b) Elaphe, scan repeated, {name}", measured["elaphe"].relief, repeated[method]))
+        row.append((f"(b) Elaphe, procedural, {name}", reliefs["elaphe"], found["elaphe", method]))
         draw(folder / f"figure-{number}.png", [row])
 
 

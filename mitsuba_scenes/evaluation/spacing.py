@@ -91,11 +91,11 @@ def draw_panel(ax, title: str, relief: Relief, found: Found) -> None:
     step = nm[1] - nm[0]
     extent = (nm[0], nm[-1] + step, low, high)
     ax.imshow(shown.T, origin="lower", aspect="auto", extent=extent, cmap="summer", vmin=0, vmax=1)
-    ax.plot(nm, found.report["peaks_deg"], color="red", linewidth=1.4, label="peaks")
+    ax.plot(nm, found.report["peaks_deg"], color="red", linewidth=1.2, label="peaks")
     spacing_nm = relief.exact_nm or found.report["mean_nm"]
     sines = nm / spacing_nm - np.sin(np.radians(THETA_I_DEG))
     label = f"grating equation, {spacing_nm:.0f} nm"
-    ax.plot(nm, np.degrees(np.arcsin(sines)), color="blue", linewidth=1.1, linestyle=(0, (5, 4)), label=label)
+    ax.plot(nm, np.degrees(np.arcsin(sines)), color="blue", linewidth=0.9, linestyle=(0, (5, 4)), label=label)
     ax.set_title(title, fontsize="medium")
     ax.set_ylim(low, high)
     ax.legend(fontsize="x-small", loc="upper left", framealpha=0.8)
