@@ -160,15 +160,9 @@ def remainder(x, count):
     return sum(2 * abs(np.trapezoid(np.cos(n * angle - x * np.sin(angle)), angle) / np.pi) for n in range(count, 60))
 
 
-def periods():
-    rows = {(row["grating"], row["method"]): row for row in data("periodicity")["rows"]}
-    off = [abs(rows[skin, "pq"]["mean_nm"] - rows[skin, "flss"]["mean_nm"]) for skin in SKINS]
-    yield "docs/periodicity.md", f"On the skins its mean is off from theirs by {off[0]:.0f} and {off[1]:.0f} nm"
-
-
 CLAIMS = [
     claim
-    for claims in (method_rows, agreement, colours, noise, ratios, surfaces, validity, terms, periods)
+    for claims in (method_rows, agreement, colours, noise, ratios, surfaces, validity, terms)
     for claim in claims()
 ]
 

@@ -24,7 +24,20 @@ SKINS = ("blazed", "elaphe", "xenopeltis")
 # but is quick to evaluate.
 FEW_ORDERS, MANY_ORDERS = 16, 6
 # Parameters that say what the relief is.
-RELIEF = ("preset", "period", "height", "filename", "pixel_size", "max_height", "channel", "fill", "tiling", "level")
+RELIEF = (
+    "preset",
+    "period",
+    "height",
+    "region_size",
+    "region_spread",
+    "filename",
+    "pixel_size",
+    "max_height",
+    "channel",
+    "fill",
+    "tiling",
+    "level",
+)
 # The patch model with nothing added: what FLSS, Single 2014's method, computes on a GPU.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 

@@ -1,7 +1,7 @@
 use super::{ConfigError, MAX_LENGTH_UM, Source, SurfaceConfig};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
-use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions};
+use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions, Regions};
 use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
@@ -39,7 +39,11 @@ impl SurfaceConfig {
         self.validate()?;
         let read = match self.source() {
             Source::Preset(preset) => {
-                FileField { field: preset.build(self.period, self.height)?, channel: None, filled: 0 }
+                let field = match (self.region_size, self.region_spread) {
+                    (Some(size_um), Some(spread)) => preset.build_in_regions(Regions::new(size_um, spread)?)?,
+                    _ => preset.build(self.period, self.height)?,
+                };
+                FileField { field, channel: None, filled: 0 }
             }
             Source::File(path) => {
                 let scale = FileScale { pixel_size_um: self.pixel_size, max_height_um: self.max_height };
@@ -115,6 +119,8 @@ impl SurfaceConfig {
             ("preset", self.preset.is_some()),
             ("period", self.period.is_some()),
             ("height", self.height.is_some()),
+            ("region_size", self.region_size.is_some()),
+            ("region_spread", self.region_spread.is_some()),
             ("filename", self.filename.is_some()),
             ("pixel_size", self.pixel_size.is_some()),
             ("max_height", self.max_height.is_some()),

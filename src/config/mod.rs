@@ -21,7 +21,7 @@ use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use crate::height_field::{Fill, Level, Preset};
+use crate::height_field::{Fill, Level, Preset, REGION_SIZE_UM, REGION_SPREAD};
 use crate::reflectance::{ComplexIndex, Obliquity};
 use crate::table::{BUILD_LIMIT, Model, Tiling};
 use serde::{Deserialize, Serialize};
@@ -60,6 +60,13 @@ pub struct SurfaceConfig {
     /// Height from valley to peak in µm of the same presets (default: the preset's).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub height: Option<f64>,
+    /// Edge in µm of the sub-regions of the presets `elaphe` and `xenopeltis`; needs `region_spread` (default: none).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region_size: Option<f64>,
+    /// By how much, relative, the frequency lies above and below the skin's in alternate sub-regions; needs `region_size`
+    /// (default: none).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub region_spread: Option<f64>,
     /// A height field on disk (default: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filename: Option<PathBuf>,
@@ -117,6 +124,8 @@ impl Default for SurfaceConfig {
             preset: None,
             period: None,
             height: None,
+            region_size: None,
+            region_spread: None,
             filename: None,
             pixel_size: None,
             max_height: None,
@@ -172,6 +181,10 @@ pub enum Accepted {
     Tolerance,
     /// Times as much memory and time as a build may take by itself.
     BuildLimit,
+    /// The edge of a sub-region of a skin, [`REGION_SIZE_UM`].
+    RegionSize,
+    /// The relative spread of the period between sub-regions, [`REGION_SPREAD`].
+    RegionSpread,
 }
 
 impl fmt::Display for Accepted {
@@ -183,6 +196,8 @@ impl fmt::Display for Accepted {
             Self::K => ("the imaginary part of a refractive index", K),
             Self::Tolerance => ("a relative error", TOLERANCE),
             Self::BuildLimit => ("a factor", BUILD_LIMIT),
+            Self::RegionSize => ("a length in µm", REGION_SIZE_UM),
+            Self::RegionSpread => ("a relative spread", REGION_SPREAD),
         };
         write!(f, "{kind} in [{:e}, {:e}]", range.start(), range.end())
     }
@@ -238,6 +253,8 @@ impl SurfaceConfig {
             ("k", self.k, K, Accepted::K),
             ("tolerance", Some(self.tolerance), TOLERANCE, Accepted::Tolerance),
             ("build_limit", Some(self.build_limit), BUILD_LIMIT, Accepted::BuildLimit),
+            ("region_size", self.region_size, REGION_SIZE_UM, Accepted::RegionSize),
+            ("region_spread", self.region_spread, REGION_SPREAD, Accepted::RegionSpread),
         ];
         for (parameter, value, range, accepted) in ranges {
             if let Some(found) = value.filter(|v| !range.contains(v)) {
@@ -270,6 +287,22 @@ impl SurfaceConfig {
                     return contradiction(parameter, &other, advice);
                 }
                 _ => {}
+            }
+        }
+        let regions = (self.region_size.is_some(), self.region_spread.is_some());
+        if regions != (false, false) {
+            let (parameter, other) =
+                if regions.0 { ("region_size", "region_spread") } else { ("region_spread", "region_size") };
+            match self.source() {
+                Source::File(_) => return contradiction(parameter, "\"filename\"", "it shapes presets only"),
+                Source::Preset(preset) if !preset.is_skin() => {
+                    let other = format!("preset {:?}", preset.name());
+                    return contradiction(parameter, &other, "it needs preset \"elaphe\" or \"xenopeltis\"");
+                }
+                Source::Preset(_) if regions != (true, true) => {
+                    return contradiction(parameter, &format!("the absence of {other:?}"), "give both");
+                }
+                Source::Preset(_) => {}
             }
         }
         let of_files = [
@@ -344,7 +377,8 @@ mod tests {
             "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
             "eta":0.2,"k":3.0,"tolerance":1e-5,"build_limit":3.5}"#;
         let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
-        for json in [json, file] {
+        let regions = r#"{"preset":"xenopeltis","region_size":20.0,"region_spread":0.05}"#;
+        for json in [json, file, regions] {
             let config = SurfaceConfig::from_json(json).unwrap();
             assert_eq!(SurfaceConfig::from_json(&serde_json::to_string(&config).unwrap()).unwrap(), config);
         }
@@ -363,6 +397,8 @@ mod tests {
             ("k", r#"{"eta":1.5,"k":-1}"#, "[0e0, 1e3]"),
             ("tolerance", r#"{"tolerance":1e-7}"#, "[1e-6, 1e-1]"),
             ("build_limit", r#"{"build_limit":0.5}"#, "[1e0, 1e6]"),
+            ("region_size", r#"{"region_size":2,"region_spread":0.05}"#, "[3e0, 3.3e1]"),
+            ("region_spread", r#"{"region_size":20,"region_spread":0.2}"#, "[0e0, 1e-1]"),
         ];
         for (parameter, json, accepted) in cases {
             let message = refusal(json);
@@ -404,6 +440,10 @@ mod tests {
             ("channel", r#"{"channel":"Height"}"#),
             ("fill", r#"{"preset":"cd","fill":"none"}"#),
             ("k", r#"{"k":1}"#),
+            ("region_size", r#"{"region_size":20}"#),
+            ("region_spread", r#"{"region_spread":0.05}"#),
+            ("region_size", r#"{"preset":"cd","region_size":20,"region_spread":0.05}"#),
+            ("region_spread", r#"{"filename":"a.gsf","region_spread":0.05}"#),
         ] {
             let message = refusal(json);
             assert!(message.starts_with(&format!("parameter {parameter:?} contradicts")), "{message}");

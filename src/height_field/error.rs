@@ -21,6 +21,12 @@ pub enum HeightFieldError {
     /// A parameter that the preset does not have.
     #[error("`{parameter}` does not apply to preset \"{preset}\"; only blazed, sinusoidal and lamellar take it")]
     PresetParameter { parameter: &'static str, preset: &'static str },
+    /// A parameter that the preset does not have, as it is no skin.
+    #[error("`{parameter}` does not apply to preset \"{preset}\"; only elaphe and xenopeltis take it")]
+    SkinParameter { parameter: &'static str, preset: &'static str },
+    /// A number outside of its range.
+    #[error("`{parameter}` is {found}; it must be in [{low}, {high}]")]
+    NotWithin { parameter: &'static str, found: f64, low: f64, high: f64 },
     /// A length that must be finite and positive is not.
     #[error("`{parameter}` is {value_um} µm; it must be finite and positive")]
     OutOfRange { parameter: &'static str, value_um: f64 },

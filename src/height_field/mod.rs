@@ -28,6 +28,7 @@ pub use fill::Fill;
 pub use level::Level;
 pub use preset::Preset;
 pub use roughness::Roughness;
+pub use skin::{REGION_SIZE_UM, REGION_SPREAD, Regions};
 pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;

@@ -1,6 +1,6 @@
 //! The surfaces that have a name.
 
-use super::{HeightField, HeightFieldError, cd, skin, synthetic};
+use super::{HeightField, HeightFieldError, Regions, cd, skin, synthetic};
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
@@ -18,10 +18,12 @@ pub enum Preset {
     Lamellar,
     /// Compact disc: tracks along y, 1.6 µm apart along x, with pits 0.12 µm deep; 64 × 64 µm.
     Cd,
-    /// Skin of the genus *Elaphe*: fingers along +y, 1.144 µm apart along x; 65.2 × 65.2 µm, heights 0 to 0.435 µm.
+    /// Skin of the genus *Elaphe*: fingers along +y, 1.144 µm apart along x; 65.2 × 65.2 µm, heights 0 to 0.435 µm. The
+    /// period is set to what Single 2014 finds for that skin, 1144.26 nm.
     Elaphe,
     /// Skin of the sunbeam snake *Xenopeltis*: fingers along +x in layers 1.552 µm apart along x, fingers 0.62 µm
-    /// apart along y; 65.2 × 65.2 µm, heights 0 to 0.819 µm.
+    /// apart along y; 65.2 × 65.2 µm, heights 0 to 0.819 µm. The period of the layers is set to what Single 2014 finds for
+    /// that skin, 1552.27 nm.
     Xenopeltis,
 }
 
@@ -79,8 +81,25 @@ impl Preset {
             Self::Sinusoidal => synthetic::sinusoidal(period, height),
             Self::Lamellar => synthetic::lamellar(period, height),
             Self::Cd => cd::cd(),
-            Self::Elaphe => skin::elaphe(),
-            Self::Xenopeltis => skin::xenopeltis(),
+            Self::Elaphe => skin::elaphe(None),
+            Self::Xenopeltis => skin::xenopeltis(None),
+        }
+    }
+
+    /// Whether the preset is a skin, which may have sub-regions.
+    pub const fn is_skin(self) -> bool {
+        matches!(self, Self::Elaphe | Self::Xenopeltis)
+    }
+
+    /// Builds the tile of a skin with sub-regions.
+    ///
+    /// # Errors
+    /// A preset that is no skin.
+    pub fn build_in_regions(self, regions: Regions) -> Result<HeightField, HeightFieldError> {
+        match self {
+            Self::Elaphe => skin::elaphe(Some(regions)),
+            Self::Xenopeltis => skin::xenopeltis(Some(regions)),
+            _ => Err(HeightFieldError::SkinParameter { parameter: "region_size", preset: self.name() }),
         }
     }
 }

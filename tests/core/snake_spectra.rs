@@ -198,9 +198,9 @@ fn orders(field: &HeightField) -> Array2<f64> {
 }
 
 #[test]
-fn orders_lie_where_the_sources_found_them() {
-    // The strongest order in the plane of incidence x: 1144.26 nm and 1552.27 nm in Single 2014, whose own spread of
-    // the mean is below 1 nm; the presets have these periods built in, to the rounding of the tile's extent.
+fn the_period_that_was_set_comes_out() {
+    // The presets' periods are set to what Single 2014 finds for the skins: this says that the number that was put in is that
+    // of the strongest order along x, to the rounding of the tile's extent, and nothing of the animals.
     for (preset, period_um) in [(Preset::Elaphe, 1.144_26), (Preset::Xenopeltis, 1.552_27)] {
         let field = preset.build(None, None).unwrap();
         let power = fft2(field.heights_um()).mapv(|c| c.norm_sqr());

@@ -2,13 +2,14 @@
 
 mod plot;
 
-use super::method_args::{Asked, MethodArgs};
+use super::method_args::{Asked, Method, MethodArgs};
 use super::reflector::Reflector;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use ndarray::Array2;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
+use sunbeam::methods::MethodKind;
 use sunbeam::table::Tiling;
 use sunbeam::transform::periods;
 
@@ -22,15 +23,17 @@ const VALUES_MAX: f64 = 1e8;
 /// Find the spacing of a grating from the angles at which its colours are brightest
 ///
 /// Light comes in at --theta-i in the plane of x; the first order leaves on the other side of the normal. For each
-/// wavelength from 380 to 780 nm the angle θr of the largest S/λ² is found, and the grating equation gives the spacing
+/// wavelength from 380 to below 780 nm the angle θr of the largest S/λ² is found, and the grating equation gives the spacing
 /// d = λ/(sin θi + sin θr). Prints the mean and the variance of d over the wavelengths as JSON, with the curve of peaks.
+/// The method nmm answers only where its wavelengths fall: at the angles at which λ = |u|L/n for a whole n, L the tile's
+/// length and u = sin θi + sin θr.
 #[derive(clap::Args)]
 pub struct EvaluateArgs {
     /// Angle of the incident light with the normal in degrees, in [0, 90)
     #[arg(long, value_name = "DEGREES", default_value_t = 75.0, allow_negative_numbers = true)]
     theta_i: f64,
-    /// Least and greatest angle of view in degrees, negative on the far side of the normal from where order zero
-    /// leaves [default: those of the first order of the dominant period along x]
+    /// First angle of view in degrees and the end of the angles, which is left out; negative on the far side of the normal
+    /// from where order zero leaves [default: those of the first order of the dominant period along x]
     #[arg(long, value_name = "MIN,MAX", allow_hyphen_values = true, value_parser = range)]
     angles: Option<(f64, f64)>,
     /// Step between angles in degrees, 0.0001 to 1
@@ -103,7 +106,8 @@ pub fn run(args: &EvaluateArgs) -> Outcome {
     args.check()?;
     let options = args.method.options(Asked::Spectrum)?;
     let config = args.surface.config()?;
-    let period = periods(&config.height_field()?, config.tiling() == Tiling::Periodic).x;
+    let field = config.height_field()?;
+    let period = periods(&field, config.tiling() == Tiling::Periodic).x;
     let (low, high) = match (args.angles, &period) {
         (Some(angles), _) => angles,
         (None, Some(period)) => first_order(args.theta_i, period.period_um),
@@ -116,13 +120,29 @@ pub fn run(args: &EvaluateArgs) -> Outcome {
     }
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, false)?;
     let (sin_i, cos_i) = args.theta_i.to_radians().sin_cos();
-    let values = reflector.map(&wavelengths_nm, |nm| {
+    let nmm = matches!(args.method.method(), Method::Realtime(MethodKind::Nmm));
+    // A tile of one pixel along x has no order but 0, and so no wavelengths.
+    let tile_um = (nmm && field.size().0 > 1).then(|| field.extent_um().0);
+    let values: Vec<Vec<f64>> = reflector.map(&wavelengths_nm, |nm| {
         let value = |angle: &f64| {
             let (sin, cos) = angle.to_radians().sin_cos();
             reflector.relief_spectral([sin_i, 0.0, cos_i], [sin, 0.0, cos], *nm)
         };
-        angles_deg.iter().map(value).collect()
+        if !nmm {
+            return angles_deg.iter().map(value).collect();
+        }
+        let mut row = vec![0.0; angles_deg.len()];
+        let sines = tile_um.into_iter().flat_map(|um| order_sines(1e-3 * nm / um, sin_i));
+        for i in sines.filter_map(|sin| nearest(&angles_deg, args.angle_step, sin.asin().to_degrees())) {
+            row[i] = value(&angles_deg[i]);
+        }
+        row
     });
+    if let Some(dark) = values.iter().position(|row| row.iter().all(|value| *value == 0.0)) {
+        return Err(
+            format!("nothing leaves at {} nm: parameter \"angles\" must reach further", wavelengths_nm[dark]).into()
+        );
+    }
     let response = Response { wavelengths_nm, angles_deg, values };
     let peaks_deg = response.peaks_deg();
     let spacings: Vec<f64> = response
@@ -176,10 +196,24 @@ impl EvaluateArgs {
     }
 }
 
-/// `low`, `low + step`, … up to `high`.
+/// `low`, `low + step`, … below `high`: Single 2014's grid of `⌈(high − low)/step⌉` places, which leaves out its end.
 fn steps(low: f64, high: f64, step: f64) -> Vec<f64> {
-    let count = ((high - low) / step + 1e-9).floor() as usize;
-    (0..=count).map(|i| low + i as f64 * step).collect()
+    // What rounding puts above a whole number is that number.
+    let count = ((high - low) / step - 1e-9).ceil() as usize;
+    (0..count).map(|i| low + i as f64 * step).collect()
+}
+
+/// The sines of the angles of view at which `sin θi + sin θr` is a whole multiple of `spacing`, the wavelength over the
+/// tile's length. The multiple 0 is left out: it has no wavelength.
+fn order_sines(spacing: f64, sin_i: f64) -> impl Iterator<Item = f64> {
+    let (first, last) = (((sin_i - 1.0) / spacing).ceil() as i64, ((sin_i + 1.0) / spacing).floor() as i64);
+    (first..=last).filter(|n| *n != 0).map(move |n| n as f64 * spacing - sin_i)
+}
+
+/// The place of the angle nearest to `angle_deg` in equal steps, where that is within half a step.
+fn nearest(angles_deg: &[f64], step_deg: f64, angle_deg: f64) -> Option<usize> {
+    let place = ((angle_deg - angles_deg[0]) / step_deg).round();
+    (place >= 0.0 && place < angles_deg.len() as f64).then_some(place as usize)
 }
 
 /// The angles at which the first order of a spacing leaves, over the visible wavelengths, as whole degrees with a margin.
@@ -199,15 +233,30 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_order_of_the_blazed_grating_is_where_the_sources_look() {
+    fn the_default_angles_hold_the_first_order_of_the_blazed_grating() {
+        // asin(0.38/2.5 − sin 75°) = −54.5° and asin(0.78/2.5 − sin 75°) = −40.8°.
         let (low, high) = first_order(75.0, 2.5);
         assert!((-57.0..=-54.0).contains(&low) && (-42.0..=-39.0).contains(&high), "{low} {high}");
     }
 
     #[test]
-    fn steps_include_both_ends() {
+    fn steps_leave_out_their_end() {
         let angles = steps(-55.0, -40.0, 0.01);
-        assert_eq!(angles.len(), 1501);
-        assert!((angles[1500] + 40.0).abs() < 1e-9);
+        assert_eq!(angles.len(), 1500);
+        assert!((angles[1499] + 40.01).abs() < 1e-9);
+        assert_eq!(steps(380.0, 780.0, 1.0).len(), 400);
+        // 13.33 steps need 14 places.
+        assert_eq!(steps(380.0, 780.0, 30.0).last(), Some(&770.0));
+    }
+
+    #[test]
+    fn nmm_looks_where_the_grating_equation_has_an_order() {
+        // A tile of 5 µm at 500 nm: u is a multiple of 0.1, between sin 30° − 1 and sin 30° + 1 and not 0.
+        let u: Vec<i64> = order_sines(0.1, 0.5).map(|sin| ((sin + 0.5) * 10.0).round() as i64).collect();
+        assert_eq!(u, (-5..=15).filter(|n| *n != 0).collect::<Vec<_>>());
+        let angles = steps(-30.0, 30.0, 0.5);
+        assert_eq!(nearest(&angles, 0.5, 0.2), Some(60));
+        assert_eq!(nearest(&angles, 0.5, 0.3), Some(61));
+        assert_eq!((nearest(&angles, 0.5, -31.0), nearest(&angles, 0.5, 29.9)), (None, None));
     }
 }

@@ -26,6 +26,13 @@ pub struct SurfaceArgs {
     /// Height from valley to peak in µm, of the same presets [default: 0.25, lamellar 0.125]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     height: Option<f64>,
+    /// Edge in µm of the sub-regions of the presets elaphe and xenopeltis; needs --region-spread [default: none]
+    #[arg(long, value_name = "UM", allow_negative_numbers = true)]
+    region_size: Option<f64>,
+    /// By how much the frequency lies above and below the skin's in alternate sub-regions, relative, 0 to 0.1; needs
+    /// --region-size [default: none]
+    #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
+    region_spread: Option<f64>,
     /// Height field: .gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz, .txt, .csv or .asc
     #[arg(long, value_name = "FILE")]
     height_field: Option<PathBuf>,
@@ -88,6 +95,8 @@ impl SurfaceArgs {
             preset: self.preset,
             period: self.period,
             height: self.height,
+            region_size: self.region_size,
+            region_spread: self.region_spread,
             filename: self.height_field.clone(),
             pixel_size: self.pixel_size,
             max_height: self.max_height,

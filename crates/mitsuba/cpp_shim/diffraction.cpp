@@ -12,6 +12,9 @@
  *                                        (elaphe, where there is no filename either)
  * period, height        float, um        size of blazed, sinusoidal and lamellar along x; height is valley to peak
  *                                        (blazed: 2.5 and 0.25, rising along +x); in (0, 1e3]
+ * region_size           float, um        edge of sub-regions of elaphe and xenopeltis, in [3, 33] (none)
+ * region_spread         float            relative rise and fall of the frequency in alternate sub-regions, in [0, 0.1];
+ *                                        needs region_size, as that needs it (none)
  * filename              string           height field (.gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz,
  *                                        .txt, .csv, .asc; see docs/height-fields.md), found as Mitsuba finds files
  * pixel_size            float, um        edge of a pixel, where the file does not say; in (0, 1e3]

@@ -81,6 +81,8 @@ fn without_source(surface: &SurfaceConfig) -> SurfaceConfig {
         preset: None,
         period: None,
         height: None,
+        region_size: None,
+        region_spread: None,
         filename: None,
         pixel_size: None,
         max_height: None,

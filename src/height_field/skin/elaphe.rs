@@ -1,6 +1,6 @@
 //! *Elaphe*: long tapering fingers, 1.144 µm apart, that go over into those of the next layer.
 
-use super::{Finger, Lattice, PIXELS, fingers, mix, stretch};
+use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::height_field::random::{Random, smooth_step};
 use crate::height_field::{HeightField, HeightFieldError};
 use ndarray::Array2;
@@ -8,9 +8,10 @@ use ndarray::Array2;
 const SEED: u64 = 0x000e_1a9e_0001;
 const LAYERS: usize = 20;
 const FINGERS: usize = 57;
-/// Distance of the fingers: Single 2014's periodicity from peak angles, 1144.26 nm.
+/// Distance of the fingers, set to the 1144.26 nm that Single 2014 finds from peak angles: what the preset diffracts cannot
+/// confirm it.
 const PERIOD_UM: f64 = 1.144_26;
-/// Largest height of the published scan.
+/// Highest minus lowest height of the tile: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.434_72;
 
 /// Softness of the fingers' flanks, in finger periods.
@@ -58,7 +59,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
 }
 
 /// The skin with its fingers along +x, as in the scan.
-fn along_x() -> (Array2<f64>, f64) {
+fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     let extent = FINGERS as f64 * PERIOD_UM;
     let mut random = Random::new(SEED);
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
@@ -67,7 +68,7 @@ fn along_x() -> (Array2<f64>, f64) {
         width: 1.0 + 0.07 * random.normal(),
         height_um: 0.008 * random.normal(),
     });
-    let lattice = Lattice {
+    let mut lattice = Lattice {
         layers: LAYERS,
         fingers: FINGERS,
         extent_x_um: extent,
@@ -77,6 +78,9 @@ fn along_x() -> (Array2<f64>, f64) {
         warp_y: random.smooth_field(PIXELS, PIXELS, 6) * 0.12,
         layer_shift: (0..LAYERS).map(|_| 0.05 * random.normal()).collect(),
     };
+    if let Some(regions) = regions {
+        regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
+    }
     let mut heights = lattice.relief(height);
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
@@ -101,8 +105,8 @@ fn along_x() -> (Array2<f64>, f64) {
 
 /// The skin turned by a quarter, so that the fingers point along +y and are 1.144 µm apart along x, where Single 2014
 /// measure the periodicity; in the published picture the fingers lie along x.
-pub(in crate::height_field) fn elaphe() -> Result<HeightField, HeightFieldError> {
-    let (heights, step) = along_x();
+pub(in crate::height_field) fn elaphe(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
+    let (heights, step) = along_x(regions);
     // The turn by +90° takes (x, y) to (−y, x).
     let turned = Array2::from_shape_fn((PIXELS, PIXELS), |(iy, ix)| heights[[PIXELS - 1 - ix, iy]]);
     HeightField::new(turned, step, step)

@@ -9,9 +9,11 @@
 //! finger has its own place, length, width and height. What differs is in the two files; what they share is here.
 
 mod elaphe;
+mod regions;
 mod xenopeltis;
 
 pub(super) use elaphe::elaphe;
+pub use regions::{REGION_SIZE_UM, REGION_SPREAD, Regions};
 pub(super) use xenopeltis::xenopeltis;
 
 use super::random::Random;
@@ -144,7 +146,7 @@ fn mix(a: f64, b: f64, share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::height_field::{HeightField, Preset};
+    use crate::height_field::{HeightField, Preset, Regions};
 
     /// Largest step between neighbours, inside and over the seam, along x and along y.
     fn steps(field: &HeightField) -> [(f64, f64); 2] {
@@ -164,8 +166,13 @@ mod tests {
 
     #[test]
     fn skins_tile_without_a_seam_and_have_their_range() {
-        for (preset, top) in [(Preset::Elaphe, 0.43472), (Preset::Xenopeltis, 0.81869)] {
-            let field = preset.build(None, None).unwrap();
+        let plain = |preset: Preset| preset.build(None, None).unwrap();
+        let in_regions = Preset::Xenopeltis.build_in_regions(Regions::new(20.0, 0.05).unwrap()).unwrap();
+        for (preset, field, top) in [
+            (Preset::Elaphe, plain(Preset::Elaphe), 0.43472),
+            (Preset::Xenopeltis, plain(Preset::Xenopeltis), 0.81869),
+            (Preset::Xenopeltis, in_regions, 0.81869),
+        ] {
             assert_eq!(field.size(), (1024, 1024));
             // The published maxima; the subtraction of the lowest height may round.
             let (low, high) = field.range_um();
@@ -180,12 +187,16 @@ mod tests {
     fn skins_are_the_same_on_every_machine() {
         // FNV-1a over the bits of every height: threads, platforms and compilers must not show. Other values mean that
         // the surface changed: on purpose only.
-        for (preset, pinned) in [
-            (Preset::Elaphe, 0x251c_72f3_c1d2_f5db_u64),
-            (Preset::Xenopeltis, 0x4629_5934_bdb2_1ed1),
-            (Preset::Cd, 0x1658_47ce_12d1_23de),
+        for (preset, regions, pinned) in [
+            (Preset::Elaphe, None, 0x251c_72f3_c1d2_f5db_u64),
+            (Preset::Xenopeltis, None, 0x4629_5934_bdb2_1ed1),
+            (Preset::Xenopeltis, Regions::new(20.0, 0.05).ok(), 0xedc7_834d_79c3_d939),
+            (Preset::Cd, None, 0x1658_47ce_12d1_23de),
         ] {
-            let field = preset.build(None, None).unwrap();
+            let field = match regions {
+                Some(regions) => preset.build_in_regions(regions).unwrap(),
+                None => preset.build(None, None).unwrap(),
+            };
             let hash = field
                 .heights_um()
                 .iter()

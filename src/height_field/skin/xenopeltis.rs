@@ -1,6 +1,6 @@
 //! *Xenopeltis*, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
 
-use super::{Finger, Lattice, PIXELS, fingers, mix, stretch};
+use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::height_field::random::{Random, smooth_step};
 use crate::height_field::{HeightField, HeightFieldError};
 use std::f64::consts::TAU;
@@ -9,9 +9,10 @@ const SEED: u64 = 0x5e40_9e17_0001;
 const LAYERS: usize = 42;
 /// Makes the fingers 0.621 µm apart; the warp spreads that by some 6 % either way between regions.
 const FINGERS: usize = 105;
-/// Distance of the layers: Single 2014's periodicity from peak angles, 1552.27 nm.
+/// Distance of the layers, set to the 1552.27 nm that Single 2014 finds from peak angles: what the preset diffracts cannot
+/// confirm it.
 const LAYER_UM: f64 = 1.552_27;
-/// Largest height of the published scan.
+/// Highest minus lowest height of the tile: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.818_69;
 
 /// Softness of the fingers' flanks, in finger periods.
@@ -57,7 +58,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
 }
 
 /// The skin as in the scan: fingers point along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart along y.
-pub(in crate::height_field) fn xenopeltis() -> Result<HeightField, HeightFieldError> {
+pub(in crate::height_field) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let extent = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
@@ -72,7 +73,7 @@ pub(in crate::height_field) fn xenopeltis() -> Result<HeightField, HeightFieldEr
         let angle = TAU * layer as f64 / LAYERS as f64;
         0.25 * libm::sin(angle + phases[0]) + 0.2 * libm::sin(3.0 * angle + phases[1]) + 0.09 * random.normal()
     };
-    let lattice = Lattice {
+    let mut lattice = Lattice {
         layers: LAYERS,
         fingers: FINGERS,
         extent_x_um: extent,
@@ -82,6 +83,9 @@ pub(in crate::height_field) fn xenopeltis() -> Result<HeightField, HeightFieldEr
         warp_y: random.smooth_field(PIXELS, PIXELS, 4) * 0.12,
         layer_shift: (0..LAYERS).map(|layer| wander(layer, &mut random)).collect(),
     };
+    if let Some(regions) = regions {
+        regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
+    }
     let mut heights = lattice.relief(height);
     // Crumbs on some tips, deep holes in some pits.
     for layer in 0..LAYERS as i64 {

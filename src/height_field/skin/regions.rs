@@ -1,0 +1,137 @@
+//! Sub-regions of a skin: squares in which its periods are a little shorter or longer.
+
+use super::PIXELS;
+use crate::height_field::HeightFieldError;
+use ndarray::Array2;
+use std::ops::RangeInclusive;
+
+/// Accepted edges of a sub-region in µm: from two layers to half the tile.
+pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
+/// Accepted relative spreads of the period between sub-regions.
+pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
+
+/// Sub-regions of a skin, a model of those to which Single 2014 ascribes two ridges of peak angles.
+///
+/// The tile is cut into equal squares, an even number along each axis, with edges as near to `size_um` as that allows. From
+/// square to square along x the period along x is alternately that of the skin divided by `1 + spread` and by `1 − spread`;
+/// along y it is the same with the period along y. Layers and fingers go on from square to square without a break, and the tile
+/// repeats as before. The squares are not turned against each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Regions {
+    size_um: f64,
+    spread: f64,
+}
+
+impl Regions {
+    /// Squares of about `size_um` ([`REGION_SIZE_UM`]) with the relative spread `spread` ([`REGION_SPREAD`]).
+    ///
+    /// # Errors
+    /// A number out of its range.
+    pub fn new(size_um: f64, spread: f64) -> Result<Self, HeightFieldError> {
+        let checks = [("region_size", size_um, REGION_SIZE_UM), ("region_spread", spread, REGION_SPREAD)];
+        match checks.into_iter().find(|(_, found, range)| !range.contains(found)) {
+            Some((parameter, found, range)) => {
+                Err(HeightFieldError::NotWithin { parameter, found, low: *range.start(), high: *range.end() })
+            }
+            None => Ok(Self { size_um, spread }),
+        }
+    }
+
+    /// Squares along one side of a tile.
+    fn count(&self, extent_um: f64) -> f64 {
+        2.0 * libm::round(0.5 * extent_um / self.size_um).max(1.0)
+    }
+
+    /// Adds to the displacements `[[iy, ix]]` in µm of a square tile. They are triangle waves, whose slope is the
+    /// relative change of the frequency.
+    pub(super) fn displace(&self, warp_x: &mut Array2<f64>, warp_y: &mut Array2<f64>, extent_um: f64) {
+        let count = self.count(extent_um);
+        let wave: Vec<f64> = (0..PIXELS)
+            .map(|i| {
+                let place = i as f64 * count / PIXELS as f64;
+                let square = libm::floor(place);
+                let past = place - square;
+                let rising = square % 2.0 == 0.0;
+                self.spread * extent_um / count * (if rising { past } else { 1.0 - past } - 0.5)
+            })
+            .collect();
+        warp_x.indexed_iter_mut().for_each(|((_, ix), x)| *x += wave[ix]);
+        warp_y.indexed_iter_mut().for_each(|((iy, _), y)| *y += wave[iy]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::height_field::{HeightField, Preset};
+    use std::f64::consts::TAU;
+
+    /// Power of the heights at a frequency along x in cycles/µm, of the left or right half of the tile, with a Hann window
+    /// and the rows summed as powers.
+    fn power(field: &HeightField, right: bool, frequency: f64) -> f64 {
+        let half = PIXELS / 2;
+        let first = if right { half } else { 0 };
+        let wave: Vec<(f64, f64)> = (0..half)
+            .map(|i| {
+                let hann = 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / half as f64).cos();
+                let (sin, cos) = (TAU * frequency * i as f64 * field.dx_um()).sin_cos();
+                (hann * sin, hann * cos)
+            })
+            .collect();
+        let mean = field.mean_um();
+        let of_row = |iy: usize| {
+            let sums = wave.iter().enumerate().fold((0.0, 0.0), |(a, b), (i, (sin, cos))| {
+                let h = field.heights_um()[[iy, first + i]] - mean;
+                (a + h * sin, b + h * cos)
+            });
+            sums.0 * sums.0 + sums.1 * sums.1
+        };
+        // Every eighth row is 0.5 µm from the next: enough for a mean.
+        (0..PIXELS).step_by(8).map(of_row).sum()
+    }
+
+    /// The strongest period along x in µm of one half of the tile, between 1.35 and 1.8.
+    fn strongest_um(field: &HeightField, right: bool) -> f64 {
+        let periods = (0..=90).map(|i| 1.35 + 0.005 * f64::from(i));
+        periods.max_by(|a, b| power(field, right, 1.0 / a).total_cmp(&power(field, right, 1.0 / b))).unwrap()
+    }
+
+    #[test]
+    fn halves_of_the_tile_have_the_two_periods() {
+        let plain = Preset::Xenopeltis.build(None, None).unwrap();
+        let regions = Regions::new(33.0, 0.05).unwrap();
+        let field = Preset::Xenopeltis.build_in_regions(regions).unwrap();
+        for (right, factor) in [(false, 1.05), (true, 0.95)] {
+            let (before, after) = (strongest_um(&plain, right), strongest_um(&field, right));
+            // The skin's own random displacement moves the period of a half by 1 %, and the search steps by 0.3 %; the
+            // wrong sign of the change would be 10 % off.
+            assert!((before / 1.552_27 - 1.0).abs() < 0.015, "{before}");
+            assert!((after * factor / 1.552_27 - 1.0).abs() < 0.015, "{after} with a frequency of {factor}");
+        }
+    }
+
+    #[test]
+    fn no_spread_is_the_plain_skin() {
+        let none = Regions::new(10.0, 0.0).unwrap();
+        assert_eq!(Preset::Elaphe.build_in_regions(none).unwrap(), Preset::Elaphe.build(None, None).unwrap());
+    }
+
+    #[test]
+    fn squares_are_even_in_number_and_near_the_size() {
+        for (size_um, count) in [(33.0, 2.0), (20.0, 4.0), (3.0, 22.0)] {
+            assert_eq!(Regions::new(size_um, 0.05).unwrap().count(65.2), count, "{size_um}");
+        }
+    }
+
+    #[test]
+    fn what_is_out_of_range_is_named() {
+        for (size_um, spread, parameter) in
+            [(2.0, 0.05, "region_size"), (f64::NAN, 0.05, "region_size"), (20.0, 0.2, "region_spread")]
+        {
+            let message = Regions::new(size_um, spread).unwrap_err().to_string();
+            assert!(message.contains(parameter), "{message}");
+        }
+        let message = Preset::Cd.build_in_regions(Regions::new(20.0, 0.05).unwrap()).unwrap_err().to_string();
+        assert!(message.contains("region_size") && message.contains("xenopeltis"), "{message}");
+    }
+}
