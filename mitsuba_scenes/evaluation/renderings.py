@@ -39,9 +39,9 @@ SHOWN = VIEW.width
 # A scan is repeated, which FLSS needs; a window as wide as the scan leaves the repeats no say.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
 SPECIES = ("elaphe", "xenopeltis")
-# Figure 2.17: each field of view shows a fifth of the one before.
+# Figure 2.17: each field of view shows a fifth of the one before, about a scale that has colours.
 WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
-ZOOM_TARGET_CM = (-1.0, 0.55, 0.9)
+ZOOM_TARGET_CM = (0.69, -1.23, 1.96)
 # Figure 2.18: directions in which light travels, as its captions have them, in a frame that is not said. The first is
 # printed as (−3.3130, 0, −0.9999), which is no unit vector; the steps of the others put a number near 0 there.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
@@ -78,11 +78,9 @@ def bare(skin: dict, caption: str, **how) -> Shot:
 
 def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
     """Figure 2.14: the snake with each surface, and how colourful it is."""
-    panels = {"blazed": "(a)"}
-    for letter, species in (("(b)", "elaphe"), ("(c)", "xenopeltis")):
-        panels |= {name: letter for name in skins if name.startswith(species)}
-    ordered = sorted(panels, key=lambda name: ("preset" in name, panels[name]))
-    shots = [bare(skins[name][1], f"{panels[name]} {skins[name][0]}") for name in ordered]
+    panels = {"blazed": "(a)", "elaphe": "(b)", "xenopeltis": "(c)"}
+    ordered = sorted(skins, key=lambda name: ("preset" in name, panels[name.split("-")[0]]))
+    shots = [bare(skins[name][1], f"{panels[name.split('-')[0]]} {skins[name][0]}") for name in ordered]
     sheet = draw(Sheet("gratings", "Diffraction of three surfaces", "2.14", "", both(shots)), studio, folder, SHOWN)
     chroma = {}
     for name, shot in zip(ordered, shots):
@@ -92,16 +90,12 @@ def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
             for by, method in (("flss", "flss"), ("path_traced", None))
         }
         chroma[name] = {"label": skins[name][0], **found}
-    kinds = ["scan", "preset"] if measured(skins, "elaphe").endswith("scan") else ["preset"]
-    rankings = {
-        kind: sorted(("blazed", *(f"{species}-{kind}" for species in SPECIES)), key=lambda n: -chroma[n]["flss"])
-        for kind in kinds
-        if all(f"{species}-{kind}" in chroma for species in SPECIES)
-    }
-    agrees = {
-        kind: [name.split("-")[0] for name in order] == ["xenopeltis", "elaphe", "blazed"]
-        for kind, order in rankings.items()
-    }
+    rankings = {}
+    for kind in ("scan", "preset"):
+        compared = ["blazed", *(f"{species}-{kind}" for species in SPECIES)]
+        if all(name in chroma for name in compared):
+            rankings[kind] = sorted(compared, key=lambda name: -chroma[name]["flss"])
+    agrees = {kind: order == [f"xenopeltis-{kind}", f"elaphe-{kind}", "blazed"] for kind, order in rankings.items()}
     return {"sheet": sheet, "chroma": chroma, "rankings": rankings, "as_ranked": agrees}
 
 
@@ -135,14 +129,14 @@ def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
         }
     cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
     light_cone(cone, VIEW, SUN, VIEW.target_cm)
-    figure, axes = plt.subplots(1, 4, figsize=(17, 4.0), width_ratios=(1.5, 1, 1, 1), layout="constrained")
+    figure, axes = plt.subplots(1, 4, figsize=(15, 3.6), width_ratios=(1.5, 1, 1, 1), layout="constrained")
     axes[0].imshow(np.array(cone))
     axes[0].set(title="(c) pigment alone, and where light comes from")
     axes[0].set_axis_off()
     show_relief(axes[1], relief(skins[name][1]), f"(d) {skins[name][0]}")
     show_term(axes[2], skins[name][1], 1, "(e) |DFT(h)|")
     show_term(axes[3], skins[name][1], 8, "(e) |DFT(h⁸)|")
-    figure.savefig(folder / "elaphe-relief.png", dpi=70)
+    figure.savefig(folder / "elaphe-relief.png", dpi=80)
     plt.close(figure)
     return {"sheet": sheet, "label": skins[name][0], "colour": colour}
 
@@ -153,11 +147,11 @@ def xenopeltis(studio: Studio, skins: dict, folder: Path) -> dict:
     shot = bare(skins[names[0]][1], f"(a) {skins[names[0]][0]}, flss")
     row = [shot, replace(shot, caption="(a) Mitsuba, path-traced", method=None)]
     sheet = draw(Sheet("xenopeltis", "Xenopeltis", "2.16", "", [row]), studio, folder, SHOWN)
-    figure, axes = plt.subplots(1, 2 * len(names), figsize=(4.3 * 2 * len(names), 4.0), layout="constrained")
+    figure, axes = plt.subplots(1, 2 * len(names), figsize=(3.8 * 2 * len(names), 3.6), layout="constrained")
     for name, (left, right) in zip(names, axes.reshape(-1, 2)):
         show_relief(left, relief(skins[name][1]), f"(b) {skins[name][0]}")
         show_term(right, skins[name][1], 3, f"(c) |DFT(h³)|, {skins[name][0].split(', ')[1]}")
-    figure.savefig(folder / "xenopeltis-relief.png", dpi=70)
+    figure.savefig(folder / "xenopeltis-relief.png", dpi=80)
     plt.close(figure)
     return {"sheet": sheet, "label": skins[names[0]][0]}
 
@@ -208,10 +202,8 @@ def moving_sun(studio: Studio, skins: dict, folder: Path) -> dict:
         ]
         for way, directions in columns.items()
     }
-    rows = [
-        [view for shot in row for view in (shot, replace(shot, caption="Mitsuba, path-traced", method=None))]
-        for row in zip(*shots.values())
-    ]
+    traced = {"caption": "Mitsuba, path-traced", "method": None, "mark": enlarge}
+    rows = [[view for shot in row for view in (shot, replace(shot, **traced))] for row in zip(*shots.values())]
     sheet = draw(Sheet("moving-sun", "The sun moves", "2.18", "", rows), studio, folder, SHOWN)
     steps = []
     for way, column in shots.items():

@@ -139,6 +139,11 @@ def view_words(view: View) -> list:
     return words
 
 
+def told(seconds: float) -> str:
+    """Seconds to two digits, those before the point all told."""
+    return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
+
+
 def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -> dict:
     """Writes the sheet, with pictures so many pixels wide, and returns the figures of its pictures.
 
@@ -149,7 +154,13 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
         cells.append([])
         for shot in row:
             exr, png, seconds = studio.shoot(shot)
-            figures = {"caption": shot.caption, "seconds": seconds, "delta_e_mean": None, "flip": None}
+            figures = {
+                "caption": shot.caption,
+                "seconds": seconds,
+                "time": told(seconds),
+                "delta_e_mean": None,
+                "flip": None,
+            }
             if shot.method is None:
                 for other, held, other_exr in drawn:
                     if other.method is not None and other.scene() == shot.scene():
@@ -157,7 +168,7 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
                         held["delta_e_mean"], held["flip"] = found["delta_e_2000"]["mean"], found["flip"]["mean"]
             drawn.append((shot, figures, exr))
             rows.append(figures)
-            cells[-1].append((_marked(shot, png), f"{shot.caption}, {seconds:.2g} s"))
+            cells[-1].append((_marked(shot, png), f"{shot.caption}, {told(seconds)}"))
             print(f"{sheet.name}: {cells[-1][-1][1]}", flush=True)
     png = studio.folder / f"{sheet.name}.png"
     contact_sheet(cells, png, width)
