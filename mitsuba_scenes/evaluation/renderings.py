@@ -22,7 +22,7 @@ from ..environment import use_variant
 from ..light import Light
 from ..render import EXPOSURE_STOPS
 from ..scene import View
-from ..skin import preset_skin, scanned_skin
+from ..skin import pigment_texture, preset_skin, scanned_skin
 from ..snake import snake_files
 from .appearance import greyed, mean_chroma, mean_delta_e, read_exr
 from .marks import box, compass, inset, light_cone
@@ -39,6 +39,8 @@ SHOWN = VIEW.width
 # A scan is repeated, which FLSS needs; a window as wide as the scan leaves the repeats no say.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
 SPECIES = ("elaphe", "xenopeltis")
+# Figure 2.15: times the reflectance of the pigment, which makes a brown of the nearly black.
+PIGMENT_BRIGHTER = 10
 # Figure 2.17: each field of view shows a fifth of the one before, about a scale that has colours.
 WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
 ZOOM_TARGET_CM = (0.69, -1.23, 1.96)
@@ -99,6 +101,23 @@ def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
     return {"sheet": sheet, "chroma": chroma, "rankings": rankings, "as_ranked": agrees}
 
 
+def over(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
+    """What the colour of the diffraction changes over the pigment and over a brighter one; pictures in linear sRGB.
+
+    `delta_e` is from the picture whose diffraction is as bright and grey; `chroma` is that of the picture.
+    """
+    found = {"chroma_alone": mean_chroma(diffraction, mask)}
+    for name, factor in (("dark", 1.0), ("bright", PIGMENT_BRIGHTER)):
+        coloured, grey = (factor * pigment + light for light in (diffraction, greyed(diffraction)))
+        with TemporaryDirectory() as folder:
+            paths = [Path(folder) / f"{kind}.exr" for kind in ("coloured", "grey")]
+            for path, pixels in zip(paths, (coloured, grey)):
+                mi.Bitmap(pixels.astype(np.float32)).write(str(path))
+            found[f"delta_e_{name}"] = mean_delta_e(*paths, mask)
+        found[f"chroma_{name}"] = mean_chroma(coloured, mask)
+    return found
+
+
 def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
     """Figure 2.15: Elaphe without and with its pigment, and how much the colour of diffraction changes the latter."""
     name = measured(skins, "elaphe")
@@ -108,25 +127,13 @@ def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
     mask = studio.mask(alone)
     # Light adds up: what the pigment reflects is the same whatever diffracts above it.
     pigment = read_exr(studio.shoot(final)[0]) - read_exr(studio.shoot(alone)[0])
-    colour = {}
-    for species in SPECIES:
-        diffraction = read_exr(studio.shoot(bare(skins[measured(skins, species)][1], ""))[0])
-        paths = {}
-        for kind, pixels in (
-            ("coloured", pigment + diffraction),
-            ("grey", pigment + greyed(diffraction)),
-            ("pigment", pigment),
-        ):
-            paths[kind] = studio.folder / f"{species}-{kind}.exr"
-            mi.Bitmap(pixels.astype(np.float32)).write(str(paths[kind]))
-        colour[species] = {
+    colour = {
+        species: {
             "label": skins[measured(skins, species)][0],
-            "delta_e_colour": mean_delta_e(paths["coloured"], paths["grey"], mask),
-            "delta_e_all": mean_delta_e(paths["coloured"], paths["pigment"], mask),
-            "chroma_alone": mean_chroma(diffraction, mask),
-            "chroma_coloured": mean_chroma(pigment + diffraction, mask),
-            "chroma_grey": mean_chroma(pigment + greyed(diffraction), mask),
+            **over(pigment, read_exr(studio.shoot(bare(skins[measured(skins, species)][1], ""))[0]), mask),
         }
+        for species in SPECIES
+    }
     cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
     light_cone(cone, VIEW, SUN, VIEW.target_cm)
     figure, axes = plt.subplots(1, 4, figsize=(15, 3.6), width_ratios=(1.5, 1, 1, 1), layout="constrained")
@@ -138,7 +145,14 @@ def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
     show_term(axes[3], skins[name][1], 8, "(e) |DFT(h⁸)|")
     figure.savefig(folder / "elaphe-relief.png", dpi=80)
     plt.close(figure)
-    return {"sheet": sheet, "label": skins[name][0], "colour": colour}
+    reflectance = float(np.array(pigment_texture(studio.snake.pigment)["bitmap"]).mean())
+    return {
+        "sheet": sheet,
+        "label": skins[name][0],
+        "colour": colour,
+        "pigment_reflectance": reflectance,
+        "brighter": PIGMENT_BRIGHTER,
+    }
 
 
 def xenopeltis(studio: Studio, skins: dict, folder: Path) -> dict:
