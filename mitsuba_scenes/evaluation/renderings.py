@@ -1,210 +1,276 @@
-"""The renderings of Single 2014 (figures 2.14 to 2.18, 2.21, 2.22), on the GPU and path-traced in Mitsuba."""
+"""The renderings of Single 2014 (figures 2.14 to 2.18): FLSS on the GPU, and path-traced in Mitsuba beside it."""
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass, field, replace
+import math
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import mitsuba as mi
 import numpy as np
 from PIL import Image
 
 from .. import picture
-from ..contact_sheet import contact_sheet
-from ..crosscheck import realtime
+from ..crosscheck.cases import SCAN
 from ..environment import use_variant
 from ..light import Light
 from ..render import EXPOSURE_STOPS
 from ..scene import View
-from ..skin import KERATIN, preset_skin, skin_bsdf
-from ..snake import SnakeFiles, snake_files
-from ..tool import sunbeam
-from .disc import write_disc
+from ..skin import pigment_texture, preset_skin, scanned_skin
+from ..snake import snake_files
+from .appearance import greyed, mean_chroma, mean_delta_e, read_exr
+from .marks import box, compass, inset, light_cone
 from .page import images
+from .relief_plots import relief, show_relief, show_term
+from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
 
 PAGE = "renderings"
-SKINS = ("blazed", "elaphe", "xenopeltis")
-SNAKE = View(240, 160)
-DISC = View(240, 160, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
-# Rays along each side of a pixel on the GPU, samples a pixel in Mitsuba.
-SUPERSAMPLE, SPP = 2, 64
-ZOOMS_DEG = (30, 14, 6, 2.5)
-# Azimuth and elevation in degrees along an arc of the sun; the snake's tail points east, +x.
-SOUTH_TO_NORTH = ((-90, 20), (-90, 50), (-90, 80), (90, 50), (90, 20))
-SOUTHEAST_TO_WEST = ((-45, 25), (-75, 40), (-110, 45), (-150, 40), (-180, 25))
-# As on the demonstration's pictures, without the sky, which the realtime renderer lacks.
-SUN = Light(sun="directional", sky=0)
-ALUMINIUM = {"eta": 1.0, "k": 6.9}
+# Rays along each side of a pixel on the GPU: one, as a fragment shader has it.
+SUPERSAMPLE = 1
+VIEW = View(300, 200)
+# Width of the pictures on the sheets.
+SHOWN = VIEW.width
+# A scan is repeated, which FLSS needs; a window as wide as the scan leaves the repeats no say.
+SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
+SPECIES = ("elaphe", "xenopeltis")
+# Figure 2.15: times the reflectance of the pigment, which makes a brown of the nearly black.
+PIGMENT_BRIGHTER = 10
+# Figure 2.17: each field of view shows a fifth of the one before, about a scale that has colours.
+WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
+ZOOM_TARGET_CM = (0.69, -1.23, 1.96)
+# Figure 2.18: directions in which light travels, as its captions have them, in a frame that is not said. The first is
+# printed as (−3.3130, 0, −0.9999), which is no unit vector; the steps of the others put a number near 0 there.
+SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
+SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
+# The box of the insets: its middle and half its side, in pixels.
+INSET_AT, INSET_HALF = (158, 88), 15
 
 
-@dataclass(frozen=True)
-class Shot:
-    """A picture: on the GPU by a method, or path-traced (`method` None)."""
-
-    caption: str
-    skin: dict
-    method: str | None
-    light: Light = SUN
-    view: View = SNAKE
-    pigment: bool = True
-    disc: bool = False
-
-
-@dataclass
-class Sheet:
-    """Rows of pictures that belong together."""
-
-    name: str
-    title: str
-    figure: str
-    text: str
-    rows: list[list[Shot]] = field(default_factory=list)
+def skins() -> dict[str, tuple[str, dict]]:
+    """The surfaces by name, each with what it is called in captions: the scans that are present, and the presets."""
+    found = {}
+    for species in SPECIES:
+        path = SCAN.with_name(f"{species}.gsf")
+        preset = preset_skin(species)
+        if path.exists():
+            scanned = scanned_skin(path, rotation_deg=preset.get("rotation", 0.0))
+            found[f"{species}-scan"] = (f"{species.capitalize()}, scan", {**scanned, **SCAN_WINDOW})
+        else:
+            print(f"NOT DRAWN: no scan at {path}, so the procedural skin alone stands for {species}", flush=True)
+        found[f"{species}-preset"] = (f"{species.capitalize()}, procedural", preset)
+    found["blazed"] = ("Blazed", preset_skin("blazed"))
+    return found
 
 
-def both(shots: list[Shot]) -> list[list[Shot]]:
-    """The row as it is, and path-traced below."""
-    return [shots, [replace(shot, caption="Mitsuba", method=None) for shot in shots]]
+def measured(skins: dict, species: str) -> str:
+    """The name of the species' scan, or of its preset where there is no scan."""
+    return f"{species}-scan" if f"{species}-scan" in skins else f"{species}-preset"
 
 
-def sheets() -> list[Sheet]:
-    """Everything that the page shows."""
-    xenopeltis = preset_skin("xenopeltis")
-    skins = [Shot(f"{name}, flss", preset_skin(name), "flss") for name in SKINS]
-    bare = [replace(shot, caption=f"{shot.caption}, bare", pigment=False) for shot in skins]
-    zooms = [Shot(f"{deg} degrees, table", xenopeltis, "table", view=replace(SNAKE, fov_deg=deg)) for deg in ZOOMS_DEG]
+def bare(skin: dict, caption: str, **how) -> Shot:
+    """Diffraction alone, by FLSS."""
+    return Shot(caption, skin, "flss", view=how.pop("view", VIEW), pigment=False, **how)
 
-    def sweep(name: str, title: str, places: tuple) -> Sheet:
-        shots = [
-            Shot(f"{azimuth}, {elevation}, table", xenopeltis, "table", Light(azimuth, elevation, "directional", 0))
-            for azimuth, elevation in places
-        ]
-        text = (
-            "Captions are the sun's azimuth, counter-clockwise from the tail's direction, and its elevation in degrees."
+
+def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.14: the snake with each surface, and how colourful it is."""
+    panels = {"blazed": "(a)", "elaphe": "(b)", "xenopeltis": "(c)"}
+    ordered = sorted(skins, key=lambda name: ("preset" in name, panels[name.split("-")[0]]))
+    shots = [bare(skins[name][1], f"{panels[name.split('-')[0]]} {skins[name][0]}") for name in ordered]
+    sheet = draw(Sheet("gratings", "Diffraction of three surfaces", "2.14", "", both(shots)), studio, folder, SHOWN)
+    chroma = {}
+    for name, shot in zip(ordered, shots):
+        mask = studio.mask(shot)
+        found = {
+            by: mean_chroma(read_exr(studio.shoot(replace(shot, method=method))[0]), mask)
+            for by, method in (("flss", "flss"), ("path_traced", None))
+        }
+        chroma[name] = {"label": skins[name][0], **found}
+    rankings = {}
+    for kind in ("scan", "preset"):
+        compared = ["blazed", *(f"{species}-{kind}" for species in SPECIES)]
+        if all(name in chroma for name in compared):
+            rankings[kind] = sorted(compared, key=lambda name: -chroma[name]["flss"])
+    agrees = {kind: order == [f"xenopeltis-{kind}", f"elaphe-{kind}", "blazed"] for kind, order in rankings.items()}
+    return {"sheet": sheet, "chroma": chroma, "rankings": rankings, "as_ranked": agrees}
+
+
+def over(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
+    """What the colour of the diffraction changes over the pigment and over a brighter one; pictures in linear sRGB.
+
+    `delta_e` is from the picture whose diffraction is as bright and grey; `chroma` is that of the picture.
+    """
+    found = {"chroma_alone": mean_chroma(diffraction, mask)}
+    for name, factor in (("dark", 1.0), ("bright", PIGMENT_BRIGHTER)):
+        coloured, grey = (factor * pigment + light for light in (diffraction, greyed(diffraction)))
+        with TemporaryDirectory() as folder:
+            paths = [Path(folder) / f"{kind}.exr" for kind in ("coloured", "grey")]
+            for path, pixels in zip(paths, (coloured, grey)):
+                mi.Bitmap(pixels.astype(np.float32)).write(str(path))
+            found[f"delta_e_{name}"] = mean_delta_e(*paths, mask)
+        found[f"chroma_{name}"] = mean_chroma(coloured, mask)
+    return found
+
+
+def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.15: Elaphe without and with its pigment, and how much the colour of diffraction changes the latter."""
+    name = measured(skins, "elaphe")
+    alone = bare(skins[name][1], "(a) diffraction alone")
+    final = replace(alone, caption="(b) over the pigment", pigment=True)
+    sheet = draw(Sheet("elaphe", "Elaphe", "2.15", "", both([alone, final])), studio, folder, SHOWN)
+    mask = studio.mask(alone)
+    # Light adds up: what the pigment reflects is the same whatever diffracts above it.
+    pigment = read_exr(studio.shoot(final)[0]) - read_exr(studio.shoot(alone)[0])
+    colour = {
+        species: {
+            "label": skins[measured(skins, species)][0],
+            **over(pigment, read_exr(studio.shoot(bare(skins[measured(skins, species)][1], ""))[0]), mask),
+        }
+        for species in SPECIES
+    }
+    cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
+    light_cone(cone, VIEW, SUN, VIEW.target_cm)
+    figure, axes = plt.subplots(1, 4, figsize=(15, 3.6), width_ratios=(1.5, 1, 1, 1), layout="constrained")
+    axes[0].imshow(np.array(cone))
+    axes[0].set(title="(c) pigment alone, and where light comes from")
+    axes[0].set_axis_off()
+    show_relief(axes[1], relief(skins[name][1]), f"(d) {skins[name][0]}")
+    show_term(axes[2], skins[name][1], 1, "(e) |DFT(h)|")
+    show_term(axes[3], skins[name][1], 8, "(e) |DFT(h⁸)|")
+    figure.savefig(folder / "elaphe-relief.png", dpi=80)
+    plt.close(figure)
+    reflectance = float(np.array(pigment_texture(studio.snake.pigment)["bitmap"]).mean())
+    return {
+        "sheet": sheet,
+        "label": skins[name][0],
+        "colour": colour,
+        "pigment_reflectance": reflectance,
+        "brighter": PIGMENT_BRIGHTER,
+    }
+
+
+def xenopeltis(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.16: Xenopeltis with its nanostructure and the third term."""
+    names = [name for name in skins if name.startswith("xenopeltis")]
+    shot = bare(skins[names[0]][1], f"(a) {skins[names[0]][0]}, flss")
+    row = [shot, replace(shot, caption="(a) Mitsuba, path-traced", method=None)]
+    sheet = draw(Sheet("xenopeltis", "Xenopeltis", "2.16", "", [row]), studio, folder, SHOWN)
+    figure, axes = plt.subplots(1, 2 * len(names), figsize=(3.8 * 2 * len(names), 3.6), layout="constrained")
+    for name, (left, right) in zip(names, axes.reshape(-1, 2)):
+        show_relief(left, relief(skins[name][1]), f"(b) {skins[name][0]}")
+        show_term(right, skins[name][1], 3, f"(c) |DFT(h³)|, {skins[name][0].split(', ')[1]}")
+    figure.savefig(folder / "xenopeltis-relief.png", dpi=80)
+    plt.close(figure)
+    return {"sheet": sheet, "label": skins[names[0]][0]}
+
+
+def closer(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.17: Elaphe, each picture five times closer than the one before."""
+    label, skin = skins[measured(skins, "elaphe")]
+    half = math.tan(math.radians(WIDEST_DEG / 2))
+    angles_deg = [2 * math.degrees(math.atan(half / CLOSER**k)) for k in range(ZOOMS)]
+    shots = [
+        bare(
+            skin,
+            f"{deg:.4g}°",
+            view=replace(VIEW, fov_deg=deg, target_cm=ZOOM_TARGET_CM),
+            mark=None if deg == angles_deg[-1] else partial(box, share=1 / CLOSER),
         )
-        return Sheet(name, title, "2.17 and 2.18", text, both(shots))
-
-    disc = Shot("flss", {"preset": "cd"}, "flss", Light(-90, 50, "directional", 0), DISC, False, True)
-    snake = Shot("flss", xenopeltis, "flss", pigment=False)
-
-    def models(name: str, title: str, figure: str, shot: Shot, text: str) -> Sheet:
-        row = [shot, replace(shot, caption="stam", method="stam"), replace(shot, caption="table", method="table")]
-        return Sheet(name, title, figure, text, [[*row, replace(shot, caption="Mitsuba", method=None)]])
-
-    return [
-        Sheet(
-            "skins",
-            "Three skins",
-            "2.14 and 2.15",
-            "Over the pigment, weighted by what the surface does not reflect, and without it (“bare”).",
-            [*both(skins), *both(bare)],
-        ),
-        Sheet("zoom", "Closer", "2.16", "The field of view is the caption's number.", both(zooms)),
-        sweep("south-to-north", "The sun from south to north", SOUTH_TO_NORTH),
-        sweep("southeast-to-west", "The sun from south-east to west", SOUTHEAST_TO_WEST),
-        models(
-            "cd",
-            "A compact disc",
-            "2.21",
-            disc,
-            "Stam's model knows the spacing of the tracks alone, so it has every order alike; pits and lands do not.",
-        ),
-        models(
-            "xenopeltis",
-            "Xenopeltis by FLSS and by Stam",
-            "2.22",
-            snake,
-            "A skin is not one spacing: along the body Stam's model has orders, across it none.",
-        ),
+        for deg in angles_deg
     ]
+    sheet = draw(Sheet("closer", "Closer", "2.17", "", both(shots)), studio, folder, SHOWN)
+    zooms = [
+        {"fov_deg": deg, "chroma": mean_chroma(read_exr(studio.shoot(shot)[0]), studio.mask(shot))}
+        for deg, shot in zip(angles_deg, shots)
+    ]
+    return {"sheet": sheet, "label": label, "zooms": zooms}
+
+
+def sun_of(travels: tuple[float, float, float]) -> Light:
+    """The sun whose light travels in a direction of figure 2.18: its x axis is taken as north, its y axis as east."""
+    north, east, up = (-component for component in travels)
+    elevation_deg = math.degrees(math.atan2(up, math.hypot(north, east)))
+    return Light(math.degrees(math.atan2(north, east)), elevation_deg, "directional", 0)
+
+
+def moving_sun(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.18: Elaphe while the sun moves, and how fast the picture changes with it."""
+    label, skin = skins[measured(skins, "elaphe")]
+    enlarge = partial(inset, centre=INSET_AT, half=INSET_HALF)
+
+    def first(picture: Image.Image) -> None:
+        enlarge(picture)
+        compass(picture, VIEW, VIEW.target_cm, (2.6, 1.6))
+
+    columns = {"S to N": SOUTH_TO_NORTH, "SE to W": SOUTHEAST_TO_WEST}
+    shots = {
+        way: [
+            bare(skin, f"{way}, {k + 1}", light=sun_of(travels), mark=first if (way, k) == ("S to N", 0) else enlarge)
+            for k, travels in enumerate(directions)
+        ]
+        for way, directions in columns.items()
+    }
+    traced = {"caption": "Mitsuba, path-traced", "method": None, "mark": enlarge}
+    rows = [[view for shot in row for view in (shot, replace(shot, **traced))] for row in zip(*shots.values())]
+    sheet = draw(Sheet("moving-sun", "The sun moves", "2.18", "", rows), studio, folder, SHOWN)
+    steps = []
+    for way, column in shots.items():
+        for k, (a, b) in enumerate(zip(column, column[1:])):
+            degrees = math.degrees(math.acos(float(np.clip(a.light.to_sun() @ b.light.to_sun(), -1, 1))))
+            changes = {
+                by: mean_delta_e(*(studio.shoot(replace(shot, method=method))[0] for shot in (a, b)), studio.mask(a))
+                for by, method in (("flss", "flss"), ("path_traced", None))
+            }
+            steps.append(
+                {
+                    "way": way,
+                    "from": k + 1,
+                    "to": k + 2,
+                    "sun_deg": degrees,
+                    **{f"delta_e_{by}": value for by, value in changes.items()},
+                    **{f"delta_e_{by}_per_deg": value / degrees for by, value in changes.items()},
+                }
+            )
+    suns = [
+        {"way": way, "panel": k + 1, "azimuth_deg": shot.light.azimuth_deg, "elevation_deg": shot.light.elevation_deg}
+        for way, column in shots.items()
+        for k, shot in enumerate(column)
+    ]
+    return {"sheet": sheet, "label": label, "steps": steps, "suns": suns}
+
+
+def mesh_counts(resolution: float) -> dict:
+    """Vertices and faces of the snake, out of the header of its file."""
+    header = snake_files(resolution).mesh.read_bytes()[:1000].decode("ascii", "ignore")
+    return {
+        name: int(header.split(f"element {element} ")[1].split()[0])
+        for name, element in (("vertices", "vertex"), ("faces", "face"))
+    }
 
 
 def figures() -> dict:
-    """Draws the sheets; returns how far each path-traced picture is from the one above it or beside it."""
+    """Draws everything; returns the figures of the page."""
     use_variant()
-    folder = images(PAGE)
+    folder, worn = images(PAGE), skins()
     with TemporaryDirectory() as scratch:
-        studio = Studio(Path(scratch))
-        made = [draw(sheet, studio, folder) for sheet in sheets()]
-        return {"spp": SPP, "rays": SUPERSAMPLE**2, "adapter": studio.adapter, "sheets": made}
-
-
-class Studio:
-    """Draws shots into a folder."""
-
-    def __init__(self, folder: Path):
-        self.folder = folder
-        self.snake = snake_files()
-        self.disc = SnakeFiles(write_disc(folder / "disc.ply"), self.snake.pigment)
-        self.adapter = ""
-        self._count = 0
-
-    def shoot(self, shot: Shot) -> tuple[Path, Path, float]:
-        """The picture as EXR and as PNG, and the seconds it took without what is built only once."""
-        self._count += 1
-        exr = self.folder / f"{self._count}.exr"
-        files = self.disc if shot.disc else self.snake
-        optics = ALUMINIUM if shot.disc else {"eta": KERATIN}
-        traced = shot.method is None
-        seconds = self._trace(shot, files, optics, exr) if traced else self._draw(shot, files, optics, exr)
-        return exr, exr.with_suffix(".png"), seconds
-
-    def _trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        # The realtime renderer scales no energy.
-        skin = {**shot.skin, **optics, "conserve_energy": False}
-        bsdf = skin_bsdf(skin, files.pigment) if shot.pigment else {"type": "diffraction", **skin}
-        result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=2)
-        picture.check(result.pixels, shot.caption)
-        picture.write(result.pixels, exr, EXPOSURE_STOPS)
-        return result.seconds["later_pass"] * 2
-
-    def _draw(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        view, light = shot.view, shot.light
-        words = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
-        words += ["--method", shot.method, "--mesh", files.mesh, "--supersample", SUPERSAMPLE]
-        words += ["--size", f"{view.width}x{view.height}", "--fov", view.fov_deg]
-        for name, place in (("origin", view.origin_cm), ("target", view.target_cm)):
-            words += [f"--camera-{name}", ",".join(map(str, place))]
-        words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
-        words += [] if shot.pigment else ["--blend", "none"]
-        report = json.loads(sunbeam(*words, *realtime.surface_words({**shot.skin, **optics})))
-        # Without the driver's version.
-        self.adapter = report["adapter"].split(" (")[0]
-        return report["gpu_ms"] / 1e3
-
-
-def draw(sheet: Sheet, studio: Studio, folder: Path) -> dict:
-    """Writes the sheet, and returns the figures of its pictures."""
-    cells, rows, drawn = [], [], []
-    for row in sheet.rows:
-        cells.append([])
-        for column, shot in enumerate(row):
-            exr, png, seconds = studio.shoot(shot)
-            figures = {"caption": shot.caption, "seconds": seconds, "delta_e_mean": None, "flip": None}
-            # What is path-traced is the reference of what was drawn just before: in the row above, or in the same one.
-            if shot.method is None:
-                held = [drawn[-1][column]] if len(sheet.rows) > 1 else rows[:]
-                for other in held:
-                    found = realtime.compare(exr, other["exr"], exposure=EXPOSURE_STOPS)
-                    other["delta_e_mean"], other["flip"] = found["delta_e_2000"]["mean"], found["flip"]["mean"]
-            figures["exr"] = exr
-            rows.append(figures)
-            cells[-1].append((png, f"{shot.caption}, {seconds:.2g} s"))
-            print(f"{sheet.name}: {cells[-1][-1][1]}", flush=True)
-        drawn.append(rows[-len(row) :])
-    for figures in rows:
-        del figures["exr"]
-    png = studio.folder / f"{sheet.name}.png"
-    contact_sheet(cells, png, SNAKE.width)
-    with Image.open(png) as made:
-        made.save(folder / f"{sheet.name}.jpg", quality=88)
-    held = [row for row in rows if row["delta_e_mean"] is not None]
-    return {
-        "name": sheet.name,
-        "title": sheet.title,
-        "figure": sheet.figure,
-        "text": sheet.text,
-        "pictures": rows,
-        "largest_delta_e": float(np.max([row["delta_e_mean"] for row in held])),
-        "held": held,
-    }
+        studio = Studio(Path(scratch), RESOLUTION, SUPERSAMPLE)
+        made = {
+            make.__name__: make(studio, worn, folder) for make in (gratings, elaphe, xenopeltis, closer, moving_sun)
+        }
+        return {
+            "spp": SPP,
+            "rays": SUPERSAMPLE**2,
+            "adapter": studio.adapter,
+            "has_scans": any(name.endswith("scan") for name in worn),
+            "sun": {"azimuth_deg": SUN.azimuth_deg, "elevation_deg": SUN.elevation_deg},
+            "mesh": mesh_counts(RESOLUTION),
+            "default_mesh": mesh_counts(4.0),
+            "window_um": SCAN_WINDOW["coherence_length"],
+            **made,
+        }
