@@ -81,7 +81,8 @@ def test_the_stock_command_renders_a_scan_of_one_s_own(folder, tmp_path):
         .read_text()
         .replace(
             '<string name="filename" value="$scan"/>',
-            '<string name="filename" value="$scan"/><float name="pixel_size" value="0.1"/>',
+            '<string name="filename" value="$scan"/><float name="pixel_size" value="0.1"/>'
+            '<float name="coherence_length" value="6"/>',
         )
     )
     (tmp_path / "own.xml").write_text(own)
