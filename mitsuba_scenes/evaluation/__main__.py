@@ -20,6 +20,7 @@ PAGES = (
     "sampling",
     "batch",
     "renderings",
+    "renderings-methods",
     "brdf-maps",
     "periodicity",
     "lab",
