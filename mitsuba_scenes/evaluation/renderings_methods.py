@@ -35,7 +35,7 @@ SPECIES = {"Elaphe": SCAN.with_name("elaphe.gsf"), "Xenopeltis": SCAN}
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
 # The disc from above, its light from the left.
 DISC = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
-DISC_LIGHT = Light(180, 55, "directional", 0)
+DISC_LIGHT = Light(180, 70, "directional", 0)
 CD_UM, DEMO_UM = 1.6, 10.0
 GEMS = {"stam_form": "gems"}
 FRAME, REPEATS = "384x256", 2
