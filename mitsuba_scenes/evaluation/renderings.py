@@ -1,61 +1,270 @@
-"""The renderings of Single 2014 (figures 2.14 to 2.18), on the GPU and path-traced in Mitsuba."""
+"""The renderings of Single 2014 (figures 2.14 to 2.18): FLSS on the GPU, and path-traced in Mitsuba beside it."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import mitsuba as mi
+import numpy as np
+from PIL import Image
+
+from .. import picture
+from ..crosscheck.cases import SCAN
 from ..environment import use_variant
 from ..light import Light
-from ..skin import preset_skin
+from ..render import EXPOSURE_STOPS
+from ..scene import View
+from ..skin import preset_skin, scanned_skin
+from ..snake import snake_files
+from .appearance import greyed, mean_chroma, mean_delta_e, read_exr
+from .marks import box, compass, inset, light_cone
 from .page import images
-from .studio import SNAKE, SPP, SUPERSAMPLE, Sheet, Shot, Studio, both, draw
+from .relief_plots import relief, show_relief, show_term
+from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
 
 PAGE = "renderings"
-SKINS = ("blazed", "elaphe", "xenopeltis")
-ZOOMS_DEG = (30, 14, 6, 2.5)
-# Azimuth and elevation in degrees along an arc of the sun; the snake's tail points east, +x.
-SOUTH_TO_NORTH = ((-90, 20), (-90, 50), (-90, 80), (90, 50), (90, 20))
-SOUTHEAST_TO_WEST = ((-45, 25), (-75, 40), (-110, 45), (-150, 40), (-180, 25))
+# Rays along each side of a pixel on the GPU: one, as a fragment shader has it.
+SUPERSAMPLE = 1
+VIEW = View(300, 200)
+# Width of the pictures on the sheets.
+SHOWN = VIEW.width
+# A scan is repeated, which FLSS needs; a window as wide as the scan leaves the repeats no say.
+SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
+SPECIES = ("elaphe", "xenopeltis")
+# Figure 2.17: each field of view shows a fifth of the one before.
+WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
+ZOOM_TARGET_CM = (-1.0, 0.55, 0.9)
+# Figure 2.18: directions in which light travels, as its captions have them, in a frame that is not said. The first is
+# printed as (−3.3130, 0, −0.9999), which is no unit vector; the steps of the others put a number near 0 there.
+SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
+SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
+# The box of the insets: its middle and half its side, in pixels.
+INSET_AT, INSET_HALF = (158, 88), 15
 
 
-def sheets() -> list[Sheet]:
-    """Everything that the page shows."""
-    xenopeltis = preset_skin("xenopeltis")
-    skins = [Shot(f"{name}, flss", preset_skin(name), "flss") for name in SKINS]
-    bare = [replace(shot, caption=f"{shot.caption}, bare", pigment=False) for shot in skins]
-    zooms = [Shot(f"{deg} degrees, table", xenopeltis, "table", view=replace(SNAKE, fov_deg=deg)) for deg in ZOOMS_DEG]
+def skins() -> dict[str, tuple[str, dict]]:
+    """The surfaces by name, each with what it is called in captions: the scans that are present, and the presets."""
+    found = {}
+    for species in SPECIES:
+        path = SCAN.with_name(f"{species}.gsf")
+        preset = preset_skin(species)
+        if path.exists():
+            scanned = scanned_skin(path, rotation_deg=preset.get("rotation", 0.0))
+            found[f"{species}-scan"] = (f"{species.capitalize()}, scan", {**scanned, **SCAN_WINDOW})
+        else:
+            print(f"NOT DRAWN: no scan at {path}, so the procedural skin alone stands for {species}", flush=True)
+        found[f"{species}-preset"] = (f"{species.capitalize()}, procedural", preset)
+    found["blazed"] = ("Blazed", preset_skin("blazed"))
+    return found
 
-    def sweep(name: str, title: str, places: tuple) -> Sheet:
-        shots = [
-            Shot(f"{azimuth}, {elevation}, table", xenopeltis, "table", Light(azimuth, elevation, "directional", 0))
-            for azimuth, elevation in places
-        ]
-        text = (
-            "Captions are the sun's azimuth, counter-clockwise from the tail's direction, and its elevation in degrees."
+
+def measured(skins: dict, species: str) -> str:
+    """The name of the species' scan, or of its preset where there is no scan."""
+    return f"{species}-scan" if f"{species}-scan" in skins else f"{species}-preset"
+
+
+def bare(skin: dict, caption: str, **how) -> Shot:
+    """Diffraction alone, by FLSS."""
+    return Shot(caption, skin, "flss", view=how.pop("view", VIEW), pigment=False, **how)
+
+
+def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.14: the snake with each surface, and how colourful it is."""
+    panels = {"blazed": "(a)"}
+    for letter, species in (("(b)", "elaphe"), ("(c)", "xenopeltis")):
+        panels |= {name: letter for name in skins if name.startswith(species)}
+    ordered = sorted(panels, key=lambda name: ("preset" in name, panels[name]))
+    shots = [bare(skins[name][1], f"{panels[name]} {skins[name][0]}") for name in ordered]
+    sheet = draw(Sheet("gratings", "Diffraction of three surfaces", "2.14", "", both(shots)), studio, folder, SHOWN)
+    chroma = {}
+    for name, shot in zip(ordered, shots):
+        mask = studio.mask(shot)
+        found = {
+            by: mean_chroma(read_exr(studio.shoot(replace(shot, method=method))[0]), mask)
+            for by, method in (("flss", "flss"), ("path_traced", None))
+        }
+        chroma[name] = {"label": skins[name][0], **found}
+    kinds = ["scan", "preset"] if measured(skins, "elaphe").endswith("scan") else ["preset"]
+    rankings = {
+        kind: sorted(("blazed", *(f"{species}-{kind}" for species in SPECIES)), key=lambda n: -chroma[n]["flss"])
+        for kind in kinds
+        if all(f"{species}-{kind}" in chroma for species in SPECIES)
+    }
+    agrees = {
+        kind: [name.split("-")[0] for name in order] == ["xenopeltis", "elaphe", "blazed"]
+        for kind, order in rankings.items()
+    }
+    return {"sheet": sheet, "chroma": chroma, "rankings": rankings, "as_ranked": agrees}
+
+
+def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.15: Elaphe without and with its pigment, and how much the colour of diffraction changes the latter."""
+    name = measured(skins, "elaphe")
+    alone = bare(skins[name][1], "(a) diffraction alone")
+    final = replace(alone, caption="(b) over the pigment", pigment=True)
+    sheet = draw(Sheet("elaphe", "Elaphe", "2.15", "", both([alone, final])), studio, folder, SHOWN)
+    mask = studio.mask(alone)
+    # Light adds up: what the pigment reflects is the same whatever diffracts above it.
+    pigment = read_exr(studio.shoot(final)[0]) - read_exr(studio.shoot(alone)[0])
+    colour = {}
+    for species in SPECIES:
+        diffraction = read_exr(studio.shoot(bare(skins[measured(skins, species)][1], ""))[0])
+        paths = {}
+        for kind, pixels in (
+            ("coloured", pigment + diffraction),
+            ("grey", pigment + greyed(diffraction)),
+            ("pigment", pigment),
+        ):
+            paths[kind] = studio.folder / f"{species}-{kind}.exr"
+            mi.Bitmap(pixels.astype(np.float32)).write(str(paths[kind]))
+        colour[species] = {
+            "label": skins[measured(skins, species)][0],
+            "delta_e_colour": mean_delta_e(paths["coloured"], paths["grey"], mask),
+            "delta_e_all": mean_delta_e(paths["coloured"], paths["pigment"], mask),
+            "chroma_alone": mean_chroma(diffraction, mask),
+            "chroma_coloured": mean_chroma(pigment + diffraction, mask),
+            "chroma_grey": mean_chroma(pigment + greyed(diffraction), mask),
+        }
+    cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
+    light_cone(cone, VIEW, SUN, VIEW.target_cm)
+    figure, axes = plt.subplots(1, 4, figsize=(17, 4.0), width_ratios=(1.5, 1, 1, 1), layout="constrained")
+    axes[0].imshow(np.array(cone))
+    axes[0].set(title="(c) pigment alone, and where light comes from")
+    axes[0].set_axis_off()
+    show_relief(axes[1], relief(skins[name][1]), f"(d) {skins[name][0]}")
+    show_term(axes[2], skins[name][1], 1, "(e) |DFT(h)|")
+    show_term(axes[3], skins[name][1], 8, "(e) |DFT(h⁸)|")
+    figure.savefig(folder / "elaphe-relief.png", dpi=70)
+    plt.close(figure)
+    return {"sheet": sheet, "label": skins[name][0], "colour": colour}
+
+
+def xenopeltis(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.16: Xenopeltis with its nanostructure and the third term."""
+    names = [name for name in skins if name.startswith("xenopeltis")]
+    shot = bare(skins[names[0]][1], f"(a) {skins[names[0]][0]}, flss")
+    row = [shot, replace(shot, caption="(a) Mitsuba, path-traced", method=None)]
+    sheet = draw(Sheet("xenopeltis", "Xenopeltis", "2.16", "", [row]), studio, folder, SHOWN)
+    figure, axes = plt.subplots(1, 2 * len(names), figsize=(4.3 * 2 * len(names), 4.0), layout="constrained")
+    for name, (left, right) in zip(names, axes.reshape(-1, 2)):
+        show_relief(left, relief(skins[name][1]), f"(b) {skins[name][0]}")
+        show_term(right, skins[name][1], 3, f"(c) |DFT(h³)|, {skins[name][0].split(', ')[1]}")
+    figure.savefig(folder / "xenopeltis-relief.png", dpi=70)
+    plt.close(figure)
+    return {"sheet": sheet, "label": skins[names[0]][0]}
+
+
+def closer(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.17: Elaphe, each picture five times closer than the one before."""
+    label, skin = skins[measured(skins, "elaphe")]
+    half = math.tan(math.radians(WIDEST_DEG / 2))
+    angles_deg = [2 * math.degrees(math.atan(half / CLOSER**k)) for k in range(ZOOMS)]
+    shots = [
+        bare(
+            skin,
+            f"{deg:.4g}°",
+            view=replace(VIEW, fov_deg=deg, target_cm=ZOOM_TARGET_CM),
+            mark=None if deg == angles_deg[-1] else partial(box, share=1 / CLOSER),
         )
-        return Sheet(name, title, "2.17 and 2.18", text, both(shots))
-
-    return [
-        Sheet(
-            "skins",
-            "Three skins",
-            "2.14 and 2.15",
-            "Over the pigment, weighted by what the surface does not reflect, and without it (“bare”).",
-            [*both(skins), *both(bare)],
-        ),
-        Sheet("zoom", "Closer", "2.16", "The field of view is the caption's number.", both(zooms)),
-        sweep("south-to-north", "The sun from south to north", SOUTH_TO_NORTH),
-        sweep("southeast-to-west", "The sun from south-east to west", SOUTHEAST_TO_WEST),
+        for deg in angles_deg
     ]
+    sheet = draw(Sheet("closer", "Closer", "2.17", "", both(shots)), studio, folder, SHOWN)
+    zooms = [
+        {"fov_deg": deg, "chroma": mean_chroma(read_exr(studio.shoot(shot)[0]), studio.mask(shot))}
+        for deg, shot in zip(angles_deg, shots)
+    ]
+    return {"sheet": sheet, "label": label, "zooms": zooms}
+
+
+def sun_of(travels: tuple[float, float, float]) -> Light:
+    """The sun whose light travels in a direction of figure 2.18: its x axis is taken as north, its y axis as east."""
+    north, east, up = (-component for component in travels)
+    elevation_deg = math.degrees(math.atan2(up, math.hypot(north, east)))
+    return Light(math.degrees(math.atan2(north, east)), elevation_deg, "directional", 0)
+
+
+def moving_sun(studio: Studio, skins: dict, folder: Path) -> dict:
+    """Figure 2.18: Elaphe while the sun moves, and how fast the picture changes with it."""
+    label, skin = skins[measured(skins, "elaphe")]
+    enlarge = partial(inset, centre=INSET_AT, half=INSET_HALF)
+
+    def first(picture: Image.Image) -> None:
+        enlarge(picture)
+        compass(picture, VIEW, VIEW.target_cm, (2.6, 1.6))
+
+    columns = {"S to N": SOUTH_TO_NORTH, "SE to W": SOUTHEAST_TO_WEST}
+    shots = {
+        way: [
+            bare(skin, f"{way}, {k + 1}", light=sun_of(travels), mark=first if (way, k) == ("S to N", 0) else enlarge)
+            for k, travels in enumerate(directions)
+        ]
+        for way, directions in columns.items()
+    }
+    rows = [
+        [view for shot in row for view in (shot, replace(shot, caption="Mitsuba, path-traced", method=None))]
+        for row in zip(*shots.values())
+    ]
+    sheet = draw(Sheet("moving-sun", "The sun moves", "2.18", "", rows), studio, folder, SHOWN)
+    steps = []
+    for way, column in shots.items():
+        for k, (a, b) in enumerate(zip(column, column[1:])):
+            degrees = math.degrees(math.acos(float(np.clip(a.light.to_sun() @ b.light.to_sun(), -1, 1))))
+            changes = {
+                by: mean_delta_e(*(studio.shoot(replace(shot, method=method))[0] for shot in (a, b)), studio.mask(a))
+                for by, method in (("flss", "flss"), ("path_traced", None))
+            }
+            steps.append(
+                {
+                    "way": way,
+                    "from": k + 1,
+                    "to": k + 2,
+                    "sun_deg": degrees,
+                    **{f"delta_e_{by}": value for by, value in changes.items()},
+                    **{f"delta_e_{by}_per_deg": value / degrees for by, value in changes.items()},
+                }
+            )
+    suns = [
+        {"way": way, "panel": k + 1, "azimuth_deg": shot.light.azimuth_deg, "elevation_deg": shot.light.elevation_deg}
+        for way, column in shots.items()
+        for k, shot in enumerate(column)
+    ]
+    return {"sheet": sheet, "label": label, "steps": steps, "suns": suns}
+
+
+def mesh_counts(resolution: float) -> dict:
+    """Vertices and faces of the snake, out of the header of its file."""
+    header = snake_files(resolution).mesh.read_bytes()[:1000].decode("ascii", "ignore")
+    return {
+        name: int(header.split(f"element {element} ")[1].split()[0])
+        for name, element in (("vertices", "vertex"), ("faces", "face"))
+    }
 
 
 def figures() -> dict:
-    """Draws the sheets; returns how far each path-traced picture is from the one above it or beside it."""
+    """Draws everything; returns the figures of the page."""
     use_variant()
-    folder = images(PAGE)
+    folder, worn = images(PAGE), skins()
     with TemporaryDirectory() as scratch:
-        studio = Studio(Path(scratch))
-        made = [draw(sheet, studio, folder) for sheet in sheets()]
-        return {"spp": SPP, "rays": SUPERSAMPLE**2, "adapter": studio.adapter, "sheets": made}
+        studio = Studio(Path(scratch), RESOLUTION, SUPERSAMPLE)
+        made = {
+            make.__name__: make(studio, worn, folder) for make in (gratings, elaphe, xenopeltis, closer, moving_sun)
+        }
+        return {
+            "spp": SPP,
+            "rays": SUPERSAMPLE**2,
+            "adapter": studio.adapter,
+            "has_scans": any(name.endswith("scan") for name in worn),
+            "sun": {"azimuth_deg": SUN.azimuth_deg, "elevation_deg": SUN.elevation_deg},
+            "mesh": mesh_counts(RESOLUTION),
+            "default_mesh": mesh_counts(4.0),
+            "window_um": SCAN_WINDOW["coherence_length"],
+            **made,
+        }

@@ -9,7 +9,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import matplotlib
-import mitsuba as mi
 import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
@@ -24,6 +23,7 @@ from ..scene import View
 from ..skin import preset_skin, scanned_skin
 from ..tool import sunbeam
 from . import alignment, hues, stam_maps
+from .appearance import read_exr
 from .lab import period
 from .page import images
 from .speed_error import processor
@@ -135,9 +135,9 @@ def draw(studio: Studio, shots: list[Shot]) -> tuple[list[Drawn], np.ndarray]:
 
 def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
     """Takes a shot and exposes it by its lit pixels."""
-    exr, png, _ = studio.shoot(shot)
-    pixels = np.array(mi.Bitmap(str(exr)), dtype=np.float64)[..., :3]
-    Image.fromarray(tone_mapped(pixels.astype(np.float32), hues.exposure_stops(pixels[lit]))).save(png)
+    exr, _, _ = studio.shoot(shot)
+    pixels, png = read_exr(exr), exr.with_name(f"{exr.stem}-exposed.png")
+    Image.fromarray(tone_mapped(pixels, hues.exposure_stops(pixels[lit]))).save(png)
     print(shot.caption, flush=True)
     return Drawn(shot, pixels, png)
 
@@ -192,10 +192,11 @@ def xenopeltis(studio: Studio, folder: Path) -> dict:
     for title, skin in surfaces("Xenopeltis").items():
         one = of_one_window(skin)
         spacing_um = period(skin, "x")["period_um"]
+        kind = title.split(", ")[1]
         shots = [
-            Shot(f"{title}, FLSS", one, "flss", pigment=False),
-            Shot(f"{title}, Stam", one, "stam", pigment=False, options={**GEMS, "period_um": spacing_um}),
-            Shot(f"{title}, path-traced", skin, None, pigment=False),
+            Shot(f"{kind}, FLSS", one, "flss", pigment=False),
+            Shot(f"{kind}, Stam (GPU Gems)", one, "stam", pigment=False, options={**GEMS, "period_um": spacing_um}),
+            Shot(f"{kind}, path-traced", skin, None, pigment=False),
         ]
         row, pairs = draw(studio, shots)
         rows.append(row)
@@ -241,9 +242,10 @@ def nmm(studio: Studio, folder: Path) -> dict:
     """Figure B.1: Elaphe by FLSS and by NMM, without weights as Single 2014 has it and with ours."""
     rows, found, statements = [], [], []
     for title, skin in surfaces("Elaphe").items():
-        flss = Shot(f"{title}, FLSS", of_one_window(skin), "flss", pigment=False)
-        published = replace(flss, caption=f"{title}, NMM", method="nmm", options={"weighted": False})
-        weighted = replace(flss, caption=f"{title}, NMM weighted", method="nmm")
+        kind = title.split(", ")[1]
+        flss = Shot(f"{kind}, FLSS", of_one_window(skin), "flss", pigment=False)
+        published = replace(flss, caption=f"{kind}, NMM", method="nmm", options={"weighted": False})
+        weighted = replace(flss, caption=f"{kind}, NMM weighted", method="nmm")
         row, pairs = draw(studio, [flss, published, weighted])
         rows.append(row)
         lit = pairs[..., 6] > 0

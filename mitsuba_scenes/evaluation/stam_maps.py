@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import mitsuba as mi
 import numpy as np
 
 from ..crosscheck.realtime import surface_words
 from ..tool import sunbeam
+from .appearance import read_exr
 from .rgb_against_spectral import XYZ_OF_SRGB
 
 # Odd, so that the middle row of a map is the plane of x.
@@ -36,7 +36,7 @@ def brdf_map(folder: Path, skin: dict, size: int, options: dict) -> np.ndarray:
     """The map of a surface at normal incidence, linear sRGB, (rows, columns, 3) from the top down."""
     exr = folder / "map.exr"
     sunbeam("brdf-map", "-o", exr, "--size", size, *surface_words({**skin, **options}))
-    return np.array(mi.Bitmap(str(exr)), dtype=np.float64)[..., :3]
+    return read_exr(exr).astype(np.float64)
 
 
 def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) -> Peaks:

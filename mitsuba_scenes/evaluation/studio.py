@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 from .. import picture
@@ -31,7 +33,10 @@ ALUMINIUM = {"eta": 1.0, "k": 6.9}
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture: on the GPU by a method with its `options`, or path-traced (`method` None)."""
+    """A picture: on the GPU by a method with its `options`, or path-traced (`method` None).
+
+    `mark` draws onto the picture for the sheet, and is no part of what is compared.
+    """
 
     caption: str
     skin: dict
@@ -41,6 +46,11 @@ class Shot:
     pigment: bool = True
     disc: bool = False
     options: dict = field(default_factory=dict)
+    mark: Callable[[Image.Image], None] | None = None
+
+    def scene(self, method: str | None = None) -> str:
+        """What is drawn, without words and marks, by this method; equal for equal pictures."""
+        return repr(replace(self, caption="", method=method, mark=None))
 
 
 @dataclass
@@ -60,24 +70,45 @@ def both(shots: list[Shot]) -> list[list[Shot]]:
 
 
 class Studio:
-    """Draws shots into a folder. `adapter` names the GPU once something was drawn on it."""
+    """Draws shots into a folder, each once. `adapter` names the GPU once something was drawn on it.
 
-    def __init__(self, folder: Path, resolution: float = RESOLUTION):
+    `supersample` is the number of rays along each side of a pixel on the GPU.
+    """
+
+    def __init__(self, folder: Path, resolution: float = RESOLUTION, supersample: int = SUPERSAMPLE):
         self.folder = folder
+        self.supersample = supersample
         self.snake = snake_files(resolution)
         self.disc = SnakeFiles(write_disc(folder / "disc.ply"), self.snake.pigment)
         self.adapter = ""
-        self._count = 0
+        self._taken: dict[str, tuple[Path, Path, float]] = {}
+        self._masks: dict[str, Path] = {}
 
     def shoot(self, shot: Shot) -> tuple[Path, Path, float]:
         """The picture as EXR and as PNG, and the seconds it took without what is built only once."""
-        self._count += 1
-        exr = self.folder / f"{self._count}.exr"
-        files = self.disc if shot.disc else self.snake
-        optics = ALUMINIUM if shot.disc else {"eta": KERATIN}
-        traced = shot.method is None
-        seconds = self._trace(shot, files, optics, exr) if traced else self._draw(shot, files, optics, exr)
-        return exr, exr.with_suffix(".png"), seconds
+        key = shot.scene(shot.method)
+        if key not in self._taken:
+            exr = self.folder / f"{len(self._taken)}.exr"
+            optics = ALUMINIUM if shot.disc else {"eta": KERATIN}
+            take = self._trace if shot.method is None else self._draw
+            seconds = take(shot, self._files(shot), optics, exr)
+            self._taken[key] = (exr, exr.with_suffix(".png"), seconds)
+        return self._taken[key]
+
+    def mask(self, shot: Shot) -> Path:
+        """A PNG that is white where the centre of a pixel sees the mesh, black elsewhere."""
+        key = repr((shot.view, shot.disc))
+        if key not in self._masks:
+            npy = self.folder / f"mask-{len(self._masks)}.npy"
+            words = ["--method", "stam", "--preset", "flat", "--period-um", 1, "--mesh", self._files(shot).mesh]
+            sunbeam("render", "-o", npy.with_suffix(".exr"), "--pairs", npy, *words, *view_words(shot.view))
+            to_camera = np.load(npy)[..., 3:6]
+            Image.fromarray(np.uint8(255 * to_camera.any(axis=-1))).save(npy.with_suffix(".png"))
+            self._masks[key] = npy.with_suffix(".png")
+        return self._masks[key]
+
+    def _files(self, shot: Shot) -> SnakeFiles:
+        return self.disc if shot.disc else self.snake
 
     def _trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
         # The realtime renderer scales no energy.
@@ -89,12 +120,10 @@ class Studio:
         return result.seconds["later_pass"] * 2
 
     def _draw(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        view, light = shot.view, shot.light
+        light = shot.light
         words = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
-        words += ["--method", shot.method, "--mesh", files.mesh, "--supersample", SUPERSAMPLE]
-        words += ["--size", f"{view.width}x{view.height}", "--fov", view.fov_deg]
-        for name, place in (("origin", view.origin_cm), ("target", view.target_cm)):
-            words += [f"--camera-{name}", ",".join(map(str, place))]
+        words += ["--method", shot.method, "--mesh", files.mesh, "--supersample", self.supersample]
+        words += view_words(shot.view)
         words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
         words += [] if shot.pigment else ["--blend", "none"]
         report = json.loads(sunbeam(*words, *realtime.surface_words({**shot.skin, **optics, **shot.options})))
@@ -103,29 +132,36 @@ class Studio:
         return report["gpu_ms"] / 1e3
 
 
-def draw(sheet: Sheet, studio: Studio, folder: Path) -> dict:
-    """Writes the sheet, and returns the figures of its pictures."""
+def view_words(view: View) -> list:
+    """The arguments of `sunbeam render` for a size and a camera."""
+    words = ["--size", f"{view.width}x{view.height}", "--fov", view.fov_deg]
+    for name, place in (("origin", view.origin_cm), ("target", view.target_cm)):
+        words += [f"--camera-{name}", ",".join(map(str, place))]
+    return words
+
+
+def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -> dict:
+    """Writes the sheet, with pictures so many pixels wide, and returns the figures of its pictures.
+
+    What is path-traced is the reference of whatever the GPU drew before on the same sheet of the same scene.
+    """
     cells, rows, drawn = [], [], []
     for row in sheet.rows:
         cells.append([])
-        for column, shot in enumerate(row):
+        for shot in row:
             exr, png, seconds = studio.shoot(shot)
             figures = {"caption": shot.caption, "seconds": seconds, "delta_e_mean": None, "flip": None}
-            # What is path-traced is the reference of what was drawn just before: in the row above, or in the same one.
             if shot.method is None:
-                held = [drawn[-1][column]] if len(sheet.rows) > 1 else rows[:]
-                for other in held:
-                    found = realtime.compare(exr, other["exr"], exposure=EXPOSURE_STOPS)
-                    other["delta_e_mean"], other["flip"] = found["delta_e_2000"]["mean"], found["flip"]["mean"]
-            figures["exr"] = exr
+                for other, held, other_exr in drawn:
+                    if other.method is not None and other.scene() == shot.scene():
+                        found = realtime.compare(exr, other_exr, exposure=EXPOSURE_STOPS)
+                        held["delta_e_mean"], held["flip"] = found["delta_e_2000"]["mean"], found["flip"]["mean"]
+            drawn.append((shot, figures, exr))
             rows.append(figures)
-            cells[-1].append((png, f"{shot.caption}, {seconds:.2g} s"))
+            cells[-1].append((_marked(shot, png), f"{shot.caption}, {seconds:.2g} s"))
             print(f"{sheet.name}: {cells[-1][-1][1]}", flush=True)
-        drawn.append(rows[-len(row) :])
-    for figures in rows:
-        del figures["exr"]
     png = studio.folder / f"{sheet.name}.png"
-    contact_sheet(cells, png, SNAKE.width)
+    contact_sheet(cells, png, width)
     with Image.open(png) as made:
         made.save(folder / f"{sheet.name}.jpg", quality=88)
     held = [row for row in rows if row["delta_e_mean"] is not None]
@@ -138,3 +174,15 @@ def draw(sheet: Sheet, studio: Studio, folder: Path) -> dict:
         "largest_delta_e": max((row["delta_e_mean"] for row in held), default=None),
         "held": held,
     }
+
+
+def _marked(shot: Shot, png: Path) -> Path:
+    """The picture with what the shot's mark draws on it, in a file of its own."""
+    if shot.mark is None:
+        return png
+    marked = png.with_name(f"{png.stem}-marked.png")
+    with Image.open(png) as plain:
+        picture = plain.convert("RGB")
+    shot.mark(picture)
+    picture.save(marked)
+    return marked

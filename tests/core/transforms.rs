@@ -7,7 +7,9 @@ use rustfft::num_complex::{Complex, Complex64};
 use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{Exact, Options, Surface};
-use sunbeam::transform::{Expansion, OrderTransform, Series, chebyshev_terms, naive_order_amplitude, taylor_terms};
+use sunbeam::transform::{
+    Expansion, OrderTransform, Series, TermTransform, chebyshev_terms, naive_order_amplitude, taylor_terms,
+};
 
 /// Closed forms against sums of up to 131072 terms of modulus one, whose rounding is some 1e-12.
 const CLOSED_FORM: f64 = 1e-9;
@@ -40,6 +42,26 @@ fn a_sinusoid_has_bessel_amplitudes_with_their_sign() {
     }
     // Negative control: the other sign of the exponent is told apart.
     assert!((naive_order_amplitude(&field, 3.0, 1, 0) - libm::jn(1, 3.0 * amplitude)).norm() > 0.1);
+}
+
+#[test]
+fn powers_of_a_sinusoid_have_binomial_harmonics() {
+    let (n, amplitude) = (128, 0.23);
+    let transform = TermTransform::<f64>::new(&sinusoid(n, 2.0, amplitude), Series::Taylor);
+    assert!((transform.half_range_um() - amplitude).abs() < ROUNDING);
+    for (power, harmonics) in [
+        // sin φ; sin²φ = 1/2 − cos 2φ/2; sin³φ = 3/4 sin φ − 1/4 sin 3φ: half of each at ±j.
+        (1, &[(1, 0.5)][..]),
+        (2, &[(0, 0.5), (2, 0.25)][..]),
+        (3, &[(1, 3.0 / 8.0), (3, 1.0 / 8.0)][..]),
+    ] {
+        let bins = transform.term(power);
+        for j in orders() {
+            let expected = harmonics.iter().find(|harmonic| harmonic.0 == j.abs()).map_or(0.0, |harmonic| harmonic.1);
+            let found = bins[j.rem_euclid(n as i64) as usize].norm();
+            assert!((found - expected).abs() < ROUNDING, "power {power} order {j}: {found} {expected}");
+        }
+    }
 }
 
 #[test]

@@ -1,12 +1,15 @@
 use super::progress::with_bar;
 use super::surface_args::SurfaceArgs;
+use super::term::Term;
 use super::{Outcome, print_json};
+use clap::builder::RangedU64ValueParser;
 use serde::Serialize;
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use sunbeam::cache::Origin;
 use sunbeam::height_field::{HeightField, Roughness, Seams, TileReport};
+use sunbeam::methods::TERMS_MAX;
 use sunbeam::reflectance::SurfaceReport;
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
@@ -37,6 +40,10 @@ pub struct HeightFieldArgs {
     /// Write the heights: .exr (32-bit floats, µm), .gsf, .npy (64-bit floats, µm) or .png (16 bit)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write |DFT((h/H)ⁿ)| to --output instead, heights h about the middle of their range 2H: .png (logarithmic, five decades,
+    /// order 0 in the middle) or .npy (64-bit floats)
+    #[arg(long, value_name = "N", requires = "output", value_parser = RangedU64ValueParser::<usize>::new().range(1..=TERMS_MAX as u64))]
+    term: Option<usize>,
     /// Write a grey picture, black the lowest height, +x right and +y up (.png)
     #[arg(long, value_name = "FILE")]
     preview: Option<PathBuf>,
@@ -88,6 +95,8 @@ struct Report<'a> {
     seams: Seams,
     #[serde(skip_serializing_if = "Option::is_none")]
     made_tileable: Option<TileReport>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    term: Option<Term>,
     chebyshev_terms: usize,
     table_bytes_estimate: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -122,8 +131,11 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         Some(width) => levelled.made_tileable(width).map(|(field, report)| (field, Some(report)))?,
         None => (levelled, None),
     };
-    if let Some(path) = &args.output {
-        field.write(path)?;
+    let term = args.term.map(|n| Term::new(&field, n));
+    match (&args.output, &term) {
+        (Some(path), Some(term)) => term.write(path)?,
+        (Some(path), None) => field.write(path)?,
+        (None, _) => {}
     }
     if let Some(path) = &args.preview {
         write_preview(&field, path)?;
@@ -152,6 +164,7 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         periods: periods(&field, options.tiling == Tiling::Periodic),
         seams: field.seams(),
         made_tileable,
+        term,
         chebyshev_terms: chebyshev_terms(kappa_h, options.tolerance),
         table_bytes_estimate: options.demand(&field).table_bytes() as usize,
         tables,

@@ -26,6 +26,7 @@ pub mod scene_args;
 mod service;
 mod snake;
 pub mod surface_args;
+mod term;
 mod view;
 
 use clap::error::ErrorKind;

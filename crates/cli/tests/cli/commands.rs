@@ -72,6 +72,10 @@ fn wrong_arguments_end_with_status_2_and_one_line_that_names_them() {
         (&["brdf-map", "--preset", "flat", "-o", "no/such/a.exr", "--size", "1"], &["no/such/a.exr"]),
         (&["brdf-map", "--preset", "flat", "-o", "a.exr", "--lambda-step", "0"], &["lambda-step"]),
         (&["height-field", "--preset", "flat", "-o", "a.jpg"], &["a.jpg", ".gsf"]),
+        (&["height-field", "--preset", "flat", "--term", "0", "-o", "a.png"], &["--term", "0 is not in 1..=256"]),
+        (&["height-field", "--preset", "flat", "--term", "257", "-o", "a.png"], &["--term", "257 is not in 1..=256"]),
+        (&["height-field", "--preset", "flat", "--term", "3", "-o", "a.gsf"], &["a.gsf", ".png or .npy"]),
+        (&["height-field", "--preset", "flat", "--term", "3"], &["--output"]),
         (&["height-field", "--preset", "flat", "--crop", "1,2"], &["--crop", "X,Y,WIDTH,HEIGHT"]),
         (&["height-field", "--preset", "cd", "--crop", "-1,0,1,1"], &["(-1, 0) µm", "does not lie within"]),
         (&["height-field", "--preset", "cd", "--make-tileable=1e3"], &["blend of 1000 µm", "a third"]),
@@ -258,6 +262,60 @@ fn a_height_field_written_is_the_one_read() {
 }
 
 #[test]
+fn a_term_is_the_transform_of_a_power_with_order_0_in_the_middle() {
+    // cos³φ = 3/4 cos φ + 1/4 cos 3φ, half of each in either direction of the wave; 0.25 µm drops out of h/H.
+    const AT_ONE: f64 = 3.0 / 8.0;
+    const AT_THREE: f64 = 1.0 / 8.0;
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    // One even and one odd side: the middle lies at half the side, rounded down.
+    let (nx, ny) = (16, 15);
+    let wave =
+        |(iy, ix): (usize, usize)| 0.25 * (2.0 * PI * (ix as f64 / nx as f64 + 2.0 * iy as f64 / ny as f64)).cos();
+    ndarray_npy::write_npy(path("wave.npy"), &ndarray::Array2::from_shape_fn((ny, nx), wave)).unwrap();
+    let surface = ["height-field", "--height-field", &path("wave.npy"), "--pixel-size", "0.1", "--level", "none"];
+    let term = |output: &str| {
+        let report = succeeded(run(&[&surface[..], &["--term", "3", "-o", output]].concat(), ""));
+        serde_json::from_str::<Value>(&report).unwrap()["term"].take()
+    };
+    let report = term(&path("term.npy"));
+    assert_eq!(report["n"], json!(3));
+    // Row 0 of the wave has its crest and its trough.
+    assert!((report["half_range_um"].as_f64().unwrap() - 0.25).abs() < ROUNDING, "{report}");
+    let magnitudes: ndarray::Array2<f64> = ndarray_npy::read_npy(path("term.npy")).unwrap();
+    assert_eq!(magnitudes.dim(), (ny, nx));
+    let expected = |iy: usize, ix: usize| match (iy as i32 - 7, ix as i32 - 8) {
+        (2, 1) | (-2, -1) => AT_ONE,
+        (6, 3) | (-6, -3) => AT_THREE,
+        _ => 0.0,
+    };
+    for ((iy, ix), &found) in magnitudes.indexed_iter() {
+        assert!((found - expected(iy, ix)).abs() < ROUNDING, "row {iy}, column {ix}: {found}");
+    }
+    term(&path("term.png"));
+    let ((width, height), pixels) = grey_picture(&path("term.png"));
+    assert_eq!((width, height), (nx, ny));
+    for (row, greys) in pixels.chunks(width).enumerate() {
+        for (ix, &grey) in greys.iter().enumerate() {
+            // The first row is the highest order along y; five decades are 255 steps.
+            let magnitude = expected(ny - 1 - row, ix);
+            let shown = if magnitude > 0.0 { 255.0 + 51.0 * (magnitude / AT_ONE).log10() } else { 0.0 };
+            assert_eq!(grey, shown.round() as u8, "row {row}, column {ix}");
+        }
+    }
+}
+
+/// Width, height and pixels of a grey PNG.
+fn grey_picture(path: &str) -> ((usize, usize), Vec<u8>) {
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    assert_eq!(info.color_type, png::ColorType::Grayscale);
+    ((info.width as usize, info.height as usize), pixels)
+}
+
+#[test]
 fn a_height_field_shows_its_preview_and_its_tables() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("preview.png");
@@ -271,11 +329,8 @@ fn a_height_field_shows_its_preview_and_its_tables() {
     let estimate = report["table_bytes_estimate"].as_f64().unwrap();
     assert!((0.4 * built..=built).contains(&estimate), "{estimate} for {built}");
     assert!(tables["energy"]["albedo_mean_scaled"].as_f64().unwrap() <= 1.001, "{tables}");
-    let mut reader =
-        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap())).read_info().unwrap();
-    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
-    let info = reader.next_frame(&mut pixels).unwrap();
-    assert_eq!((info.width, info.height, info.color_type), (512, 512, png::ColorType::Grayscale));
+    let (size, pixels) = grey_picture(path.to_str().unwrap());
+    assert_eq!(size, (512, 512));
     // The sawtooth rises to the right.
     assert!(pixels[..512].is_sorted() && pixels[0] == 0 && pixels[511] >= 254, "{:?}", &pixels[..512]);
 }

@@ -1,0 +1,58 @@
+//! One term of the Taylor expansion as a picture or an array: how large the DFT of a power of the heights is.
+
+use ndarray::Array2;
+use serde::Serialize;
+use std::error::Error;
+use std::path::Path;
+use sunbeam::height_field::HeightField;
+use sunbeam::transform::{Series, TermTransform};
+
+/// A picture is black where a bin is this many powers of ten below the largest.
+const DECADES: f64 = 5.0;
+
+/// `|DFT((h/H)ⁿ)|`, with the heights h about the middle of their range, and H half of it: means over the tile, in \[0, 1\].
+#[derive(Serialize)]
+pub struct Term {
+    n: usize,
+    half_range_um: f64,
+    /// Orders −⌊ny/2⌋ and up in rows, −⌊nx/2⌋ and up in columns.
+    #[serde(skip)]
+    magnitudes: Array2<f64>,
+}
+
+impl Term {
+    /// Transforms the `n`-th power of the heights.
+    pub fn new(field: &HeightField, n: usize) -> Self {
+        let transform = TermTransform::<f64>::new(field, Series::Taylor);
+        let bins = transform.term(n);
+        let (nx, ny) = field.size();
+        // Bins have order 0 first; the order 0 of the array is at ⌊n/2⌋.
+        let bin = |place: usize, n: usize| (place + n - n / 2) % n;
+        let magnitudes = Array2::from_shape_fn((ny, nx), |(iy, ix)| bins[bin(iy, ny) * nx + bin(ix, nx)].norm());
+        Self { n, half_range_um: transform.half_range_um(), magnitudes }
+    }
+
+    /// Writes the magnitudes (.npy, 64-bit floats), or their logarithm as a grey picture with +x right and +y up (.png).
+    pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
+        match path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase).as_deref() {
+            Some("npy") => ndarray_npy::write_npy(path, &self.magnitudes)
+                .map_err(|error| format!("{}: cannot be written: {error}", path.display()).into()),
+            Some("png") => {
+                let (height, width) = self.magnitudes.dim();
+                super::png::write(path, (width, height), png::ColorType::Grayscale, &self.greys())
+            }
+            _ => Err(format!("{}: a term is written as .png or .npy", path.display()).into()),
+        }
+    }
+
+    /// Rows from the top; white is the largest magnitude.
+    fn greys(&self) -> Vec<u8> {
+        let largest = self.magnitudes.iter().fold(0.0, |a: f64, &b| a.max(b));
+        let grey = |&magnitude: &f64| {
+            // The logarithm of 0 is −∞, which is black.
+            let share = 1.0 + (magnitude / largest).log10() / DECADES;
+            (255.0 * share.max(0.0)).round() as u8
+        };
+        self.magnitudes.rows().into_iter().rev().flat_map(|row| row.iter().map(grey).collect::<Vec<_>>()).collect()
+    }
+}
