@@ -212,6 +212,8 @@ def summary(sample: Sample, spacing: float, spots: list[dict]) -> dict:
         "is_drawn": sample.bench in (DRAWN, DRAWN_FROM_LEFT),
         "theta_i_deg": sample.bench.theta_i_deg,
         "spacing_um": spacing,
+        # Above it the first order on the other side of the mirrored beam lies below the sample's horizon.
+        "horizon_nm": 1e3 * spacing * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
         "spacing_um_by_order": by_order,
         "spots": spots,
