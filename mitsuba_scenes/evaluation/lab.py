@@ -201,10 +201,10 @@ def summary(sample: Sample, spacing: float, spots: list[dict]) -> dict:
     for spot in spots:
         moved = sample.bench.position_mm(WRONG_PERIOD * spacing, spot["order"], spot["wavelength_nm"])
         wrong_mm.append(abs(moved - spot["expected_mm"]))
-    by_order = {
-        order: float(np.mean([spot["spacing_um"] for spot in spots if spot["order"] == order]))
-        for order in sorted({spot["order"] for spot in spots})
-    }
+    by_order = []
+    for order in sorted({spot["order"] for spot in spots}):
+        found = [spot["spacing_um"] for spot in spots if spot["order"] == order]
+        by_order.append({"order": order, "spacing_um": float(np.mean(found))})
     return {
         "name": sample.name,
         "title": sample.title,
@@ -215,7 +215,7 @@ def summary(sample: Sample, spacing: float, spots: list[dict]) -> dict:
         # Above it the first order on the other side of the mirrored beam lies below the sample's horizon.
         "horizon_nm": 1e3 * spacing * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
-        "spacing_um_by_order": by_order,
+        "by_order": by_order,
         "spots": spots,
         "worst_mm": max(off_mm),
         "worst_deg": max(abs(spot["measured_deg"] - spot["expected_deg"]) for spot in spots),

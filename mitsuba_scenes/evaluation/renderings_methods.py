@@ -171,7 +171,10 @@ def disc(studio: Studio, folder: Path) -> dict:
     row.append(replace(flss, caption="path-traced (Mitsuba 3)", method=None))
     drawn, _ = draw(studio, row)
     sheet([drawn], studio, folder / "disc.jpg")
-    return stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
+    found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
+    own, _, fitted = (row["largest_off_deg"] for row in found["gems"])
+    insist(fitted < 1 < own, "GPU Gems' form agrees with FLSS on the disc where its spacing is fitted alone")
+    return found
 
 
 def symmetry(folder: Path) -> list[dict]:
