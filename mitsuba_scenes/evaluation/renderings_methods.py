@@ -120,8 +120,7 @@ def cut_outs(file: Path) -> list[dict]:
     chosen["Elaphe, procedural"] = alignment.cut_out({"preset": "elaphe"}, "x")
     alignment.draw(chosen, file)
     found = [
-        {"title": title, "period_um": cut.period_um, "wander_nm": 1e3 * cut.wander_um, "is_scan": "scan" in title}
-        for title, cut in chosen.items()
+        {"title": title, "period_um": cut.period_um, "wander_nm": 1e3 * cut.wander_um} for title, cut in chosen.items()
     ]
     disc = next(row["wander_nm"] for row in found if row["title"] == "CD")
     insist(all(disc < row["wander_nm"] for row in found if row["title"] != "CD"), "the disc is the most regular")
@@ -223,7 +222,7 @@ def xenopeltis(studio: Studio, folder: Path) -> dict:
         insist(stam["hues"] < flss["hues"], f"colours on {title} are more discrete in Stam's")
     sheet(rows, studio, folder / "xenopeltis.jpg")
     plot_hues(plotted, folder / "hues.svg")
-    return {"pictures": found, "near_pixels": int(near.sum())}
+    return {"pictures": found}
 
 
 def plot_hues(shares: dict[str, np.ndarray], file: Path) -> None:
