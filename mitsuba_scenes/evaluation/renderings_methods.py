@@ -189,7 +189,7 @@ def symmetry(folder: Path) -> list[dict]:
     return found
 
 
-def xenopeltis(studio: Studio, folder: Path) -> dict:
+def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
     """Figure 2.22: Xenopeltis by FLSS and as GPU Gems has it, with the path-traced picture beside."""
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():
@@ -222,7 +222,7 @@ def xenopeltis(studio: Studio, folder: Path) -> dict:
         insist(stam["hues"] < flss["hues"], f"colours on {title} are more discrete in Stam's")
     sheet(rows, studio, folder / "xenopeltis.jpg")
     plot_hues(plotted, folder / "hues.svg")
-    return {"pictures": found}
+    return found
 
 
 def plot_hues(shares: dict[str, np.ndarray], file: Path) -> None:
@@ -241,9 +241,9 @@ def plot_hues(shares: dict[str, np.ndarray], file: Path) -> None:
         figure.savefig(file, metadata={"Date": None})
 
 
-def nmm(studio: Studio, folder: Path) -> dict:
+def nmm(studio: Studio, folder: Path) -> list[dict]:
     """Figure B.1: Elaphe by FLSS and by NMM, without weights as Single 2014 has it and with ours."""
-    rows, found, statements = [], [], []
+    rows, found = [], []
     for title, skin in surfaces("Elaphe").items():
         kind = title.split(", ")[1]
         flss = Shot(f"{kind}, FLSS", of_one_window(skin), "flss", pigment=False)
@@ -257,12 +257,8 @@ def nmm(studio: Studio, folder: Path) -> dict:
             pixels = drawn.pixels[lit]
             blue = hues.of_blue(reference, pixels)
             found.append({"caption": drawn.shot.caption, **hues.cast(pixels), "of_blue": blue})
-        a_of_blue = [row["of_blue"]["a"] for row in found[-3:]]
-        statements.append(
-            {"title": title, "published_a": a_of_blue[1] - a_of_blue[0], "weighted_a": a_of_blue[2] - a_of_blue[0]}
-        )
     sheet(rows, studio, folder / "nmm.jpg")
-    return {"pictures": found, "statements": statements}
+    return found
 
 
 def frames(studio: Studio) -> list[dict]:
