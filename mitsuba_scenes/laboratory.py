@@ -1,9 +1,9 @@
 """The laboratory set-up: a thin collimated beam on a flat sample, and a white screen that catches what it diffracts.
 
-Lengths are in mm. The sample lies at the origin, its normal along +z and its tangent along +x; the screen is the plane
-z = `distance_mm`, parallel to it. Light is traced from the beam on: it meets the sample, leaves it in a direction that
-the sample's BSDF has sampled, and meets the screen, which the camera sees. The camera's film is parallel to the screen,
-so that pixels are squares on it, with x to the right and y up.
+Lengths are in mm. The sample lies at the origin, its normal along +z and its tangent along +x unless it is tilted about
+the y axis; the screen is the plane z = `distance_mm`. Light is traced from the beam on: it meets the sample, leaves it
+in a direction that the sample's BSDF has sampled, and meets the screen, which the camera sees. The camera's film is
+parallel to the screen, so that pixels are squares on it, with x to the right and y up.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ PATHS_PER_PASS = 1 << 22
 # The camera stands beside the sample, in the plane of it, where the sample itself is not seen.
 CAMERA_Y_MM = -60.0
 SAMPLE_EDGE_MM = 4.0
-# Where the beam starts, in front of the screen.
-BEAM_START_MM = 20.0
+# Where the beam starts: in front of the screen, and this far from the sample at most.
+BEAM_START_MM, BEAM_LENGTH_MM = 20.0, 250.0
 # Half of the width of a line of monochromatic light.
 LINE_NM = 1.0
-# Half of the height of the strip about y = 0 in which spots are measured.
-STRIP_MM = 5.0
+# Half of the height of the strip about y = 0 in which spots are measured, as a share of the screen's distance.
+STRIP_SHARE = 0.025
 # Columns over which the brightest place is sought, and times that the centroid's window is centred anew.
 SMOOTHED_COLUMNS = 3
 CENTROID_ROUNDS = 20
@@ -36,9 +36,11 @@ SEGMENTS = 3
 @dataclass(frozen=True)
 class Bench:
     """The set-up. `theta_i_deg` is the angle of the beam with the sample's normal, in the plane of x, positive where it
-    comes from +x."""
+    comes from +x; `tilt_deg` is the angle of that normal with the screen's axis, positive towards +x. Where they are
+    equal, the mirrored beam meets the middle of the screen at a right angle."""
 
     theta_i_deg: float = 0.0
+    tilt_deg: float = 0.0
     distance_mm: float = 200.0
     width_mm: float = 800.0
     height_mm: float = 600.0
@@ -61,13 +63,19 @@ class Bench:
         return (0.5 - (np.arange(count) + 0.5) / count) * self.height_mm
 
     def position_mm(self, spacing_um: float, order: int, wavelength_nm: float) -> float | None:
-        """x on the screen by the grating equation, `wo.x = jλ/d − sin θi`; None beyond the horizon."""
-        sine = order * wavelength_nm / 1e3 / spacing_um - math.sin(math.radians(self.theta_i_deg))
-        return self.distance_mm * sine / math.sqrt(1 - sine**2) if abs(sine) < 1 else None
+        """x on the screen by the grating equation, `wo.x = jλ/d − sin θi`; None where that never meets it."""
+        return self.place_mm(order * wavelength_nm / 1e3 / spacing_um - math.sin(math.radians(self.theta_i_deg)))
+
+    def place_mm(self, sine: float) -> float | None:
+        """x on the screen of a direction by the sine of its angle with the sample's normal; None where it has none."""
+        if abs(sine) >= 1:
+            return None
+        to_axis = math.asin(sine) + math.radians(self.tilt_deg)
+        return self.distance_mm * math.tan(to_axis) if abs(to_axis) < 0.5 * math.pi else None
 
     def angle_deg(self, x_mm):
-        """The angle with the normal at which a place on the screen, at y = 0, is seen from the sample."""
-        return np.degrees(np.arctan2(x_mm, self.distance_mm))
+        """The angle with the sample's normal at which a place on the screen, at y = 0, is seen from the sample."""
+        return np.degrees(np.arctan2(x_mm, self.distance_mm)) - self.tilt_deg
 
 
 def line(wavelength_nm: float) -> dict:
@@ -80,9 +88,9 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
     """A dictionary of the scene; `bsdf` is the sample's, as a dictionary or an object that is made already."""
     transform = mi.ScalarTransform4f
     width, height = bench.size
-    theta = math.radians(bench.theta_i_deg)
-    to_light = [math.sin(theta), 0.0, math.cos(theta)]
-    start = (bench.distance_mm - BEAM_START_MM) / to_light[2]
+    from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
+    to_light = [math.sin(from_axis), 0.0, math.cos(from_axis)]
+    start = min((bench.distance_mm - BEAM_START_MM) / max(to_light[2], 1e-9), BEAM_LENGTH_MM)
     place = [start * component for component in to_light]
     camera = [0.0, CAMERA_Y_MM, 0.0]
     screen = transform().translate([0, 0, bench.distance_mm])
@@ -120,7 +128,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
         },
         "sample": {
             "type": "rectangle",
-            "to_world": transform().scale(0.5 * SAMPLE_EDGE_MM),
+            "to_world": transform().rotate([0, 1, 0], bench.tilt_deg) @ transform().scale(0.5 * SAMPLE_EDGE_MM),
             "bsdf": bsdf,
         },
         "screen": {
@@ -165,7 +173,7 @@ def spot_mm(
     if expected is None or abs(expected) > 0.49 * bench.width_mm:
         return None
     x = bench.x_mm()
-    profile = picture[np.abs(bench.y_mm()) < STRIP_MM].sum(axis=(0, 2))
+    profile = picture[np.abs(bench.y_mm()) < STRIP_SHARE * bench.distance_mm].sum(axis=(0, 2))
     # Frequencies along x that the columns stand for.
     mirror = math.sin(math.radians(bench.theta_i_deg))
     frequency = (np.sin(np.radians(bench.angle_deg(x))) + mirror) * 1e3 / wavelength_nm
@@ -175,5 +183,4 @@ def spot_mm(
     for _ in range(CENTROID_ROUNDS):
         weights = profile * np.exp(-0.5 * ((frequency - centre) / window) ** 2)
         centre = float(np.average(frequency, weights=weights))
-    sine = centre * wavelength_nm / 1e3 - mirror
-    return bench.distance_mm * sine / math.sqrt(1 - sine**2)
+    return bench.place_mm(centre * wavelength_nm / 1e3 - mirror)

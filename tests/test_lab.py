@@ -52,3 +52,21 @@ def test_a_mirror_sends_the_beam_to_the_mirror_direction():
     picture = photograph(mi.load_dict({"type": "conductor"}), bench, line(WAVELENGTH_NM), paths=16_000).sum(axis=(0, 2))
     # The beam is a fifth of a pixel wide.
     assert abs(np.average(bench.x_mm(), weights=picture) + 200 * np.tan(np.radians(30))) < 0.5
+
+
+def test_the_mirrored_beam_meets_the_middle_of_the_drawn_screen():
+    """At 45° to sample and screen alike; the beam's own width is a fifth of a mm. Sent 1° elsewhere it is 1 mm off."""
+    use_variant("scalar_spectral")
+    drawn = Bench(45.0, 45.0, distance_mm=60.0, width_mm=130.0, height_mm=6.0, pixels_per_mm=2.0)
+    picture = photograph(mi.load_dict({"type": "conductor"}), drawn, line(WAVELENGTH_NM), paths=16_000).sum(axis=(0, 2))
+    assert abs(np.average(drawn.x_mm(), weights=picture)) < 0.25
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_an_order_is_where_the_grating_equation_has_it_on_a_tilted_screen(side):
+    """Order ±1 of light at ±45°: the sine to the normal is λ/d − sin 45°, and the screen's axis 45° from that."""
+    drawn = Bench(45.0 * side, 45.0 * side, distance_mm=60.0)
+    to_normal = np.arcsin(WAVELENGTH_NM / 1e3 / PERIOD_UM - np.sqrt(0.5))
+    place = drawn.position_mm(PERIOD_UM, side, WAVELENGTH_NM)
+    assert place == pytest.approx(side * 60 * np.tan(to_normal + np.pi / 4), rel=1e-12)
+    assert drawn.angle_deg(place) == pytest.approx(side * np.degrees(to_normal), rel=1e-12)

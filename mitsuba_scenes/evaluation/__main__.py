@@ -21,6 +21,7 @@ PAGES = (
     "sampling",
     "batch",
     "renderings",
+    "renderings-methods",
     "snake-mesh",
     "brdf-maps",
     "slits",

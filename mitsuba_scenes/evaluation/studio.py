@@ -33,7 +33,7 @@ ALUMINIUM = {"eta": 1.0, "k": 6.9}
 
 @dataclass(frozen=True)
 class Shot:
-    """A picture: on the GPU by a method, or path-traced (`method` None).
+    """A picture: on the GPU by a method with its `options`, or path-traced (`method` None).
 
     `mark` draws onto the picture for the sheet, and is no part of what is compared.
     """
@@ -45,6 +45,7 @@ class Shot:
     view: View = SNAKE
     pigment: bool = True
     disc: bool = False
+    options: dict = field(default_factory=dict)
     mark: Callable[[Image.Image], None] | None = None
 
     def scene(self, method: str | None = None) -> str:
@@ -125,7 +126,7 @@ class Studio:
         words += view_words(shot.view)
         words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
         words += [] if shot.pigment else ["--blend", "none"]
-        report = json.loads(sunbeam(*words, *realtime.surface_words({**shot.skin, **optics})))
+        report = json.loads(sunbeam(*words, *realtime.surface_words({**shot.skin, **optics, **shot.options})))
         # Without the driver's version.
         self.adapter = report["adapter"].split(" (")[0]
         return report["gpu_ms"] / 1e3
