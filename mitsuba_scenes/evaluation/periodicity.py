@@ -38,8 +38,10 @@ THEIRS = {
     ("xenopeltis", "flss"): (1552.27, 0.45),
 }
 # Free parameters: degrees between which the first order lies, wider for the scans, whose peaks are wider.
-ANGLES_DEG = {"blazed": (-57, -39), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
+ANGLES_DEG = {"blazed": (-55, -40), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
 SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
+# The wide peaks of a strip leave room for side lobes of order zero, so its spacing is looked for between these, in nm.
+SCAN_BETWEEN_NM = {"elaphe": (900, 1450), "xenopeltis": (1250, 1950)}
 # The blazed tile is one period of 1024 pixels; Single 2014's has 65 um.
 BLAZED_NM, BLAZED_PIXELS, BLAZED_HEIGHT_UM, BLAZED_PERIODS = 2500, 1024, 0.25, 26
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
@@ -111,7 +113,8 @@ def measured_skin(skin: str, folder: Path) -> Measured:
     heights_um, pixel_um = scan(skin, folder)
 
     def relief(name: str, part: np.ndarray) -> Relief:
-        return Relief(skin, words_of(part, pixel_um, folder / f"{skin}-{name}.npy"), SCAN_ANGLES_DEG[skin])
+        words = words_of(part, pixel_um, folder / f"{skin}-{name}.npy")
+        return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
 
     found = []
     for way in (heights_um, heights_um[::-1, ::-1]):
@@ -136,6 +139,7 @@ def scan_row(skin: str, measured: Measured) -> dict:
     return {
         "skin": skin,
         "angles_deg": measured.relief.angles_deg,
+        "between_nm": measured.relief.between_nm,
         **measured.whole.row(),
         "turned_nm": measured.turned.report["mean_nm"],
         "strips_nm": means,
@@ -201,7 +205,7 @@ def relief_sizes(folder: Path) -> dict:
     return {
         "sizes": rows,
         "worst_size": max(abs(row["crops"] / row["scan"] - 1) for row in compared),
-        "outside": [f"the {NAMES[row['what']]} of {row['skin']}" for row in missed],
+        "outside": [f"the {NAMES[row['what']]} of *{row['skin'].capitalize()}*" for row in missed],
     }
 
 
@@ -244,7 +248,7 @@ def sub_regions(folder: Path, measured: dict, plain: Found) -> dict:
             axes[0].plot(one.report["wavelengths_nm"], one.spacings_nm, "k" + style, linewidth=2, label=label)
         axes[0].legend(fontsize="x-small", ncols=3)
     axes[0].set_title("scan" if measured else "scan (not present)")
-    for one, label in ((plain, "no sub-regions"), (found, f"sub-regions, {REGION_SPREAD:.0%} either way")):
+    for one, label in ((plain, "no sub-regions"), (found, f"sub-regions, {100 * REGION_SPREAD:g} % either way")):
         axes[1].plot(one.report["wavelengths_nm"], one.spacings_nm, linewidth=1.5, label=label)
     axes[1].legend(fontsize="x-small")
     axes[1].set_title("procedural")

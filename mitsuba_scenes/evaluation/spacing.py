@@ -30,6 +30,8 @@ class Relief:
     angles_deg: tuple[float, float]
     # The spacing in nm that is known by construction, where there is one.
     exact_nm: float | None = None
+    # The spacings in nm among which a scan's is looked for.
+    between_nm: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,17 @@ class Found:
         """The spacing in nm at each wavelength."""
         sines = np.sin(np.radians(THETA_I_DEG)) + np.sin(np.radians(self.report["peaks_deg"]))
         return np.asarray(self.report["wavelengths_nm"]) / sines
+
+    def between(self, least_nm: float, greatest_nm: float) -> Found:
+        """The same with the peaks looked for between two spacings, which leaves out the side lobes of order zero."""
+        nm = np.asarray(self.report["wavelengths_nm"])
+        angles_deg = self.report["angles_deg"][0] + self.report["angle_step_deg"] * np.arange(self.response.shape[1])
+        spacings = nm[:, None] / (np.sin(np.radians(THETA_I_DEG)) + np.sin(np.radians(angles_deg)))
+        inside = (spacings >= least_nm) & (spacings <= greatest_nm)
+        peaks = np.argmax(np.where(inside, self.response, -1), axis=1)
+        means = spacings[np.arange(len(nm)), peaks]
+        found = {"mean_nm": means.mean(), "variance_nm2": means.var(), "peaks_deg": angles_deg[peaks]}
+        return Found({**self.report, **{name: value.tolist() for name, value in found.items()}}, self.response)
 
     def row(self) -> dict:
         """Mean and variance of the spacing in nm and nm²."""
@@ -63,7 +76,8 @@ def evaluate(relief: Relief, *method: str | float, steps=(WAVELENGTH_STEP_NM, AN
 def evaluate_scan(relief: Relief) -> Found:
     """What the direct sum finds of a scan that does not repeat: one window, in the middle of the scan."""
     words = ("--method", "exact", "--model", "patch", "--tiling", "aperiodic", "--no-cache")
-    return evaluate(relief, *words, steps=(SCAN_WAVELENGTH_STEP_NM, SCAN_ANGLE_STEP_DEG))
+    found = evaluate(relief, *words, steps=(SCAN_WAVELENGTH_STEP_NM, SCAN_ANGLE_STEP_DEG))
+    return found.between(*relief.between_nm) if relief.between_nm else found
 
 
 def rounding_nm2(found: Found) -> float:
