@@ -8,8 +8,8 @@ use super::{
 };
 
 /// Height of a scale's dome and of its keel against the distance of neighbouring rows.
-const DOME: f64 = 0.11;
-const KEEL: f64 = 0.045;
+const DOME: f64 = 0.05;
+const KEEL: f64 = 0.03;
 /// The way in which a scale rises out of the skin, and how much it falls again towards its free edges: with 0 not at all,
 /// with 1 to the skin at the tip.
 const RISE: f64 = 0.3;
