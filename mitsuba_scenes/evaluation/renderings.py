@@ -49,7 +49,7 @@ ZOOM_TARGET_CM = (0.69, -1.23, 1.96)
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
 # The box of the insets: its middle and half its side, in pixels.
-INSET_AT, INSET_HALF = (158, 88), 15
+INSET_AT, INSET_HALF = (130, 72), 15
 
 
 def skins() -> dict[str, tuple[str, dict]]:
