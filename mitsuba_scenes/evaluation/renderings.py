@@ -138,7 +138,7 @@ def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
     light_cone(cone, VIEW, SUN, VIEW.target_cm)
     figure, axes = plt.subplots(1, 4, figsize=(15, 3.6), width_ratios=(1.5, 1, 1, 1), layout="constrained")
     axes[0].imshow(np.array(cone))
-    axes[0].set(title="(c) pigment alone, and where light comes from")
+    axes[0].set(title="(c) pigment, and where light comes from")
     axes[0].set_axis_off()
     show_relief(axes[1], relief(skins[name][1]), f"(d) {skins[name][0]}")
     show_term(axes[2], skins[name][1], 1, "(e) |DFT(h)|")
