@@ -49,7 +49,7 @@ ZOOM_TARGET_CM = (0.69, -1.23, 1.96)
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
 # The box of the insets: its middle and half its side, in pixels.
-INSET_AT, INSET_HALF = (158, 88), 15
+INSET_AT, INSET_HALF = (130, 72), 15
 
 
 def skins() -> dict[str, tuple[str, dict]]:
@@ -138,7 +138,7 @@ def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
     light_cone(cone, VIEW, SUN, VIEW.target_cm)
     figure, axes = plt.subplots(1, 4, figsize=(15, 3.6), width_ratios=(1.5, 1, 1, 1), layout="constrained")
     axes[0].imshow(np.array(cone))
-    axes[0].set(title="(c) pigment alone, and where light comes from")
+    axes[0].set(title="(c) pigment, and where light comes from")
     axes[0].set_axis_off()
     show_relief(axes[1], relief(skins[name][1]), f"(d) {skins[name][0]}")
     show_term(axes[2], skins[name][1], 1, "(e) |DFT(h)|")
