@@ -146,7 +146,8 @@ def picture_of(panel: Panel, png: Path) -> Image.Image:
     left, right = (round((x + 1) / 2 * len(fine)) for x in (x0, x1))
     top, bottom = (round((1 - y) / 2 * len(fine)) for y in (y1, y0))
     part = Image.fromarray(np.ascontiguousarray(fine[top:bottom, left:right]))
-    width = PANEL * 3 // 5
+    # Never over the middle of the map, where the boxes are.
+    width = PANEL * (3 if part.width > part.height else 2) // 5
     inset = part.resize((width, round(width * part.height / part.width)), Image.Resampling.BICUBIC)
     draw = ImageDraw.Draw(image)
     draw.rectangle([left // step - 1, top // step - 1, right // step, bottom // step], outline=RED)
