@@ -1,4 +1,4 @@
-"""Several pictures on one sheet, with a line of text under each."""
+"""Several pictures on one sheet, with text under each."""
 
 from __future__ import annotations
 
@@ -7,22 +7,28 @@ from pathlib import Path
 from PIL import Image, ImageDraw, ImageFont
 
 MARGIN = 10
-CAPTION = 26
+CAPTION, LINE = 26, 16
 PAPER = (22, 22, 24)
 INK = (225, 225, 220)
 
 
-def contact_sheet(rows: list[list[tuple[Path, str]]], output: Path, width: int = 384) -> None:
-    """Writes rows of (picture, caption); every picture is `width` pixels wide, all of them of one shape."""
+def contact_sheet(
+    rows: list[list[tuple[Path, str]]], output: Path, width: int = 384, font: ImageFont.ImageFont | None = None
+) -> None:
+    """Writes rows of (picture, caption); every picture is `width` pixels wide, all of them of one shape.
+
+    Captions may have several lines. Pillow's own font, the default, has neither Greek nor µ.
+    """
     with Image.open(rows[0][0][0]) as first:
         height = round(width * first.height / first.width)
+    caption_height = CAPTION + LINE * max(caption.count("\n") for row in rows for _, caption in row)
     columns = max(len(row) for row in rows)
-    size = (MARGIN + columns * (width + MARGIN), MARGIN + len(rows) * (height + CAPTION + MARGIN))
+    size = (MARGIN + columns * (width + MARGIN), MARGIN + len(rows) * (height + caption_height + MARGIN))
     sheet = Image.new("RGB", size, PAPER)
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(size=15)
+    draw, font = ImageDraw.Draw(sheet), font or ImageFont.load_default(size=15)
     for i, row in enumerate(rows):
         for j, (path, caption) in enumerate(row):
-            x, y = MARGIN + j * (width + MARGIN), MARGIN + i * (height + CAPTION + MARGIN)
+            x, y = MARGIN + j * (width + MARGIN), MARGIN + i * (height + caption_height + MARGIN)
             with Image.open(path) as picture:
                 sheet.paste(picture.convert("RGB").resize((width, height), Image.Resampling.LANCZOS), (x, y))
             draw.text((x + 2, y + height + 4), caption, fill=INK, font=font)

@@ -1,224 +1,174 @@
-"""The BRDF maps of Single 2014 (figures 2.3 to 2.13) as contact sheets, each panel with its error."""
+"""The BRDF maps of Single 2014 (figures 2.2 to 2.13) as sheets, each panel with its error, and what they show."""
 
 from __future__ import annotations
 
-import json
-import math
-import random
-from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
-from PIL import Image
-
-from ..contact_sheet import contact_sheet
-from ..tool import sunbeam
+from . import map_checks as checks
+from .map_panels import FINE, PANEL, REFERENCE, Drawing, Maps, Panel, Sheet, draw
+from .map_surfaces import PERIOD_UM, SCANS, SKINS, Surface, Surfaces, cut_out
 from .page import images
+from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 
 PAGE = "brdf-maps"
-SIZE = 160
-# Pixels across a panel of a sheet, and panels in a row.
-PANEL, COLUMNS = 224, 4
-# The reference: the same patch model through spectral tables of this tolerance, at each nm. Held against the direct
-# double-precision sum at so many pairs of directions and wavelengths.
-REFERENCE = ("--method", "table", "--model", "patch", "--tolerance", 1e-5, "--lambda-step", 1)
-CHECKS = 24
-GRATINGS = ("blazed", "elaphe", "xenopeltis")
+# The first order of the blazed grating, and the mirror direction, in direction sines.
+FIRST_ORDER, CENTRE = (-0.36, -0.10, -0.065, 0.065), (-0.05, 0.05, -0.05, 0.05)
 STEPS_NM = (1, 5, 10, 25, 50, 100)
-COHERENCE_UM = (3.25, 6.5, 15, 30, 45, 65)
-TERMS = (1, 5, 9, 13, 17, 21, 23, 25, 29, 33, 37, 40)
-THETA_I_DEG = (0, 10, 20)
-
-
-@dataclass(frozen=True)
-class Panel:
-    """A map: a surface, a method with its options, and what is written under it."""
-
-    caption: str
-    surface: tuple
-    method: tuple
-    theta_i_deg: float = 0
-
-    def words(self, method: tuple) -> list:
-        return [*self.surface, "--theta-i", self.theta_i_deg, "--size", SIZE, *method]
-
-
-@dataclass
-class Sheet:
-    """A figure of Single 2014."""
-
-    name: str
-    title: str
-    figure: str
-    panels: list[Panel] = field(default_factory=list)
-
-
-def preset(name: str, *more) -> tuple:
-    return ("--preset", name, *more)
+# What figure 2.10 calls the window's deviation.
+SIGMAS_UM = (3.25, 6.5, 15, 30, 45, 65)
+# Those of figures 2.11 and 2.12, and the 7 and 9 of the text; of the presets where they differ from the scans.
+TERMS = {
+    "blazed": (1, 2, 4, 7, 9, 24, 26, 40),
+    "xenopeltis-scan": (1, 2, 4, 24, 26, 40),
+    "xenopeltis-procedural": (24, 26, 40, 64),
+    "elaphe-scan": (1, 2, 5, 9, 10, 11, 24, 40),
+    "elaphe-procedural": (5, 9, 11, 40),
+}
+THETA_I_DEG = (0, 10, 20, 30)
+# The cut-outs of figure 2.2 in um: edge and bar.
+CUT_OUTS_UM = {"blazed": (17.5, 2.5), "elaphe": (6.5, 3.27), "xenopeltis": (6.5, 3.21)}
+# The small tile of figure 2.9, and how often it repeats.
+SMALL_UM, SMALL_REPEATS = 3.25, 20
 
 
 def method(name: str, *options) -> tuple:
     return ("--method", name, *options)
 
 
-def sheets() -> list[Sheet]:
-    """What Single 2014 shows, with our series beside theirs."""
-    fine = method("flss", "--lambda-step", 1)
-    theirs = ("--series", "taylor", "--terms")
+FLSS, PQ = method("flss"), method("pq")
+
+
+def sheets(surfaces: Surfaces) -> list[Sheet]:
+    """The figures with maps, in their order; scans come before presets."""
+    blazed, elaphe, xenopeltis = surfaces.blazed, surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
+    skins = [*elaphe, *xenopeltis]
+
+    def first_order(caption: str, way: tuple, surface: Surface = blazed, fine: int = FINE) -> Panel:
+        return Panel(caption, surface, way, box=FIRST_ORDER, fine=fine)
+
+    gems = method("stam", "--stam-form", "gems", "--period-um", PERIOD_UM)
+    methods = [
+        first_order("(a) FLSS", FLSS, fine=5),
+        Panel("(a) FLSS, centre", blazed, FLSS, box=CENTRE, fine=5),
+        first_order("(b) NMM", method("nmm", "--weighted", "false"), surfaces.blazed_row, 5),
+        Panel("(b) NMM, centre", surfaces.blazed_row, method("nmm", "--weighted", "false"), box=CENTRE, fine=5),
+        first_order("NMM, weighted", method("nmm"), surfaces.blazed_row, 5),
+        first_order("(c) PQ", PQ, fine=5),
+        # A colour as a screen shows it, not a reflectance.
+        Panel("(d) Stam, GPU Gems", blazed, gems, box=FIRST_ORDER, fine=5, exposure=1, compared=False),
+        first_order("Stam, spacing alone", method("stam"), fine=5),
+    ]
+    xeno_pq = []
+    for surface in xenopeltis:
+        for deg in (0, 20):
+            xeno_pq += [
+                Panel(f"{surface.name}\nθi {deg}°, {name}", surface, way, deg)
+                for name, way in (("FLSS", FLSS), ("PQ", PQ))
+            ]
+    small = surfaces.cut(xenopeltis[0], SMALL_UM)
+    repeated = method("pq", "--repeats", SMALL_REPEATS)
+    xeno_pq += [
+        Panel(f"{small.name}\nPQ, {SMALL_REPEATS} × {SMALL_REPEATS} tiles", small, repeated),
+        Drawing(f"{small.name}\nthe tile", cut_out(small, SMALL_UM, None, PANEL)),
+    ]
     return [
-        Sheet("gratings", "Three gratings", "2.3", [Panel(name, preset(name), fine) for name in GRATINGS]),
-        Sheet(
-            "methods",
-            "Every method on the blazed grating",
-            "2.4 and 2.5",
-            [Panel(name, preset("blazed"), method(name)) for name in ("flss", "nmm", "pq", "stam")]
-            + [Panel("nmm, unweighted", preset("blazed"), method("nmm", "--weighted", "false"))],
+        Sheet("cut-outs", 3, [Drawing(*each) for each in cut_outs(surfaces)]),
+        Sheet("gratings", 3, [first_order("blazed", FLSS), *(Panel(s.name, s, FLSS) for s in skins)]),
+        Sheet("methods", 4, methods),
+        Sheet("steps-blazed", 3, [first_order(f"{nm} nm", method("flss", "--lambda-step", nm)) for nm in STEPS_NM]),
+        *(
+            Sheet(f"steps-{key(s)}", 3, [Panel(f"{nm} nm", s, method("flss", "--lambda-step", nm)) for nm in STEPS_NM])
+            for s in elaphe
         ),
+        Sheet("pq-blazed", 2, [first_order("FLSS", FLSS), first_order("PQ", PQ)]),
         Sheet(
-            "steps",
-            "Steps between wavelengths, on Elaphe",
-            "2.6",
-            [Panel(f"{nm} nm", preset("elaphe"), method("flss", "--lambda-step", nm)) for nm in STEPS_NM],
+            "pq-elaphe", 2, [Panel(f"{s.name}\n{n}", s, way) for s in elaphe for n, way in (("FLSS", FLSS), ("PQ", PQ))]
         ),
-        Sheet(
-            "coherence",
-            "Coherence lengths, on the blazed grating",
-            "2.7",
-            [Panel(f"{um:g} um", preset("blazed", "--coherence-length", um), method("flss")) for um in COHERENCE_UM],
-        ),
-        Sheet(
-            "taylor",
-            "Terms of Taylor's series in single precision, on Xenopeltis",
-            "2.8",
-            [Panel(f"{n} terms", preset("xenopeltis"), method("flss", *theirs, n)) for n in TERMS],
-        ),
-        Sheet(
-            "chebyshev",
-            "Terms of the Chebyshev series in single precision, on Xenopeltis",
-            "2.8, with ours",
-            [Panel(f"{n} terms", preset("xenopeltis"), method("flss", "--terms", n)) for n in TERMS],
-        ),
-        Sheet(
-            "angles",
-            "Angles of incidence, on Xenopeltis",
-            "2.9",
-            [Panel(f"{deg} degrees", preset("xenopeltis"), method("flss"), deg) for deg in THETA_I_DEG],
-        ),
-        Sheet(
-            "pq",
-            "FLSS beside PQ",
-            "2.10 to 2.13",
-            [Panel(f"{name}, {of}", preset(name), method(of)) for of in ("flss", "pq") for name in GRATINGS],
+        Sheet("pq-xenopeltis", 4, xeno_pq),
+        Sheet("coherence", 3, [windowed(blazed, f"σs {um:g} µm", um) for um in SIGMAS_UM]),
+        Sheet("coherence-literal", 3, [windowed(blazed, f"4σs = {4 * um:g} µm", 4 * um) for um in SIGMAS_UM[:3]]),
+        Sheet("taylor-blazed", 3, terms(surfaces, surfaces.blazed_row, TERMS["blazed"])),
+        *(Sheet(f"taylor-{key(s)}", 3, terms(surfaces, s, TERMS[key(s)])) for s in skins),
+        *(
+            Sheet(f"angles-{key(s)}", 4, [Panel(f"θi {deg}°", s, FLSS, deg, compared=False) for deg in THETA_I_DEG])
+            for s in xenopeltis
         ),
     ]
+
+
+def key(surface: Surface) -> str:
+    """The surface's name in names of files and data."""
+    return surface.name.lower().replace(", ", "-")
+
+
+def windowed(surface: Surface, caption: str, coherence_um: float) -> Panel:
+    """FLSS of the blazed grating with a coherence length in um."""
+    return Panel(caption, surface.with_coherence(coherence_um), FLSS, box=FIRST_ORDER)
+
+
+def terms(surfaces: Surfaces, surface: Surface, counts: tuple) -> list[Panel]:
+    """A row for each number of terms: Taylor's series about the lowest height and the middle, and Chebyshev's."""
+    based, box = surfaces.about_the_base(surface), FIRST_ORDER if surface.name.startswith("blazed") else None
+    made = []
+    for n in counts:
+        taylor, chebyshev = method("flss", "--series", "taylor", "--terms", n), method("flss", "--terms", n)
+        made += [
+            Panel(f"N = {n}, about the base", based, taylor, box=box, truth=surface),
+            Panel(f"N = {n}, about the middle", surface, taylor, box=box),
+            Panel(f"N = {n}, Chebyshev", surface, chebyshev, box=box),
+        ]
+    return made
+
+
+def cut_outs(surfaces: Surfaces) -> list[tuple]:
+    """Captions and pictures of figure 2.2."""
+    made = []
+    for letter, name in zip("abc", CUT_OUTS_UM):
+        edge_um, bar_um = CUT_OUTS_UM[name]
+        for surface in [surfaces.blazed_row] if name == "blazed" else surfaces.skin(name):
+            caption = f"({letter}) {surface.name}\nbar {bar_um:g} µm"
+            made.append((caption, cut_out(surface, edge_um, bar_um, PANEL)))
+    return made
 
 
 def figures() -> dict:
-    """Draws the sheets, and returns the errors of every panel."""
+    """Draws the sheets, and returns the errors of every panel and what the page says of them."""
     folder = images(PAGE)
     with TemporaryDirectory() as scratch:
-        references = References(Path(scratch))
-        made = [draw(sheet, references, folder) for sheet in sheets()]
-        by_name = {sheet["name"]: sheet["panels"] for sheet in made}
-        of_method = {row["caption"]: row for row in by_name["methods"]}
-        of_step = {row["caption"]: row for row in by_name["steps"]}
-        return {
-            "size": SIZE,
+        surfaces, maps = Surfaces(Path(scratch)), Maps(Path(scratch))
+        asked = {sheet.name: sheet for sheet in sheets(surfaces)}
+        made = {name: draw(sheet, maps, folder) for name, sheet in asked.items()}
+        elaphe, xenopeltis = surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
+        series = [surfaces.blazed_row, *xenopeltis, *elaphe]
+        summed = [sums(surface) for surface in series]
+        checks.hold_against_the_sum(summed[0], surfaces.blazed_row)
+        plot(summed, folder / "taylor-sums.svg")
+        parts = [Drawing(*each) for found in summed[-len(elaphe) :] for each in pictures(found)]
+        made["partial-sums"] = draw(Sheet("partial-sums", 5, parts), maps, folder)
+        told = {
+            "panel": PANEL,
             "sheets": made,
-            "taylor_worst": max(by_name["taylor"], key=lambda row: row["delta_e_mean"]),
-            "taylor_last": by_name["taylor"][-1],
-            "chebyshev_good": next(row for row in by_name["chebyshev"] if row["delta_e_mean"] < 1),
-            "five_nm": of_step["5 nm"],
-            "ten_nm": of_step["10 nm"],
-            "nmm": of_method["nmm"],
-            "nmm_unweighted": of_method["nmm, unweighted"],
-            "stam": of_method["stam"],
+            "scans": all(file.exists() for file in SCANS.values()),
+            "skins": {name: [{"name": s.name, "key": key(s)} for s in surfaces.skin(name)] for name in SKINS},
+            "steps": {
+                name: checks.steps(maps, asked[f"steps-{name}"].panels, STEPS_NM)
+                for name in ("blazed", *map(key, elaphe))
+            },
+            "white_spot": checks.white_spot(maps, asked["methods"].panels),
+            "spread": checks.spread(surfaces.blazed),
+            "valleys": checks.valleys(surfaces.blazed, SIGMAS_UM),
+            "terms_seen": {key(s): checks.terms_seen(made[f"taylor-{key(s)}"]["panels"]) for s in series},
+            "pixel": max(
+                maps.error(Panel("", surfaces.about_the_base(s), REFERENCE, truth=s))["delta_e_mean"] for s in series
+            ),
+            "sums": [found.figures() for found in summed],
+            "sums_nm": 1e3 * WAVELENGTH_UM,
+            "converged": CONVERGED,
+            "right_side": {key(s): checks.right_side(maps, asked[f"angles-{key(s)}"].panels) for s in xenopeltis},
             "reference_check": [
-                {"surface": " ".join(map(str, surface)), **check(surface)} for surface in map(preset, GRATINGS)
+                {"surface": s.name, **checks.reference(s)} for s in (surfaces.blazed, *elaphe, *xenopeltis)
             ],
         }
-
-
-class References:
-    """The reference maps, each drawn once."""
-
-    def __init__(self, folder: Path):
-        self.folder = folder
-        self._drawn: dict[tuple, tuple[Path, float]] = {}
-        # The disc alone is compared.
-        self.mask = folder / "mask.png"
-        place = (np.arange(SIZE) + 0.5) * 2 / SIZE - 1
-        Image.fromarray(np.where(np.hypot(place[:, None], place) < 1, 255, 0).astype(np.uint8)).save(self.mask)
-
-    def of(self, panel: Panel) -> tuple[Path, float]:
-        """The map without error, and the exposure at which it is shown."""
-        key = (panel.surface, panel.theta_i_deg)
-        if key not in self._drawn:
-            exr = self.folder / f"reference-{len(self._drawn)}.exr"
-            report = json.loads(
-                sunbeam("brdf-map", "-o", exr, "--png", exr.with_suffix(".png"), *panel.words(REFERENCE))
-            )
-            self._drawn[key] = (exr, report["exposure"])
-        return self._drawn[key]
-
-
-def draw(sheet: Sheet, references: References, folder: Path) -> dict:
-    """Writes the sheet and returns its panels' figures."""
-    cells, rows = [], []
-    for number, panel in enumerate(sheet.panels):
-        reference, exposure = references.of(panel)
-        exr = references.folder / f"{sheet.name}-{number}.exr"
-        png = exr.with_suffix(".png")
-        report = json.loads(
-            sunbeam("brdf-map", "-o", exr, "--png", png, "--exposure", exposure, *panel.words(panel.method))
-        )
-        found = json.loads(
-            sunbeam("compare", reference, exr, "--exposure", math.log2(exposure), "--mask", references.mask)
-        )
-        delta_e = found["delta_e_2000"]
-        cells.append((png, f"{panel.caption}: CIEDE2000 {delta_e['mean']:.2g}"))
-        rows.append(
-            {
-                "caption": panel.caption,
-                "relative_rmse": math.sqrt(found["relative_mse"]),
-                "delta_e_mean": delta_e["mean"],
-                "delta_e_p99": delta_e["p99"],
-                "flip": found["flip"]["mean"],
-                "seconds": report["seconds"],
-            }
-        )
-        print(f"{sheet.name}: {cells[-1][1]}", flush=True)
-    columns = COLUMNS if len(cells) > 6 else 3
-    sheet_png = references.folder / f"{sheet.name}.png"
-    contact_sheet([cells[i : i + columns] for i in range(0, len(cells), columns)], sheet_png, PANEL)
-    picture = folder / f"{sheet.name}.jpg"
-    with Image.open(sheet_png) as drawn:
-        drawn.save(picture, quality=88)
-    return {"name": sheet.name, "title": sheet.title, "figure": sheet.figure, "picture": picture.name, "panels": rows}
-
-
-def check(surface: tuple) -> dict:
-    """How far the reference's spectra are from the direct double-precision sum, relative to the largest of them."""
-    draw_one = random.Random(1)
-
-    def direction() -> list[float]:
-        # Uniform over the hemisphere's projection, which is what a map shows.
-        radius, azimuth = math.sqrt(draw_one.random()) * 0.99, draw_one.uniform(0, 2 * math.pi)
-        x, y = radius * math.cos(azimuth), radius * math.sin(azimuth)
-        return [x, y, math.sqrt(1 - x * x - y * y)]
-
-    lines = [
-        json.dumps({"wi": [0, 0, 1], "wo": direction(), "wavelength": draw_one.uniform(380, 780)})
-        for _ in range(CHECKS)
-    ]
-
-    def answers(*words) -> list[float]:
-        answered = sunbeam("eval", *surface, "--model", "patch", *words, stdin="\n".join(lines) + "\n")
-        return [json.loads(line)["f"] for line in answered.splitlines()]
-
-    exact, tables = answers("--method", "exact"), answers("--method", "table", "--tolerance", 1e-5)
-    return {
-        "pairs": CHECKS,
-        "worst": max(abs(a - b) for a, b in zip(exact, tables)) / max(exact),
-    }
+        checks.hold(told)
+        return told
