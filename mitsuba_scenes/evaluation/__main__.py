@@ -31,6 +31,8 @@ PAGES = (
     "validity",
     "stability",
     "peers",
+    # Gathers numbers of those before it.
+    "published-figures",
 )
 
 

@@ -57,13 +57,12 @@ def skins() -> dict[str, tuple[str, dict]]:
     found = {}
     for species in SPECIES:
         path = SCAN.with_name(f"{species}.gsf")
-        preset = preset_skin(species)
         if path.exists():
-            scanned = scanned_skin(path, rotation_deg=preset.get("rotation", 0.0))
-            found[f"{species}-scan"] = (f"{species.capitalize()}, scan", {**scanned, **SCAN_WINDOW})
+            # The fingers of both scans lie along x, as the body does.
+            found[f"{species}-scan"] = (f"{species.capitalize()}, scan", {**scanned_skin(path), **SCAN_WINDOW})
         else:
             print(f"NOT DRAWN: no scan at {path}, so the procedural skin alone stands for {species}", flush=True)
-        found[f"{species}-preset"] = (f"{species.capitalize()}, procedural", preset)
+        found[f"{species}-preset"] = (f"{species.capitalize()}, procedural", preset_skin(species))
     found["blazed"] = ("Blazed", preset_skin("blazed"))
     return found
 
