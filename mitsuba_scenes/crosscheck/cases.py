@@ -18,7 +18,11 @@ from ..snake import SnakeFiles
 from ..tool import sunbeam
 from .realtime import surface_words
 
-SCAN = REPOSITORY.parent / "shared" / "data" / "afm" / "xenopeltis.gsf"
+# The published atomic-force scans by species; the repository does not hold them.
+SCANS = {
+    species: REPOSITORY.parent / "shared" / "data" / "afm" / f"{species}.gsf" for species in ("elaphe", "xenopeltis")
+}
+SCAN = SCANS["xenopeltis"]
 SKINS = ("blazed", "elaphe", "xenopeltis")
 # Rays along each side of a pixel in pictures: a relief of few orders is bright in few places, which fewer rays miss,
 # but is quick to evaluate.

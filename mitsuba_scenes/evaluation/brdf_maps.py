@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ..crosscheck.cases import SCANS
 from . import map_checks as checks
 from .map_panels import FINE, PANEL, REFERENCE, Drawing, Maps, Panel, Sheet, draw
-from .map_surfaces import PERIOD_UM, SCANS, SKINS, Surface, Surfaces, cut_out
+from .map_surfaces import PERIOD_UM, SKINS, Surface, Surfaces, cut_out
 from .page import images
 from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 

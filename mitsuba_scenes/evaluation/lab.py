@@ -11,7 +11,7 @@ import mitsuba as mi
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from ..crosscheck.cases import SCAN
+from ..crosscheck.cases import SCANS
 from ..crosscheck.realtime import surface_words
 from ..environment import use_variant
 from ..laboratory import Bench, line, photograph, spot_mm
@@ -20,7 +20,6 @@ from ..skin import scanned_skin
 from ..tool import sunbeam
 from .page import images
 
-ELAPHE_SCAN = SCAN.with_name("elaphe.gsf")
 # Pixels of a millimetre, and height, of the pictures with which positions are measured, where the screen is 1 mm away.
 FINE_PIXELS, MEASURED_HEIGHT = 400.0, 0.1
 MEASURED_PATHS, PICTURE_PATHS = 500_000, 3_000_000
@@ -95,7 +94,7 @@ def drawn(sample: Sample) -> Sample:
 def scans() -> list[Sample]:
     """The scans that are present, turned so that the waves of a chosen period run in the plane of incidence."""
     found = []
-    for name, path, axis in (("Elaphe", ELAPHE_SCAN, "y"), ("Xenopeltis", SCAN, "x")):
+    for name, path, axis in (("Elaphe", SCANS["elaphe"], "y"), ("Xenopeltis", SCANS["xenopeltis"], "x")):
         if not path.exists():
             print(f"NOT MEASURED: no scan at {path}, so there is no measured {name} on the bench", flush=True)
             continue

@@ -15,11 +15,10 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from PIL import Image, ImageDraw
 
-from ..crosscheck.cases import SCAN
+from ..crosscheck.cases import SCANS
 from ..tool import sunbeam
 
 SKINS = ("elaphe", "xenopeltis")
-SCANS = {name: SCAN.with_stem(name) for name in SKINS}
 TILE_UM = 65.0
 # Of the blazed grating.
 PERIOD_UM, HEIGHT_UM = 2.5, 0.25

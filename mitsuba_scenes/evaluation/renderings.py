@@ -17,7 +17,7 @@ import numpy as np
 from PIL import Image
 
 from .. import picture
-from ..crosscheck.cases import SCAN
+from ..crosscheck.cases import SCANS
 from ..environment import use_variant
 from ..light import Light
 from ..render import EXPOSURE_STOPS
@@ -38,7 +38,6 @@ VIEW = View(300, 200)
 SHOWN = VIEW.width
 # A scan is repeated, which FLSS needs; a window as wide as the scan leaves the repeats no say.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
-SPECIES = ("elaphe", "xenopeltis")
 # Figure 2.15: times the reflectance of the pigment, which makes a brown of the nearly black.
 PIGMENT_BRIGHTER = 10
 # Figure 2.17: each field of view shows a fifth of the one before, about a scale that has colours.
@@ -55,8 +54,7 @@ INSET_AT, INSET_HALF = (130, 72), 15
 def skins() -> dict[str, tuple[str, dict]]:
     """The surfaces by name, each with what it is called in captions: the scans that are present, and the presets."""
     found = {}
-    for species in SPECIES:
-        path = SCAN.with_name(f"{species}.gsf")
+    for species, path in SCANS.items():
         if path.exists():
             # The fingers of both scans lie along x, as the body does.
             found[f"{species}-scan"] = (f"{species.capitalize()}, scan", {**scanned_skin(path), **SCAN_WINDOW})
@@ -93,7 +91,7 @@ def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
         chroma[name] = {"label": skins[name][0], **found}
     rankings = {}
     for kind in ("scan", "preset"):
-        compared = ["blazed", *(f"{species}-{kind}" for species in SPECIES)]
+        compared = ["blazed", *(f"{species}-{kind}" for species in SCANS)]
         if all(name in chroma for name in compared):
             rankings[kind] = sorted(compared, key=lambda name: -chroma[name]["flss"])
     agrees = {kind: order == [f"xenopeltis-{kind}", f"elaphe-{kind}", "blazed"] for kind, order in rankings.items()}
@@ -131,7 +129,7 @@ def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
             "label": skins[measured(skins, species)][0],
             **over(pigment, read_exr(studio.shoot(bare(skins[measured(skins, species)][1], ""))[0]), mask),
         }
-        for species in SPECIES
+        for species in SCANS
     }
     cone = Image.fromarray(picture.tone_mapped(pigment, EXPOSURE_STOPS))
     light_cone(cone, VIEW, SUN, VIEW.target_cm)

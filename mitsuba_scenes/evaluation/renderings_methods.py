@@ -15,7 +15,7 @@ from PIL import Image
 
 from ..contact_sheet import contact_sheet
 from ..crosscheck import realtime
-from ..crosscheck.cases import SCAN
+from ..crosscheck.cases import SCANS
 from ..environment import use_variant
 from ..light import Light
 from ..picture import PictureError, tone_mapped
@@ -31,7 +31,7 @@ from .speed_error import processor
 from .studio import SPP, SUPERSAMPLE, Shot, Studio
 
 PAGE = "renderings-methods"
-SPECIES = {"Elaphe": SCAN.with_name("elaphe.gsf"), "Xenopeltis": SCAN}
+SPECIES = {species.capitalize(): path for species, path in SCANS.items()}
 # The disc from above, its light from the left.
 DISC = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
 DISC_LIGHT = Light(180, 70, "directional", 0)

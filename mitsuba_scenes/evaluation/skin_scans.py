@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ..crosscheck.cases import SCAN
+from ..crosscheck.cases import SCANS
 from ..tool import sunbeam
 
-SCANS = SCAN.parent
 SKINS = ("xenopeltis", "elaphe")
 CROP_UM = 6.5
 STRIPS = 5
@@ -19,9 +18,10 @@ CROPS, SEED = 400, 20140
 
 def scans_present() -> bool:
     """Whether both scans are there; says so where they are not."""
-    missing = [skin for skin in SKINS if not (SCANS / f"{skin}.gsf").exists()]
+    missing = [skin for skin in SKINS if not SCANS[skin].exists()]
     if missing:
-        print(f"NOT MEASURED: no scan of {' or '.join(missing)} in {SCANS}, so the page lacks its rows", flush=True)
+        folder = SCANS[missing[0]].parent
+        print(f"NOT MEASURED: no scan of {' or '.join(missing)} in {folder}, so the page lacks its rows", flush=True)
     return not missing
 
 
@@ -34,7 +34,7 @@ def read(words: tuple, folder: Path) -> tuple[np.ndarray, float]:
 
 def scan(skin: str, folder: Path) -> tuple[np.ndarray, float]:
     """A scan with the period of Single 2014's table along x: *Elaphe*, whose fingers lie along x, is transposed."""
-    heights_um, pixel_um = read(("--height-field", SCANS / f"{skin}.gsf"), folder)
+    heights_um, pixel_um = read(("--height-field", SCANS[skin]), folder)
     return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
 
 
