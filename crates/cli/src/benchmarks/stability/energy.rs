@@ -71,7 +71,8 @@ pub fn energy(reliefs: u64, incidences: usize) -> Result<Vec<EnergyRow>, BenchEr
             .try_reduce(|| EnergyRow::new(name), |a, b| Ok(a.merged(b)))?;
         rows.push(row);
     }
-    for preset in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
+    for preset in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis]
+    {
         let field = preset.build(None, None)?;
         let count = if field.heights_um().nrows() == 1 { 60 * incidences } else { incidences };
         rows.push(albedos(&format!("`{preset}`"), &field, count, &mut Random::new(29))?);
