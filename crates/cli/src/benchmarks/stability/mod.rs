@@ -1,13 +1,11 @@
-//! The hard cases of docs/model.md#hard-cases, swept: deep relief, grazing directions, questions drawn at random, and albedos.
+//! The hard cases of docs/model.md#hard-cases, swept: deep relief, grazing directions, and questions drawn at random.
 
 mod deep;
-mod energy;
 mod grazing;
 mod questions;
 mod relief;
 
 pub use deep::{DeepPoint, KAPPA_H, deep_relief};
-pub use energy::{EnergyRow, energy};
 pub use grazing::{GRAZING_DEG, GrazingPoint, GrazingSurface, grazing};
 pub use questions::{Questions, questions};
 
@@ -24,16 +22,13 @@ pub struct Effort {
     pub directions: usize,
     /// Questions drawn at random.
     pub questions: u64,
-    /// Random reliefs of each kind whose albedos are integrated, and incidences on each.
-    pub reliefs: u64,
-    pub incidences: usize,
 }
 
 impl Effort {
     /// Ten million questions.
-    pub const FULL: Self = Self { directions: 300, questions: 10_000_000, reliefs: 34, incidences: 100 };
+    pub const FULL: Self = Self { directions: 300, questions: 10_000_000 };
     /// A look in seconds.
-    pub const QUICK: Self = Self { directions: 20, questions: 20_000, reliefs: 1, incidences: 2 };
+    pub const QUICK: Self = Self { directions: 20, questions: 20_000 };
 }
 
 /// Everything.
@@ -43,8 +38,6 @@ pub struct StabilityFigures {
     pub deep_relief: Vec<DeepPoint>,
     pub grazing: Vec<GrazingSurface>,
     pub questions: Questions,
-    /// By kind of surface.
-    pub energy: Vec<EnergyRow>,
 }
 
 /// Sweeps all of them; `progress` is told what is being done.
@@ -58,9 +51,7 @@ pub fn measure(effort: &Effort, progress: &mut dyn FnMut(&str)) -> Result<Stabil
     let grazing = grazing(effort.directions)?;
     progress("random questions");
     let questions = questions(effort.questions)?;
-    progress("albedos");
-    let energy = energy(effort.reliefs, effort.incidences)?;
-    Ok(StabilityFigures { deep_relief, grazing, questions, energy })
+    Ok(StabilityFigures { deep_relief, grazing, questions })
 }
 
 /// Error of the table's S against the oracle's, relative to the largest of the oracle's, the mean over κ there and the
