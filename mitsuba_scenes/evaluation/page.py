@@ -7,7 +7,7 @@ from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from ..environment import REPOSITORY
+from ..environment import REPOSITORY, SetupError
 
 DOCS = REPOSITORY / "docs"
 
@@ -38,3 +38,9 @@ def write_page(name: str, figures: dict, docs: Path = DOCS) -> Path:
     page = docs / f"{name}.md"
     page.write_text(templates.get_template(f"{name}.md.j2").render(figures))
     return page
+
+
+def insist(page: str, holds: bool, statement: str) -> None:
+    """An error where the numbers do not carry what the page says in words."""
+    if not holds:
+        raise SetupError(f"the numbers do not carry it that {statement}: change docs/templates/{page}.md.j2")

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..environment import SetupError
 from ..tool import TOOL
-from .page import images
+from .page import images, insist
 from .peer_plots import draw_maps
 from .peer_program import HALF_MAX, core_seconds, peer_program, run_peer
 from .peer_reliefs import PIXEL_UM, Relief, facets, flat, scans, smooth, steep
@@ -250,17 +250,24 @@ def summary(made: dict) -> dict:
     ratios = [row["us"]["peer"] / row["us"]["table"] for row in timed]
     agreed = span([row for row in by_relief["smooth"] if row["pixel_um"] == PIXEL_UM], "apart")
     finer = sorted((row for row in timed if row["window_um"] == BASE.window_um), key=lambda row: -row["pixel_um"])
-    insist(min(made["controls"].values()) > 2 * agreed[1], "an error put in is told from agreement")
+    insist(PAGE, min(made["controls"].values()) > 2 * agreed[1], "an error put in is told from agreement")
     insist(
+        PAGE,
         span(told, "exact_off")[1] < 0.1 * span(told, "peer_off")[0],
         "the exact sum is right where pixels tell the phase",
     )
-    insist(span(by_relief["facets"], "exact_off")[1] < span(by_relief["facets"], "peer_off")[0], "so it is on facets")
+    insist(
+        PAGE, span(by_relief["facets"], "exact_off")[1] < span(by_relief["facets"], "peer_off")[0], "so it is on facets"
+    )
     for name in SWEPT:
         each = ladders[name]
-        insist(each["gabor_texels"] > max(each["window_cut"], each["half_floats"]), f"linear phases cost most: {name}")
-        insist(each["curved_texels"] < 0.5 * each["gabor_texels"], f"quadratic phases mend it: {name}")
-    insist(all(a["peer_off"] > b["peer_off"] for a, b in zip(finer, finer[1:])), "smaller pixels bring it nearer")
+        insist(
+            PAGE,
+            each["gabor_texels"] > max(each["window_cut"], each["half_floats"]),
+            f"linear phases cost most: {name}",
+        )
+        insist(PAGE, each["curved_texels"] < 0.5 * each["gabor_texels"], f"quadratic phases mend it: {name}")
+    insist(PAGE, all(a["peer_off"] > b["peer_off"] for a, b in zip(finer, finer[1:])), "smaller pixels bring it nearer")
     return {
         "smooth_apart": agreed,
         "told": both(told),
@@ -289,9 +296,3 @@ def both(rows: list[dict]) -> dict:
 def label(row: dict) -> str:
     """The row in words."""
     return f"`{row['relief']}` with pixels of {row['pixel_um']:g} µm at {1000 * row['wavelength_um']:.0f} nm"
-
-
-def insist(holds: bool, words: str) -> None:
-    """An error where the numbers do not carry what the page says."""
-    if not holds:
-        raise SetupError(f"the numbers do not carry it that {words}: change docs/templates/{PAGE}.md.j2")

@@ -18,14 +18,14 @@ from ..crosscheck import realtime
 from ..crosscheck.cases import SCANS
 from ..environment import use_variant
 from ..light import Light
-from ..picture import PictureError, tone_mapped
+from ..picture import tone_mapped
 from ..scene import View
 from ..skin import preset_skin, scanned_skin
 from ..tool import sunbeam
 from . import alignment, hues, stam_maps
 from .appearance import read_exr
 from .lab import period
-from .page import images
+from .page import images, insist
 from .renderings import SCAN_WINDOW
 from .speed_error import processor
 from .studio import SPP, SUPERSAMPLE, Shot, Studio
@@ -87,12 +87,6 @@ def figures() -> dict:
         }
 
 
-def insist(holds: bool, statement: str) -> None:
-    """Fails where what the page says of its numbers is not so."""
-    if not holds:
-        raise PictureError(f"{PAGE}: it does not hold any more that {statement}")
-
-
 def surfaces(species: str) -> dict[str, dict]:
     """Parameters of the measured skin where it is present, and of the procedural one, by what they are called."""
     path, found = SPECIES[species], {}
@@ -123,7 +117,7 @@ def cut_outs(file: Path) -> list[dict]:
         {"title": title, "period_um": cut.period_um, "wander_nm": 1e3 * cut.wander_um} for title, cut in chosen.items()
     ]
     disc = next(row["wander_nm"] for row in found if row["title"] == "CD")
-    insist(all(disc < row["wander_nm"] for row in found if row["title"] != "CD"), "the disc is the most regular")
+    insist(PAGE, all(disc < row["wander_nm"] for row in found if row["title"] != "CD"), "the disc is the most regular")
     return found
 
 
@@ -173,7 +167,9 @@ def disc(studio: Studio, folder: Path) -> dict:
     sheet([drawn], studio, folder / "disc.jpg")
     found = stam_maps.disc_peaks(studio.folder, CD_UM, DEMO_UM)
     own, _, fitted = (row["largest_off_deg"] for row in found["gems"])
-    insist(fitted < ALIKE_DEG < own, "GPU Gems' form agrees with FLSS on the disc where its spacing is fitted alone")
+    insist(
+        PAGE, fitted < ALIKE_DEG < own, "GPU Gems' form agrees with FLSS on the disc where its spacing is fitted alone"
+    )
     return found
 
 
@@ -183,9 +179,9 @@ def symmetry(folder: Path) -> list[dict]:
     for title, skin in surfaces("Xenopeltis").items():
         skins[title] = of_one_window({name: value for name, value in skin.items() if name != "rotation"})
     found = stam_maps.symmetry(folder, skins)
-    insist(all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
+    insist(PAGE, all(abs(row["gems"] - 1) < SYMMETRIC for row in found), "GPU Gems' form is symmetric")
     blazed = found[0]["flss"]
-    insist(max(blazed, 1 / blazed) > ONE_SIDED, "the blazed grating sends its light to one side")
+    insist(PAGE, max(blazed, 1 / blazed) > ONE_SIDED, "the blazed grating sends its light to one side")
     return found
 
 
@@ -218,8 +214,10 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
                 }
             )
         flss, stam, _ = found[-3:]
-        insist(stam["dark_near"] > 2 * flss["dark_near"], f"colours are missing near highlights on {title} in Stam's")
-        insist(stam["hues"] < flss["hues"], f"colours on {title} are more discrete in Stam's")
+        insist(
+            PAGE, stam["dark_near"] > 2 * flss["dark_near"], f"colours are missing near highlights on {title} in Stam's"
+        )
+        insist(PAGE, stam["hues"] < flss["hues"], f"colours on {title} are more discrete in Stam's")
     sheet(rows, studio, folder / "xenopeltis.jpg")
     plot_hues(plotted, folder / "hues.svg")
     return found
