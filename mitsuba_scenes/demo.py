@@ -26,22 +26,22 @@ from .side_by_side import side_by_side
 from .skin import preset_skin, scanned_skin, skin_bsdf
 from .snake import snake_files
 
-SKINS = ("blazed", "elaphe", "xenopeltis")
+SKINS = {"blazed": "Blazed", "elaphe": "Elaphe, procedural", "xenopeltis": "Xenopeltis, procedural"}
 SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
 
 
 def shots() -> list[list[tuple[str, str, dict, Light]]]:
     """Rows of (file name, caption, parameters of the skin, light)."""
     light = Light()
-    skins = [(name, name.capitalize(), preset_skin(name), light) for name in SKINS]
+    skins = [(name, caption, preset_skin(name), light) for name, caption in SKINS.items()]
     if SCAN.exists():
-        skins.append(("scan-xenopeltis", "Xenopeltis, AFM scan", scanned_skin(SCAN), light))
+        skins.insert(0, ("scan-xenopeltis", "Xenopeltis, AFM scan", scanned_skin(SCAN), light))
     else:
         print(f"no scan at {SCAN}: skipping the picture of a measured height field", flush=True)
     sweep = [
         (
             f"light-{number}",
-            f"Xenopeltis, sun at azimuth {azimuth:g}°",
+            f"Xenopeltis, procedural, sun at azimuth {azimuth:g}°",
             preset_skin("xenopeltis"),
             Light(azimuth_deg=azimuth),
         )

@@ -53,6 +53,14 @@ def one_by_one(wi, nm):
         yield si
 
 
+def eval_alone(bsdf, wi, wo, nm):
+    """Values `(count, channels)`. Nothing of the sampler has to be compiled for them."""
+    ctx = mi.BSDFContext()
+    if is_scalar():
+        return np.array([intensity(bsdf.eval(ctx, si, o)) for si, o in zip(one_by_one(wi, nm), wo.tolist())])
+    return intensity(bsdf.eval(ctx, interactions(wi, nm), mi.Vector3f(np.ascontiguousarray(np.transpose(wo))))).T
+
+
 def eval_pdf(bsdf, wi, wo, nm):
     """Values `(count, channels)` and densities `(count,)`."""
     ctx = mi.BSDFContext()
@@ -60,6 +68,8 @@ def eval_pdf(bsdf, wi, wo, nm):
         answers = [bsdf.eval_pdf(ctx, si, o) for si, o in zip(one_by_one(wi, nm), wo.tolist())]
         return np.array([intensity(value) for value, _ in answers]), np.array([pdf for _, pdf in answers])
     value, pdf = bsdf.eval_pdf(ctx, interactions(wi, nm), mi.Vector3f(np.ascontiguousarray(np.transpose(wo))))
+    # In one kernel.
+    dr.eval(value, pdf)
     return intensity(value).T, np.array(pdf)
 
 
@@ -76,4 +86,5 @@ def sample(bsdf, wi, nm, u):
         )
     u = np.ascontiguousarray(np.transpose(u))
     bs, weight = bsdf.sample(ctx, interactions(wi, nm), mi.Float(u[0]), mi.Point2f(u[1:]))
+    dr.eval(bs, weight)
     return np.array(bs.wo).T, np.array(bs.pdf), intensity(weight).T

@@ -56,14 +56,13 @@ class Case:
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
-    """The presets, and a measured scan where it is present."""
+    """A measured scan where it is present, and the presets."""
     chosen = [Case(name, preset_skin(name), FEW_ORDERS if name == "blazed" else MANY_ORDERS) for name in SKINS]
-    if scan.exists():
-        # A scan without periodic continuation has no orders, which is what FLSS works with.
-        chosen.append(Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}, FEW_ORDERS))
-    else:
+    if not scan.exists():
         print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
-    return chosen
+        return chosen
+    # A scan without periodic continuation has no orders, which is what FLSS works with.
+    return [Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}, FEW_ORDERS), *chosen]
 
 
 def sun(azimuth_deg: float, elevation_deg: float) -> Light:

@@ -52,8 +52,8 @@ class BenchmarkScene:
         return {**made, REFERENCE: {"type": "roughconductor", "alpha": ALPHA, **self.optics}}
 
     def diffraction(self, surface: dict) -> dict:
-        """The dictionary of the diffraction BSDF."""
-        return {"type": "diffraction", **surface, **self.optics, **self.extra()}
+        """The dictionary of the diffraction BSDF, with one obliquity factor for dielectrics and metals."""
+        return {"type": "diffraction", "obliquity": "stam", **surface, **self.optics, **self.extra()}
 
     def worn(self, surfaces: dict[str, dict], optics: dict) -> BenchmarkScene:
         """The same scene wearing something else, with nothing under it."""

@@ -56,7 +56,8 @@ def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, 
     east, north = np.array([reach_cm[0], 0, 0]), np.array([0, reach_cm[1], 0])
     draw = ImageDraw.Draw(picture)
     for letter, shift in (("E", east), ("W", -east), ("N", north), ("S", -north)):
-        draw.text(project(view, np.array(middle_cm) + shift), letter, fill=RED, font=font, anchor="mm")
+        place = project(view, np.array(middle_cm) + shift)
+        draw.text(place, letter, fill=RED, font=font, anchor="mm", stroke_width=2, stroke_fill="black")
 
 
 def light_cone(picture: Image.Image, view: View, light: Light, apex_cm) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import re
+from collections.abc import Iterable
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -10,6 +12,8 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from ..environment import REPOSITORY, SetupError
 
 DOCS = REPOSITORY / "docs"
+# Presets that stand in for measured skins.
+PROCEDURAL = ("elaphe", "xenopeltis")
 
 
 def images(name: str, docs: Path = DOCS) -> Path:
@@ -35,9 +39,28 @@ def write_page(name: str, figures: dict, docs: Path = DOCS) -> Path:
         keep_trailing_newline=True,
         autoescape=False,
     )
+    templates.filters.update(named=named, scans_first=scans_first)
     page = docs / f"{name}.md"
     page.write_text(templates.get_template(f"{name}.md.j2").render(figures))
     return page
+
+
+def named(surface: str) -> str:
+    """What pages call a surface: a skin that was not measured is said to be procedural."""
+    if "scan" in surface:
+        return surface
+    return re.sub(rf"\b({'|'.join(PROCEDURAL)})\b", r"\1 (procedural)", surface)
+
+
+def scans_first(rows: Iterable, key: str | None = None) -> list:
+    """Rows with scans before the others: a row is its name, begins with it, or has it by `key`."""
+
+    def name(row) -> str:
+        if key is not None:
+            return row[key]
+        return row if isinstance(row, str) else row[0]
+
+    return sorted(rows, key=lambda row: "scan" not in name(row))
 
 
 def insist(page: str, holds: bool, statement: str) -> None:

@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from ..crosscheck.cases import SCANS
 from ..tool import sunbeam
 from .speed_error import processor
 
@@ -27,28 +28,42 @@ def figures() -> dict:
         coarse, fine = folder / "coarse.ply", folder / "fine.ply"
         sunbeam("snake", "-o", coarse)
         sunbeam("snake", "-o", fine, "--resolution", "4")
-        shading = {preset: {method: shaded(folder, coarse, preset, method) for method in METHODS} for preset in PRESETS}
+        shading = {
+            name: {method: shaded(folder, coarse, surface, method) for method in METHODS}
+            for name, surface in surfaces().items()
+        }
         frames = [frame(folder, mesh) for mesh in (coarse, fine)]
     return {
         "cpu": processor(),
         "adapter": frames[0]["adapter"],
         "size": SHADED.split("x"),
         "shading": shading,
-        "times_flss": {preset: by["flss"]["us"] / by["table"]["us"] for preset, by in shading.items()},
+        "times_flss": {name: by["flss"]["us"] / by["table"]["us"] for name, by in shading.items()},
         "frame_size": FRAME.split("x"),
         "frames": frames,
         "tried_ms": TRIED_MS,
     }
 
 
+def surfaces() -> dict[str, tuple]:
+    """The scans that are present and the presets, as arguments of `sunbeam render`."""
+    # Repeated, which all methods but `table` need.
+    scans = {
+        f"scan of {species}": ("--height-field", path, "--tiling", "periodic")
+        for species, path in SCANS.items()
+        if path.exists()
+    }
+    return scans | {preset: ("--preset", preset) for preset in PRESETS}
+
+
 def render(folder: Path, *words) -> dict:
     return json.loads(sunbeam("render", "-o", folder / "picture.exr", *words))
 
 
-def shaded(folder: Path, mesh: Path, preset: str, method: str) -> dict:
+def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
     """Microseconds of shading a lit pixel, megabytes of data and seconds to make it."""
     repeats = REPEATS if method in ("stam", "table") else SLOW_REPEATS
-    made = render(folder, "--mesh", mesh, "--preset", preset, "--method", method, "--size", SHADED, "--repeat", repeats)
+    made = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
     return {
         "us": 1e3 * made["gpu_stages_ms"]["shade"] / made["answered"],
         "answered": made["answered"],

@@ -40,15 +40,15 @@ SHOWN = VIEW.width
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
 # Figure 2.15: times the reflectance of the pigment, which makes a brown of the nearly black.
 PIGMENT_BRIGHTER = 10
-# Figure 2.17: each field of view shows a fifth of the one before, about a scale that has colours.
+# Figure 2.17: each field of view shows a fifth of the one before, about a corner where four scales meet.
 WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
-ZOOM_TARGET_CM = (0.69, -1.23, 1.96)
+ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
 # Figure 2.18: directions in which light travels, as its captions have them, in a frame that is not said. The first is
 # printed as (−3.3130, 0, −0.9999), which is no unit vector; the steps of the others put a number near 0 there.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
 # The box of the insets: its middle and half its side, in pixels.
-INSET_AT, INSET_HALF = (130, 72), 15
+INSET_AT, INSET_HALF = (190, 85), 15
 
 
 def skins() -> dict[str, tuple[str, dict]]:

@@ -95,7 +95,7 @@ def by_angle(rows: list[dict]) -> list[dict]:
 def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions: int) -> dict:
     """Errors and times of one picture with each way to sample."""
     files = snake_files()
-    made = mi.load_dict({"type": "diffraction", "eta": KERATIN, **preset_skin(surface)})
+    made = mi.load_dict({"type": "diffraction", "eta": KERATIN, "obliquity": "stam", **preset_skin(surface)})
 
     def scene(bsdf: mi.BSDF) -> mi.Scene:
         parts = snake_scene(bsdf, files, LIGHTS[light], VIEW, spp, max_depth=2)

@@ -89,7 +89,8 @@ class Studio:
         key = shot.scene(shot.method)
         if key not in self._taken:
             exr = self.folder / f"{len(self._taken)}.exr"
-            optics = ALUMINIUM if shot.disc else {"eta": KERATIN}
+            # The published pictures have Stam's factor.
+            optics = ALUMINIUM if shot.disc else {"eta": KERATIN, "obliquity": "stam"}
             take = self._trace if shot.method is None else self._draw
             seconds = take(shot, self._files(shot), optics, exr)
             self._taken[key] = (exr, exr.with_suffix(".png"), seconds)
@@ -126,7 +127,10 @@ class Studio:
         words += view_words(shot.view)
         words += ["--light-azimuth", light.azimuth_deg, "--light-elevation", light.elevation_deg]
         words += [] if shot.pigment else ["--blend", "none"]
-        report = json.loads(sunbeam(*words, *realtime.surface_words({**shot.skin, **optics, **shot.options})))
+        asked = {**shot.skin, **optics, **shot.options}
+        if shot.options.get("stam_form") == "gems":
+            asked.pop("obliquity", None)  # It has no effect there, and is refused.
+        report = json.loads(sunbeam(*words, *realtime.surface_words(asked)))
         # Without the driver's version.
         self.adapter = report["adapter"].split(" (")[0]
         return report["gpu_ms"] / 1e3

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
-from ..crosscheck.cases import SCAN
+from ..crosscheck.cases import SCANS
 from ..environment import cache_off
 from ..tool import sunbeam
 from .speed_error import processor
@@ -22,14 +21,15 @@ SCALED_BEFORE = {
 }
 
 
-def figures(scan: Path = SCAN) -> dict:
+def figures() -> dict:
     """Builds each surface twice, with and without the albedo's table."""
+    sources = {f"scan of {species}": ("--height-field", path) for species, path in SCANS.items() if path.exists()}
+    sources |= {preset: ("--preset", preset) for preset in PRESETS}
     with cache_off():
-        surfaces = {preset: surface_figures("--preset", preset) for preset in PRESETS}
-        scanned = surface_figures("--height-field", scan) if scan.exists() else None
-    for preset, surface in surfaces.items():
-        surface["albedo_before"] = SCALED_BEFORE[preset]
-    return {"cpu": processor(), "surfaces": surfaces, "scan": scanned}
+        surfaces = {name: surface_figures(*source) for name, source in sources.items()}
+    for name, surface in surfaces.items():
+        surface["albedo_before"] = SCALED_BEFORE.get(name)
+    return {"cpu": processor(), "surfaces": surfaces}
 
 
 def surface_figures(*source) -> dict:
