@@ -1,0 +1,76 @@
+//! From the nodes to finer ones.
+
+use crate::linear::Matrix;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Nodes to either side that a value is interpolated from. Polynomials rather than waves of the whole period, so that what a
+/// metal does at one place depends on what is near alone, and its response follows from the phase between periods.
+const REACH: usize = 8;
+const WIDTH: usize = 2 * REACH + 1;
+
+/// Lagrange's interpolation from n nodes to `factor` times as many (odd), of which the middle ones coincide with the n.
+pub(crate) struct Interpolation {
+    nodes: usize,
+    /// For each of the finer nodes around a node: the weights of the nodes from `REACH` before it on.
+    weights: Vec<[f64; WIDTH]>,
+}
+
+impl Interpolation {
+    pub(crate) fn new(nodes: usize, factor: usize) -> Self {
+        let weights = (0..factor)
+            .map(|i| {
+                let at = (i as f64 - (factor / 2) as f64) / factor as f64;
+                let mut weights = [1.0; WIDTH];
+                for (j, weight) in weights.iter_mut().enumerate() {
+                    for other in (0..WIDTH).filter(|&other| other != j) {
+                        *weight *= (at + REACH as f64 - other as f64) / (j as f64 - other as f64);
+                    }
+                }
+                weights
+            })
+            .collect();
+        Self { nodes, weights }
+    }
+
+    /// `layer·B`, with B from values at the nodes, quasi-periodic by `bloch` turns, to values at the finer ones.
+    pub(crate) fn apply(&self, layer: &Matrix, bloch: f64) -> Matrix {
+        let (factor, n) = (self.weights.len(), self.nodes);
+        let mut result = Matrix::zeros(layer.nrows(), n);
+        for fine in 0..layer.ncols() {
+            let from = layer.col_as_slice(fine);
+            for (j, &weight) in self.weights[fine % factor].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
+                // Counted from REACH nodes before the first, to stay above zero.
+                let node = fine / factor + j + n - REACH;
+                let (turn, node) = ((node / n) as f64 - 1.0, node % n);
+                let into = result.col_as_slice_mut(node).iter_mut().zip(from);
+                if turn == 0.0 {
+                    into.for_each(|(into, from)| *into += from * weight);
+                } else {
+                    let weight = weight * Complex64::cis(TAU * bloch * turn);
+                    into.for_each(|(into, from)| *into += from * weight);
+                }
+            }
+        }
+        result
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wave_is_interpolated_across_the_period() {
+        let (n, factor, bloch) = (32, 5, 0.3);
+        let wave = |t: f64| Complex64::cis((2.0 + bloch) * TAU * t);
+        let identity = Matrix::from_fn(n * factor, n * factor, |i, j| Complex64::from(f64::from(i == j)));
+        let interpolation = Interpolation::new(n, factor).apply(&identity, bloch);
+        for i in 0..n * factor {
+            let sum: Complex64 = (0..n).map(|j| interpolation[(i, j)] * wave((j as f64 + 0.5) / n as f64)).sum();
+            let exact = wave((i as f64 + 0.5) / (n * factor) as f64);
+            // (hk)^17 (8!)²/17! at 14 nodes a wave is 1e-10.
+            assert!((sum - exact).norm() < 1e-9, "{i}: {sum}, not {exact}");
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! The field of a row of line sources, quasi-periodic along x, less that of the one in the middle.
+//!
+//! `F(x, z) = Σ_{m≠0} e^{iα₀md} (i/4) H₀⁽¹⁾(k·|(x − md, z)|)` is smooth for |x| ≤ d/2. Ewald's method gives it on a grid, and a
+//! polynomial in between: Capolino, Wilton & Johnson, IEEE Trans. Antennas Propag. 53 (2005).
+
+use crate::Error;
+use crate::special::{Radial, chebyshev_coefficients, chebyshev_nodes, expint_1, faddeeva};
+use faer::{Accum, Mat, Par, linalg::matmul::matmul};
+use num_complex::Complex64;
+use std::f64::consts::{PI, TAU};
+
+/// Ewald's sums leave out what is below e^−38.
+const EXPONENT_MAX: f64 = 38.0;
+/// Largest |k|/2E: the sums cancel by the exponential of its square.
+const SPLIT_MAX: f64 = 1.75;
+/// The last Chebyshev coefficients against the largest.
+const TAIL_MAX: f64 = 1e-9;
+/// Chebyshev terms in each direction at most.
+const TERMS_MAX: usize = 400;
+/// The box is a little larger than what is asked of it.
+const MARGIN: f64 = 1.0001;
+
+/// F and its gradient as polynomials over the box |x| ≤ d/2, |z| ≤ height.
+pub(crate) struct LatticeSum {
+    half_x: f64,
+    half_z: f64,
+    terms_x: usize,
+    /// Of F, even in z, so that only even polynomials in z occur; as many odd ones in its derivative over z.
+    terms_z: usize,
+    /// Rows: polynomials in x. Columns: polynomials in z, for each of the real and imaginary parts of F, ∂F/∂x, ∂F/∂z.
+    coefficients: Mat<f64>,
+}
+
+/// F, ∂F/∂x and ∂F/∂z.
+pub(crate) type FieldAndGradient = [Complex64; 3];
+
+impl LatticeSum {
+    /// `near` tabulates the Hankel functions of the wave number up to the corners of the box.
+    ///
+    /// # Errors
+    /// Sums that are not finite, or that no polynomial of at most 400 terms keeps.
+    pub(crate) fn new(
+        period: f64,
+        wave_number: Complex64,
+        bloch: f64,
+        height: f64,
+        near: &Radial,
+    ) -> Result<Self, Error> {
+        let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(1e-3 * period));
+        let ewald = Ewald::new(period, wave_number, bloch);
+        let size = wave_number.norm();
+        let mut terms_x = 26 + (0.65 * size * half_x) as usize;
+        let mut terms_z = 2 * (5 + (0.5 * size * half_z + 4.0 * half_z / period) as usize);
+        while terms_x.max(terms_z) <= TERMS_MAX {
+            let values = ewald.on_grid(half_x, half_z, terms_x, terms_z, near);
+            if values.iter().flatten().any(|value| !value.is_finite()) {
+                return Err(Error::NotFinite { what: "the sum over the periods" });
+            }
+            let series = transform(&values);
+            let (tail_x, tail_z) = tails(&series);
+            if tail_x <= TAIL_MAX && tail_z <= TAIL_MAX {
+                return Ok(Self::from_series(half_x, half_z, &series));
+            }
+            terms_x += if tail_x > TAIL_MAX { 8 + terms_x / 4 } else { 0 };
+            terms_z += if tail_z > TAIL_MAX { 2 * (2 + terms_z / 8) } else { 0 };
+        }
+        Err(Error::NotFinite { what: "the polynomial for the sum over the periods" })
+    }
+
+    /// `series[n][m]` multiplies T_n(x/half_x)·T_2m(z/half_z).
+    fn from_series(half_x: f64, half_z: f64, series: &[Vec<Complex64>]) -> Self {
+        let (terms_x, terms_z) = (series.len(), series[0].len());
+        // T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀.
+        let mut along_x = vec![vec![Complex64::ZERO; terms_z]; terms_x];
+        let mut along_z = along_x.clone();
+        for n in (0..terms_x - 1).rev() {
+            for m in 0..terms_z {
+                let above = if n + 2 < terms_x { along_x[n + 2][m] } else { Complex64::ZERO };
+                along_x[n][m] = above + series[n + 1][m] * (2.0 * (n + 1) as f64);
+            }
+        }
+        for value in &mut along_x[0] {
+            *value *= 0.5;
+        }
+        // Of T_2m: odd polynomials only, T_{2m−1} in column m − 1.
+        for n in 0..terms_x {
+            for m in (0..terms_z - 1).rev() {
+                let above = along_z[n][m + 1];
+                along_z[n][m] = above + series[n][m + 1] * (4.0 * (m + 1) as f64);
+            }
+        }
+        let coefficients = Mat::from_fn(terms_x, 6 * terms_z, |n, column| {
+            let (part, m) = (column / terms_z, column % terms_z);
+            let value = match part / 2 {
+                0 => series[n][m],
+                1 => along_x[n][m] / half_x,
+                _ => along_z[n][m] / half_z,
+            };
+            if part % 2 == 0 { value.re } else { value.im }
+        });
+        Self { half_x, half_z, terms_x, terms_z, coefficients }
+    }
+
+    /// F and its gradient at many points of the box.
+    pub(crate) fn at(&self, x: &[f64], z: &[f64]) -> Vec<FieldAndGradient> {
+        let (count, m_count) = (x.len(), self.terms_z);
+        let in_x = polynomials(x, self.half_x, self.terms_x);
+        let in_z = polynomials(z, self.half_z, 2 * m_count);
+        let mut sums = Mat::<f64>::zeros(count, 6 * m_count);
+        matmul(&mut sums, Accum::Replace, &in_x, &self.coefficients, 1.0, Par::Seq);
+        let part = |part: usize| {
+            let mut result = vec![0.0; count];
+            for m in 0..m_count {
+                let weights = in_z.col_as_slice(2 * m + usize::from(part >= 4));
+                let column = sums.col_as_slice(part * m_count + m);
+                for ((r, w), c) in result.iter_mut().zip(weights).zip(column) {
+                    *r += w * c;
+                }
+            }
+            result
+        };
+        let parts: [Vec<f64>; 6] = [0, 1, 2, 3, 4, 5].map(part);
+        (0..count).map(|i| [0, 1, 2].map(|j| Complex64::new(parts[2 * j][i], parts[2 * j + 1][i]))).collect()
+    }
+}
+
+/// T_0 to T_{count−1} at points over `half`: one column a polynomial.
+fn polynomials(points: &[f64], half: f64, count: usize) -> Mat<f64> {
+    let mut columns = Mat::<f64>::zeros(points.len(), count);
+    columns.col_as_slice_mut(0).fill(1.0);
+    for (value, p) in columns.col_as_slice_mut(1).iter_mut().zip(points) {
+        *value = p / half;
+    }
+    let scaled: Vec<f64> = points.iter().map(|p| 2.0 * p / half).collect();
+    for n in 2..count {
+        let (before, mut from) = columns.as_mut().split_at_col_mut(n);
+        let (two_back, one_back) = (before.as_ref().col(n - 2), before.as_ref().col(n - 1));
+        for (i, p) in scaled.iter().enumerate() {
+            from[(i, 0)] = p * one_back[i] - two_back[i];
+        }
+    }
+    columns
+}
+
+/// Chebyshev series from `values[ix][iz]`, z at the positive nodes alone.
+fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
+    // Along z: the other half of the nodes has the same values, and odd coefficients vanish.
+    let in_z: Vec<Vec<Complex64>> = values
+        .iter()
+        .map(|row| {
+            let both: Vec<Complex64> = row.iter().chain(row.iter().rev()).copied().collect();
+            chebyshev_coefficients(&both).into_iter().step_by(2).collect()
+        })
+        .collect();
+    let mut series = vec![vec![Complex64::ZERO; in_z[0].len()]; in_z.len()];
+    for m in 0..in_z[0].len() {
+        let column: Vec<Complex64> = in_z.iter().map(|row| row[m]).collect();
+        for (n, c) in chebyshev_coefficients(&column).into_iter().enumerate() {
+            series[n][m] = c;
+        }
+    }
+    series
+}
+
+/// The last two coefficients in x, and the last in z, against the largest.
+fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
+    let largest = |values: &mut dyn Iterator<Item = &Complex64>| values.map(|c| c.norm()).fold(0.0, f64::max);
+    let all = largest(&mut series.iter().flatten()).max(f64::MIN_POSITIVE);
+    let in_x = largest(&mut series[series.len() - 2..].iter().flatten());
+    let in_z = largest(&mut series.iter().filter_map(|row| row.last()));
+    (in_x / all, in_z / all)
+}
+
+/// Ewald's sums over the orders and over the periods.
+struct Ewald {
+    period: f64,
+    bloch: f64,
+    /// Where one sum gives way to the other, in 1/µm.
+    split: f64,
+    /// α of each order, and γ = √(α² − k²): e^{−γ|z|} decays or leaves.
+    orders: Vec<(f64, Complex64)>,
+    /// (k/2E)^{2q}/q!
+    weights: Vec<Complex64>,
+}
+
+impl Ewald {
+    fn new(period: f64, wave_number: Complex64, bloch: f64) -> Self {
+        let split = (PI.sqrt() / period).max(0.5 * wave_number.norm() / SPLIT_MAX);
+        let reach = (wave_number.re.powi(2) + 4.0 * split * split * EXPONENT_MAX).sqrt() * period / TAU;
+        let orders = ((-reach - bloch).floor() as i64..=(reach - bloch).ceil() as i64)
+            .map(|n| {
+                let alpha = TAU * (bloch + n as f64) / period;
+                (alpha, decay(alpha, wave_number))
+            })
+            .collect();
+        let ratio = wave_number * wave_number / (4.0 * split * split);
+        let mut weights = vec![Complex64::ONE];
+        while weights[weights.len() - 1].norm() > 1e-18 && weights.len() < 60 {
+            weights.push(weights[weights.len() - 1] * ratio / weights.len() as f64);
+        }
+        Self { period, bloch, split, orders, weights }
+    }
+
+    /// F at the Chebyshev nodes of the box; `terms_z` counts those of both signs of z, of which the positive are returned.
+    fn on_grid(&self, half_x: f64, half_z: f64, terms_x: usize, terms_z: usize, near: &Radial) -> Vec<Vec<Complex64>> {
+        let xs: Vec<f64> = chebyshev_nodes(terms_x).iter().map(|x| x * half_x).collect();
+        let zs: Vec<f64> = chebyshev_nodes(terms_z)[..terms_z / 2].iter().map(|z| z * half_z).collect();
+        let spectral: Vec<Vec<Complex64>> =
+            self.orders.iter().map(|&(_, gamma)| zs.iter().map(|&z| self.order(gamma, z)).collect()).collect();
+        xs.iter()
+            .map(|&x| {
+                let turns: Vec<Complex64> = self.orders.iter().map(|&(alpha, _)| Complex64::cis(alpha * x)).collect();
+                zs.iter()
+                    .enumerate()
+                    .map(|(iz, &z)| {
+                        let orders: Complex64 = turns.iter().zip(&spectral).map(|(turn, of_z)| turn * of_z[iz]).sum();
+                        let [h0, _] = near.hankel(x.hypot(z));
+                        orders + self.periods(x, z) - Complex64::new(0.0, 0.25) * h0
+                    })
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// The share of one order in the sum over orders, without its phase along x:
+    /// `[e^{γz} erfc(γ/2E + zE) + e^{−γz} erfc(γ/2E − zE)]/(4dγ)`.
+    fn order(&self, gamma: Complex64, z: f64) -> Complex64 {
+        let (u, s) = (gamma / (2.0 * self.split), z * self.split);
+        let scale = (-u * u - s * s).exp();
+        let above = scale * faddeeva(Complex64::I * (u + s));
+        // Where erfc's argument is negative, w would overflow before the scale brings it back.
+        let below = if u.re >= s {
+            scale * faddeeva(Complex64::I * (u - s))
+        } else {
+            2.0 * (-gamma * z).exp() - scale * faddeeva(Complex64::I * (s - u))
+        };
+        (above + below) / (4.0 * self.period * gamma)
+    }
+
+    /// The sum over periods: `Σ_m e^{iα₀md}/4π · Σ_q (k/2E)^{2q}/q! · E_{q+1}(R_m²E²)`.
+    fn periods(&self, x: f64, z: f64) -> Complex64 {
+        let reach = EXPONENT_MAX.sqrt() / self.split;
+        let (first, last) = (((x - reach) / self.period).ceil() as i64, ((x + reach) / self.period).floor() as i64);
+        let mut sum = Complex64::ZERO;
+        for m in first..=last {
+            let square = ((x - m as f64 * self.period).powi(2) + z * z) * self.split * self.split;
+            let decay = (-square).exp();
+            let mut integral = expint_1(square);
+            let mut series = Complex64::ZERO;
+            for (q, weight) in self.weights.iter().enumerate() {
+                series += weight * integral;
+                integral = (decay - square * integral) / (q + 1) as f64;
+            }
+            sum += Complex64::cis(TAU * (self.bloch * m as f64).fract()) * series;
+        }
+        sum / (4.0 * PI)
+    }
+}
+
+/// √(α² − k²) with a positive real part, or for an order that leaves undamped −i times its wave number along z.
+///
+/// It is kept off zero, where an order passes off and the sum has a pole.
+pub(crate) fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
+    let square = alpha * alpha - wave_number * wave_number;
+    let root = square.sqrt();
+    // A medium with loss has Im k² > 0, below the cut, where the principal root leaves; without loss the cut is met from above.
+    let gamma = if square.im == 0.0 && square.re < 0.0 { Complex64::new(0.0, -(-square.re).sqrt()) } else { root };
+    let least = 1e-8 * wave_number.norm();
+    if gamma.norm() < least { Complex64::new(0.0, -least) } else { gamma }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sum_of(period: f64, k: Complex64, bloch: f64, height: f64) -> LatticeSum {
+        let near = Radial::new(k, 1e-6, 2.0 * (period + height), 0.1).unwrap();
+        LatticeSum::new(period, k, bloch, height, &near).unwrap()
+    }
+
+    /// With loss the sum over periods converges by itself.
+    #[test]
+    fn agrees_with_the_sum_over_periods() {
+        let (period, k, bloch) = (1.3, Complex64::new(9.0, 0.8), 0.37);
+        let sum = sum_of(period, k, bloch, 0.5);
+        let (xs, zs) = ([0.0, 0.3, -0.64, 0.11], [0.0, -0.5, 0.21, 0.4]);
+        for ((x, z), [field, along_x, along_z]) in xs.iter().zip(zs).zip(sum.at(&xs, &zs)) {
+            let mut direct = [Complex64::ZERO; 3];
+            for m in (-60..=60).filter(|&m| m != 0) {
+                let (dx, phase) = (x - f64::from(m) * period, Complex64::cis(TAU * bloch * f64::from(m)));
+                let r = dx.hypot(z);
+                let h = complex_bessel::hankel1_seq(0.0, k * r, 2, complex_bessel::Scaling::Unscaled).unwrap().values;
+                let quarter = Complex64::new(0.0, 0.25) * phase;
+                direct[0] += quarter * h[0];
+                direct[1] -= quarter * k * h[1] * dx / r;
+                direct[2] -= quarter * k * h[1] * z / r;
+            }
+            // The tail of the polynomials, and its derivative.
+            assert!((field - direct[0]).norm() < 1e-8, "{field} {}", direct[0]);
+            assert!((along_x - direct[1]).norm() < 1e-6 && (along_z - direct[2]).norm() < 1e-6);
+        }
+    }
+
+    /// Above all sources the field is the sum of the orders alone.
+    #[test]
+    fn agrees_with_the_sum_over_orders() {
+        let (period, k, bloch) = (1.0, Complex64::new(TAU * 2.3, 0.0), -0.2);
+        let sum = sum_of(period, k, bloch, 1.0);
+        let (x, z) = (0.23, 0.9);
+        let orders: Complex64 = (-30..=30)
+            .map(|n| {
+                let alpha = TAU * (bloch + f64::from(n)) / period;
+                let gamma = decay(alpha, k);
+                (Complex64::new(0.0, alpha * x) - gamma * z).exp() / (2.0 * period * gamma)
+            })
+            .sum();
+        let r = f64::hypot(x, z);
+        let near = Complex64::new(0.0, 0.25) * complex_bessel::hankel1(0.0, k * r).unwrap();
+        let [field, ..] = sum.at(&[x], &[z])[0];
+        assert!((field + near - orders).norm() < 1e-8, "{} {orders}", field + near);
+    }
+}

@@ -1,0 +1,190 @@
+//! Single and double layer of one medium on the curve, by Nyström's method with Kress' weights for the logarithm.
+
+use crate::Error;
+use crate::lattice_sum::LatticeSum;
+use crate::nodes::{Nodes, Separation};
+use crate::special::{EULER_GAMMA, Radial};
+use faer::Mat;
+use num_complex::Complex64;
+use std::f64::consts::{PI, TAU};
+
+/// A field that has decayed by this exponent is left out.
+const DECAYED: f64 = 30.0;
+/// More images on either side than this cost more than the sum over all.
+const IMAGES_MAX: f64 = 4.0;
+/// Beyond these shares of the period the logarithm is left to the trapezium rule, with a smooth change between.
+const WINDOW: [f64; 2] = [0.3, 0.48];
+/// The same by decay of the field: where it has lost these exponents.
+const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
+
+/// The layers as matrices from the nodes to every `stride`-th of them.
+pub(crate) struct Layers {
+    /// From the normal derivative times the speed of the nodes, to the field: S.
+    pub(crate) single: Mat<Complex64>,
+    /// From the field to the field: K, of the principal value.
+    pub(crate) double: Mat<Complex64>,
+}
+
+/// How far the period's images are summed.
+pub(crate) enum Images {
+    /// So many on either side: the rest has decayed.
+    Near(i32),
+    /// All.
+    All,
+}
+
+impl Images {
+    /// What a wave number with this imaginary part needs.
+    pub(crate) fn needed(decay: f64, period: f64) -> Self {
+        let count = (DECAYED / (decay * period) - 0.5).ceil();
+        if count <= IMAGES_MAX { Self::Near(count.max(1.0) as i32) } else { Self::All }
+    }
+}
+
+/// S and K for a wave number (1/µm; Im ≥ 0) and the phase `bloch` in turns a period. Rows are the nodes in the middle of each
+/// `stride` (odd).
+///
+/// # Errors
+/// Functions that are not finite.
+pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch: f64) -> Result<Layers, Error> {
+    let (n, d) = (nodes.len(), nodes.period);
+    let images = Images::needed(wave_number.im, d);
+    let window = window_range(wave_number.im, d);
+    let height = nodes.height();
+    let reach = match images {
+        Images::Near(count) => (f64::from(count) + 0.5) * d,
+        Images::All => 0.5 * d,
+    };
+    let least = (0.5 * nodes.spacing_min()).min(1e-5 * d);
+    let radial = Radial::new(wave_number, least, 1.01 * reach.hypot(height.max(1e-3 * d)), window[1])?;
+    let lattice = match images {
+        Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),
+        Images::Near(_) => None,
+    };
+    let count = match images {
+        Images::Near(count) => count,
+        Images::All => 0,
+    };
+    let phases = (-count - 1..=count + 1).map(|p| Complex64::cis(TAU * (bloch * f64::from(p)).fract())).collect();
+    let assembly = Assembly { nodes, wave_number, images: count, phases, window, radial, lattice };
+    let rows = n / stride;
+    let mut result = Layers { single: Mat::zeros(rows, n), double: Mat::zeros(rows, n) };
+    for row in 0..rows {
+        assembly.fill_row(row, row * stride + stride / 2, &mut result);
+    }
+    Ok(result)
+}
+
+/// Between these distances the logarithm's weights end.
+fn window_range(decay: f64, period: f64) -> [f64; 2] {
+    [0, 1].map(|i| (WINDOW_DECAYED[i] / decay).min([WINDOW[0], WINDOW[1]][i] * period))
+}
+
+struct Assembly<'a> {
+    nodes: &'a Nodes,
+    wave_number: Complex64,
+    /// Images summed on either side of the nearest; none where the lattice has them.
+    images: i32,
+    /// Of a field one more period away each, from −`images` − 1 on.
+    phases: Vec<Complex64>,
+    window: [f64; 2],
+    radial: Radial,
+    lattice: Option<LatticeSum>,
+}
+
+impl Assembly<'_> {
+    /// The row of node `target`.
+    fn fill_row(&self, row: usize, target: usize, into: &mut Layers) {
+        let n = self.nodes.len();
+        let apart: Vec<Separation> = (0..n).map(|source| self.nodes.separation(target, source)).collect();
+        let smooth = self.lattice.as_ref().map(|lattice| {
+            let xs: Vec<f64> = apart.iter().map(|s| s.x).collect();
+            let zs: Vec<f64> = apart.iter().map(|s| s.z).collect();
+            lattice.at(&xs, &zs)
+        });
+        for (source, separation) in apart.iter().enumerate() {
+            let [mut single, mut double] =
+                if source == target { self.itself(source) } else { self.nearest(target, source, separation) };
+            let step = self.nodes.step();
+            match &smooth {
+                Some(fields) => {
+                    let normal = self.nodes.normal[source];
+                    let [field, along_x, along_z] = fields[source];
+                    single += field * step;
+                    double -= (along_x * normal[0] + along_z * normal[1]) * (step * self.nodes.speed[source]);
+                }
+                None => {
+                    let [s, k] = self.images_beyond(source, separation);
+                    single += s;
+                    double += k;
+                }
+            }
+            let phase = self.phase(separation.turn);
+            into.single[(row, source)] = single * phase;
+            into.double[(row, source)] = double * phase;
+        }
+        into.double[(row, target)] += self.nodes.corner_defect(target);
+    }
+
+    fn phase(&self, periods: i32) -> Complex64 {
+        self.phases[(periods + self.images + 1) as usize]
+    }
+
+    /// The source's nearest image, weighted; the logarithm has weights of its own.
+    fn nearest(&self, target: usize, source: usize, s: &Separation) -> [Complex64; 2] {
+        let r = (s.x * s.x + s.z * s.z).sqrt();
+        if r * self.wave_number.im > DECAYED {
+            return [Complex64::ZERO; 2];
+        }
+        let (k, speed, step) = (self.wave_number, self.nodes.speed[source], self.nodes.step());
+        let [h0, h1] = self.radial.hankel(r);
+        let quarter = Complex64::new(0.0, 0.25);
+        let mut single = quarter * h0 * step;
+        let mut double = quarter * k * h1 * (s.along_normal / r * step * speed);
+        let window = window(r, self.window);
+        if window > 0.0 {
+            let apart = target.abs_diff(source);
+            let log = -window * self.nodes.log_weights[apart] / (4.0 * PI);
+            let [j0, j1_over] = self.radial.bessel(r);
+            single += j0 * log;
+            double += k * k * j1_over * (s.along_normal * speed * log);
+        }
+        [single, double]
+    }
+
+    /// A node on itself: the limits of the kernels, and the logarithm's weight.
+    fn itself(&self, node: usize) -> [Complex64; 2] {
+        let (speed, step) = (self.nodes.speed[node], self.nodes.step());
+        let log = ((0.5 * speed) * self.wave_number).ln() + EULER_GAMMA;
+        let single = (Complex64::new(0.0, 0.25) - log / TAU) * step - self.nodes.log_weights[0] / (4.0 * PI);
+        let double = self.nodes.curvature[node] * speed * step / (4.0 * PI);
+        [single, double.into()]
+    }
+
+    /// Images other than the nearest, as far as they have not decayed.
+    fn images_beyond(&self, source: usize, s: &Separation) -> [Complex64; 2] {
+        let mut sums = [Complex64::ZERO; 2];
+        let (normal, d) = (self.nodes.normal[source], self.nodes.period);
+        for image in (-self.images..=self.images).filter(|&image| image != 0) {
+            let x = s.x - f64::from(image) * d;
+            let r = (x * x + s.z * s.z).sqrt();
+            if r * self.wave_number.im > DECAYED {
+                continue;
+            }
+            let [h0, h1] = self.radial.hankel(r);
+            let quarter = Complex64::new(0.0, 0.25) * self.phase(image) * self.nodes.step();
+            let along_normal = normal[0] * x + normal[1] * s.z;
+            sums[0] += quarter * h0;
+            sums[1] += quarter * self.wave_number * h1 * (along_normal / r * self.nodes.speed[source]);
+        }
+        sums
+    }
+}
+
+/// One up to the first distance, zero from the second on, smooth between.
+fn window(r: f64, [from, to]: [f64; 2]) -> f64 {
+    let t = ((r - from) / (to - from)).clamp(0.0, 1.0);
+    let inner = (0.5 * PI * t).sin();
+    let outer = (0.5 * PI * inner * inner).cos();
+    outer * outer
+}

@@ -1,0 +1,130 @@
+//! A smooth piece of the curve between two corners.
+
+/// (x, z) in µm.
+pub(crate) type Point = [f64; 2];
+
+/// A straight line, or a cubic spline over x.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Edge {
+    from: Point,
+    to: Point,
+    /// None for a straight line.
+    spline: Option<Spline>,
+}
+
+/// A point of an edge and the derivatives over its parameter u in [0, 1].
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EdgePoint {
+    pub(crate) position: Point,
+    pub(crate) first: Point,
+    pub(crate) second: Point,
+}
+
+impl Edge {
+    pub(crate) fn line(from: Point, to: Point) -> Self {
+        Self { from, to, spline: None }
+    }
+
+    /// A spline through heights at equal steps, the first half a step after `x0`, the last half a step before `x1`.
+    /// Its ends are extrapolated.
+    pub(crate) fn spline(x0: f64, x1: f64, heights: &[f64]) -> Self {
+        let spline = Spline::new(heights);
+        let (from, to) = ([x0, spline.at(0.0)[0]], [x1, spline.at(1.0)[0]]);
+        Self { from, to, spline: Some(spline) }
+    }
+
+    pub(crate) fn is_straight(&self) -> bool {
+        self.spline.is_none()
+    }
+
+    pub(crate) fn ends(&self) -> [Point; 2] {
+        [self.from, self.to]
+    }
+
+    /// Distance of its ends, in µm.
+    pub(crate) fn chord(&self) -> f64 {
+        (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
+    }
+
+    pub(crate) fn at(&self, u: f64) -> EdgePoint {
+        let along = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
+        match &self.spline {
+            None => EdgePoint { position: [0, 1].map(|i| self.from[i] + along[i] * u), first: along, second: [0.0; 2] },
+            Some(spline) => {
+                let [z, dz, ddz] = spline.at(u);
+                EdgePoint { position: [self.from[0] + along[0] * u, z], first: [along[0], dz], second: [0.0, ddz] }
+            }
+        }
+    }
+}
+
+/// A cubic spline over u in [0, 1] with knots at (i + ½)/n, whose second derivative is constant before the second and after the
+/// last but one.
+#[derive(Clone, Debug, PartialEq)]
+struct Spline {
+    heights: Vec<f64>,
+    /// Second derivatives at the knots, over u.
+    bends: Vec<f64>,
+}
+
+impl Spline {
+    fn new(heights: &[f64]) -> Self {
+        let n = heights.len();
+        let step = 1.0 / n as f64;
+        // M[i−1] + 4 M[i] + M[i+1] = 6 Δ²h/step², with M[0] = M[1] and M[n−1] = M[n−2]: Thomas' algorithm.
+        let mut bends = vec![0.0; n];
+        if n >= 3 {
+            let inner = n - 2;
+            let (mut upper, mut right) = (vec![0.0; inner], vec![0.0; inner]);
+            for i in 0..inner {
+                let difference = heights[i] - 2.0 * heights[i + 1] + heights[i + 2];
+                let mut diagonal = 4.0 + f64::from(i == 0) + f64::from(i == inner - 1);
+                let mut value = 6.0 * difference / (step * step);
+                if i > 0 {
+                    diagonal -= upper[i - 1];
+                    value -= right[i - 1];
+                }
+                upper[i] = 1.0 / diagonal;
+                right[i] = value / diagonal;
+            }
+            for i in (0..inner).rev() {
+                bends[i + 1] = right[i] - if i + 1 < inner { upper[i] * bends[i + 2] } else { 0.0 };
+            }
+            bends[0] = bends[1];
+            bends[n - 1] = bends[n - 2];
+        }
+        Self { heights: heights.to_vec(), bends }
+    }
+
+    /// The height and its first and second derivative over u.
+    fn at(&self, u: f64) -> [f64; 3] {
+        let n = self.heights.len();
+        let step = 1.0 / n as f64;
+        let i = (u * n as f64 - 0.5).floor().clamp(0.0, (n - 2) as f64) as usize;
+        let t = u * n as f64 - 0.5 - i as f64;
+        let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.bends[i], self.bends[i + 1]);
+        let slope = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
+        let bend = m0 + (m1 - m0) * t;
+        let s = step * t;
+        [h0 + s * (slope + s * (0.5 * m0 + (m1 - m0) * t / 6.0)), slope + s * (m0 + 0.5 * (m1 - m0) * t), bend]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_spline_keeps_a_parabola() {
+        let height = |u: f64| 0.3 - 0.7 * u + 0.4 * u * u;
+        let heights: Vec<f64> = (0..9).map(|i| height((f64::from(i) + 0.5) / 9.0)).collect();
+        let edge = Edge::spline(1.0, 2.0, &heights);
+        for i in 0..=20 {
+            let u = f64::from(i) / 20.0;
+            let at = edge.at(u);
+            // Rounding, times the square of the nine intervals for the second derivative.
+            assert!((at.position[1] - height(u)).abs() < 1e-14);
+            assert!((at.first[1] - (0.8 * u - 0.7)).abs() < 1e-13 && (at.second[1] - 0.8).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,258 @@
+//! One period of a relief that varies along x alone.
+
+mod edge;
+mod samples;
+
+use crate::Error;
+use crate::error::{finite, positive};
+pub(crate) use edge::{Edge, Point};
+use num_complex::Complex64;
+use std::f64::consts::{PI, TAU};
+
+/// The largest height over period that is served: deeper reliefs need a lattice sum over a box too tall for its polynomials.
+const DEPTH_MAX: f64 = 2.0;
+
+/// Corners of one period at most.
+const CORNERS_MAX: usize = 64;
+
+/// One period of a relief, in µm: either smooth, or edges that meet in corners.
+///
+/// Light comes from above, z up; heights are those given, so phases of the orders refer to x = 0, z = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    period: f64,
+    pub(crate) shape: Shape,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Shape {
+    /// The height is `Re Σ_m c_m e^{2πimx/period}`, m from 0 on.
+    Smooth(Vec<Complex64>),
+    /// Each edge begins where the one before ends; the last ends one period after the first began.
+    Edges(Vec<Edge>),
+}
+
+impl Profile {
+    /// A plane at height 0, taken with a period (µm).
+    ///
+    /// # Errors
+    /// A period that is not finite and positive.
+    pub fn flat(period_um: f64) -> Result<Self, Error> {
+        Self::sinusoid(period_um, 0.0)
+    }
+
+    /// `height/2 · (1 + sin(2πx/period))`, in µm; height is peak to valley, at least 0.
+    ///
+    /// # Errors
+    /// A period or height out of range, or a height above twice the period.
+    pub fn sinusoid(period_um: f64, height_um: f64) -> Result<Self, Error> {
+        let height = height_within(period_um, height_um)?;
+        let harmonics = vec![Complex64::new(0.5 * height, 0.0), Complex64::new(0.0, -0.5 * height)];
+        Ok(Self { period: period_um, shape: Shape::Smooth(harmonics) })
+    }
+
+    /// A sawtooth that rises along +x from 0 to `height` and drops at the end of the period; in µm.
+    ///
+    /// # Errors
+    /// A period or height out of range, or a height above twice the period.
+    pub fn blazed(period_um: f64, height_um: f64) -> Result<Self, Error> {
+        let height = height_within(period_um, height_um)?;
+        if height == 0.0 {
+            return Self::flat(period_um);
+        }
+        Self::polygon(period_um, &[[0.0, 0.0], [period_um, height]])
+    }
+
+    /// `height` over the first `duty` of the period, 0 over the rest; in µm, the duty between 0 and 1.
+    ///
+    /// # Errors
+    /// A period, height or duty out of range, or a height above twice the period.
+    pub fn lamellar(period_um: f64, height_um: f64, duty: f64) -> Result<Self, Error> {
+        let height = height_within(period_um, height_um)?;
+        if !(duty > 0.0 && duty < 1.0) {
+            return Err(Error::OutOfRange {
+                quantity: "duty",
+                found: duty,
+                accepted: "between 0 and 1, both excluded",
+            });
+        }
+        if height == 0.0 {
+            return Self::flat(period_um);
+        }
+        let wall = duty * period_um;
+        Self::polygon(period_um, &[[0.0, height], [wall, height], [wall, 0.0], [period_um, 0.0]])
+    }
+
+    /// Straight edges through `corners` (x, z) in µm and back to the first, one period on. x must not fall from one corner
+    /// to the next, nor exceed the first by more than the period: the relief is a height but for vertical walls.
+    ///
+    /// # Errors
+    /// No corner or more than 64, corners that are not finite, that coincide or that run back, or a relief deeper
+    /// than twice the period.
+    pub fn polygon(period_um: f64, corners: &[[f64; 2]]) -> Result<Self, Error> {
+        positive("period in µm", period_um)?;
+        let refuse = |found: String| {
+            Err(Error::Profile {
+                found,
+                accepted: "1 to 64 finite, distinct corners whose x does not fall and stays within one period",
+            })
+        };
+        if corners.is_empty() || corners.len() > CORNERS_MAX {
+            return refuse(format!("{} corners", corners.len()));
+        }
+        let mut points: Vec<Point> = corners.to_vec();
+        points.push([corners[0][0] + period_um, corners[0][1]]);
+        if points[points.len() - 2] == points[points.len() - 1] {
+            points.pop();
+        }
+        for pair in points.windows(2) {
+            let ([x0, z0], [x1, z1]) = (pair[0], pair[1]);
+            let length = (x1 - x0).hypot(z1 - z0);
+            if !length.is_finite() || x1 < x0 || length < 1e-9 * period_um {
+                return refuse(format!("an edge from ({x0}, {z0}) to ({x1}, {z1})"));
+            }
+        }
+        Self::of_edges(period_um, points.windows(2).map(|pair| Edge::line(pair[0], pair[1])).collect())
+    }
+
+    /// Heights (µm) at the centres of equal intervals of one period, at least 8: what a file has.
+    ///
+    /// Taken for a vertical wall: one step between neighbours that is steeper than 60° where the steps to either side turn from
+    /// it by more than 20°; it stands halfway between the two. Taken for a corner: a sample where the relief turns by more
+    /// than 20° and four times as much as two samples to either side, so that a bend that the sampling resolves is none.
+    /// Between corners heights are a cubic spline, or a straight edge if they keep to one within a thousandth of the
+    /// relief's height; without any, they are their Fourier series as far as it is above a ten-thousandth.
+    ///
+    /// # Errors
+    /// Fewer than 8 heights, heights that are not finite, more than 64 corners, or a relief deeper than twice the period.
+    pub fn samples(period_um: f64, heights_um: &[f64]) -> Result<Self, Error> {
+        positive("period in µm", period_um)?;
+        for &height in heights_um {
+            finite("height in µm", height)?;
+        }
+        let shape = samples::shape(period_um, heights_um)?;
+        match shape {
+            Shape::Edges(edges) => Self::of_edges(period_um, edges),
+            Shape::Smooth(_) => {
+                let profile = Self { period: period_um, shape };
+                profile.within_depth()?;
+                Ok(profile)
+            }
+        }
+    }
+
+    fn of_edges(period: f64, edges: Vec<Edge>) -> Result<Self, Error> {
+        let profile = Self { period, shape: Shape::Edges(edges) };
+        profile.within_depth()?;
+        Ok(profile)
+    }
+
+    fn within_depth(&self) -> Result<(), Error> {
+        height_within(self.period, self.height_um()).map(|_| ())
+    }
+
+    /// One period, in µm.
+    pub fn period_um(&self) -> f64 {
+        self.period
+    }
+
+    /// Peak to valley, in µm.
+    pub fn height_um(&self) -> f64 {
+        let (low, high) = self
+            .outline()
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), p| (low.min(p[1]), high.max(p[1])));
+        high - low
+    }
+
+    /// Length of the curve over one period, in µm.
+    pub fn arc_um(&self) -> f64 {
+        self.outline().windows(2).map(|p| (p[1][0] - p[0][0]).hypot(p[1][1] - p[0][1])).sum()
+    }
+
+    /// Whether edges meet in corners.
+    pub fn has_corners(&self) -> bool {
+        matches!(self.shape, Shape::Edges(_))
+    }
+
+    /// Points along the curve, close enough to measure it.
+    fn outline(&self) -> Vec<Point> {
+        const STEPS: usize = 256;
+        match &self.shape {
+            Shape::Smooth(harmonics) => (0..=STEPS)
+                .map(|i| {
+                    let x = i as f64 / STEPS as f64;
+                    [x * self.period, smooth_height(harmonics, TAU * x)[0]]
+                })
+                .collect(),
+            Shape::Edges(edges) => {
+                edges.iter().flat_map(|e| (0..=STEPS).map(move |i| e.at(i as f64 / STEPS as f64).position)).collect()
+            }
+        }
+    }
+}
+
+/// The height at a phase of the period, and its first and second derivative over the phase.
+pub(crate) fn smooth_height(harmonics: &[Complex64], phase: f64) -> [f64; 3] {
+    let mut sums = [0.0; 3];
+    for (m, c) in harmonics.iter().enumerate() {
+        let m = m as f64;
+        let term = c * Complex64::cis((m * phase) % (2.0 * PI));
+        sums[0] += term.re;
+        sums[1] -= m * term.im;
+        sums[2] -= m * m * term.re;
+    }
+    sums
+}
+
+fn height_within(period_um: f64, height_um: f64) -> Result<f64, Error> {
+    positive("period in µm", period_um)?;
+    if height_um.is_finite() && (0.0..=DEPTH_MAX * period_um).contains(&height_um) {
+        Ok(height_um)
+    } else {
+        Err(Error::OutOfRange { quantity: "height in µm", found: height_um, accepted: "0 to twice the period" })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shapes_are_those_of_the_presets() {
+        let blazed = Profile::blazed(2.5, 0.25).unwrap();
+        let Shape::Edges(edges) = &blazed.shape else { panic!("a sawtooth has corners") };
+        assert_eq!(edges.len(), 2);
+        assert_eq!(edges[0].at(0.5).position, [1.25, 0.125], "rises along +x");
+        assert_eq!(edges[1].at(0.0).position, [2.5, 0.25]);
+        let lamellar = Profile::lamellar(2.0, 0.3, 0.25).unwrap();
+        let Shape::Edges(edges) = &lamellar.shape else { panic!("a rectangle has corners") };
+        assert_eq!(edges.len(), 4);
+        assert_eq!(edges[0].at(0.0).position, [0.0, 0.3], "high over the first part");
+        assert_eq!(edges[1].at(0.0).position, [0.5, 0.3]);
+        let sinusoid = Profile::sinusoid(2.0, 0.3).unwrap();
+        let Shape::Smooth(harmonics) = &sinusoid.shape else { panic!("a sinusoid is smooth") };
+        assert!((smooth_height(harmonics, 0.25 * TAU)[0] - 0.3).abs() < 1e-15);
+        assert!((smooth_height(harmonics, 0.75 * TAU)[0]).abs() < 1e-15);
+        assert!((sinusoid.height_um() - 0.3).abs() < 1e-12 && (blazed.height_um() - 0.25).abs() < 1e-12);
+    }
+
+    #[test]
+    fn what_is_refused_is_named() {
+        let messages = [
+            Profile::sinusoid(0.0, 0.1).unwrap_err().to_string(),
+            Profile::sinusoid(1.0, f64::NAN).unwrap_err().to_string(),
+            Profile::blazed(1.0, 2.5).unwrap_err().to_string(),
+            Profile::lamellar(1.0, 0.1, 1.0).unwrap_err().to_string(),
+            Profile::polygon(1.0, &[[0.0, 0.0], [0.6, 0.1], [0.5, 0.2]]).unwrap_err().to_string(),
+            Profile::polygon(1.0, &[]).unwrap_err().to_string(),
+            Profile::samples(1.0, &[0.0; 7]).unwrap_err().to_string(),
+            Profile::samples(1.0, &[f64::INFINITY; 9]).unwrap_err().to_string(),
+        ];
+        for (message, named) in
+            messages.iter().zip(["period", "height", "height", "duty", "edge", "0 corners", "7 heights", "height"])
+        {
+            assert!(message.contains(named) && message.contains("accepted"), "{message}");
+        }
+    }
+}

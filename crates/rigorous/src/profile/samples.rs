@@ -1,0 +1,207 @@
+//! A profile from heights at equal steps: walls, corners, and what is smooth between them.
+
+use super::{CORNERS_MAX, Edge, Shape};
+use crate::Error;
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+
+/// Fewer heights do not tell a curve.
+const SAMPLES_MIN: usize = 8;
+/// A turn that may be a corner, in radians (20°).
+const TURN_MIN: f64 = 0.35;
+/// A turn is a corner where it is so much sharper than those around.
+const SHARPER: f64 = 4.0;
+/// A single step so steep, in radians (60°), may be a wall.
+const WALL_STEEPNESS: f64 = 1.047;
+/// Of the height: what a straight edge may be off, which moves a wavefront by less than a hundredth of a wave.
+const STRAIGHT: f64 = 1e-3;
+/// Of the height: harmonics are left out while the largest sum of what is left out stays below.
+const HARMONIC_MIN: f64 = 1e-4;
+
+/// Where an edge begins.
+#[derive(Clone, Copy, PartialEq)]
+enum Corner {
+    /// Vertical, between samples i − 1 and i.
+    Wall(usize),
+    /// At sample i.
+    Kink(usize),
+}
+
+pub(super) fn shape(period: f64, heights: &[f64]) -> Result<Shape, Error> {
+    let n = heights.len();
+    if n < SAMPLES_MIN {
+        return Err(Error::Profile { found: format!("{n} heights"), accepted: "at least 8 heights over one period" });
+    }
+    let corners = corners(period / n as f64, heights);
+    if corners.is_empty() {
+        return Ok(Shape::Smooth(harmonics(heights)));
+    }
+    if corners.len() > CORNERS_MAX {
+        return Err(Error::Profile {
+            found: format!("{} corners, as noise has", corners.len()),
+            accepted: "at most 64 corners; smooth the heights, or use the scalar theory",
+        });
+    }
+    Ok(Shape::Edges(edges(period, heights, &corners)))
+}
+
+fn corners(step: f64, heights: &[f64]) -> Vec<Corner> {
+    let n = heights.len();
+    // The angle of the step from sample i − 1 to sample i.
+    let angle = |i: usize| (heights[i % n] - heights[(i + n - 1) % n]).atan2(step);
+    let turn = |i: usize| angle(i + 1) - angle(i);
+    let wall =
+        |i: usize| angle(i).abs() > WALL_STEEPNESS && turn(i + n - 1).abs() > TURN_MIN && turn(i).abs() > TURN_MIN;
+    let kink = |i: usize| {
+        let around = turn(i + n - 2).abs().max(turn(i + 2).abs());
+        turn(i).abs() > TURN_MIN.max(SHARPER * around) && !wall(i) && !wall(i + 1)
+    };
+    (0..n)
+        .flat_map(|i| {
+            let wall = wall(i).then_some(Corner::Wall(i));
+            wall.into_iter().chain(kink(i).then_some(Corner::Kink(i)))
+        })
+        .collect()
+}
+
+/// Edges from corner to corner, and the walls between their ends.
+fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
+    let n = heights.len();
+    let step = period / n as f64;
+    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &z| (l.min(z), h.max(z)));
+    let tolerance = STRAIGHT * (high - low);
+    let mut edges: Vec<Edge> = Vec::new();
+    for (c, &corner) in corners.iter().enumerate() {
+        let next = corners.get(c + 1).copied().unwrap_or(match corners[0] {
+            Corner::Wall(i) => Corner::Wall(i + n),
+            Corner::Kink(i) => Corner::Kink(i + n),
+        });
+        // Positions in samples: a wall stands half a sample before its index.
+        let position = |corner| match corner {
+            Corner::Wall(i) => i as f64,
+            Corner::Kink(i) => i as f64 + 0.5,
+        };
+        let (x0, x1) = (position(corner) * step, position(next) * step);
+        let first = match corner {
+            Corner::Wall(i) | Corner::Kink(i) => i,
+        };
+        let last = match next {
+            Corner::Wall(i) => i - 1,
+            Corner::Kink(i) => i,
+        };
+        let piece: Vec<f64> = (first..=last).map(|i| heights[i % n]).collect();
+        let at = |x: f64| extrapolated(&piece, x / step - first as f64 - 0.5);
+        let (z0, z1) = (at(x0), at(x1));
+        let deviation = piece.iter().enumerate().fold(0.0_f64, |worst, (i, z)| {
+            let x = (first as f64 + i as f64 + 0.5) * step;
+            worst.max((z - z0 - (z1 - z0) * (x - x0) / (x1 - x0)).abs())
+        });
+        if let Some(before) = edges.last() {
+            let end = before.ends()[1];
+            if (end[1] - z0).abs() > 1e-12 * period {
+                edges.push(Edge::line(end, [x0, z0]));
+            }
+        }
+        edges.push(if deviation <= tolerance || piece.len() < 4 {
+            Edge::line([x0, z0], [x1, z1])
+        } else {
+            Edge::spline(x0, x1, &resampled(&piece, x0 / step - first as f64, x1 / step - first as f64))
+        });
+    }
+    // The last edge back to the first, one period on.
+    if let (Some(last), Some(first)) = (edges.last(), edges.first()) {
+        let (end, begin) = (last.ends()[1], first.ends()[0]);
+        if (end[1] - begin[1]).abs() > 1e-12 * period {
+            edges.push(Edge::line(end, [begin[0] + period, begin[1]]));
+        }
+    }
+    edges
+}
+
+/// The height at a position counted in samples, linear beyond the ends.
+fn extrapolated(piece: &[f64], position: f64) -> f64 {
+    let last = piece.len() - 1;
+    if last == 0 {
+        return piece[0];
+    }
+    let i = (position.floor().max(0.0) as usize).min(last - 1);
+    piece[i] + (piece[i + 1] - piece[i]) * (position - i as f64)
+}
+
+/// The piece at the centres of as many intervals of [`from`, `to`], positions that count the borders of samples.
+fn resampled(piece: &[f64], from: f64, to: f64) -> Vec<f64> {
+    let n = piece.len();
+    (0..n).map(|i| extrapolated(piece, from + (to - from) * (i as f64 + 0.5) / n as f64 - 0.5)).collect()
+}
+
+/// Fourier series of the heights, of samples at (i + ½)/n of the period, without the tail that does not matter.
+fn harmonics(heights: &[f64]) -> Vec<Complex64> {
+    let n = heights.len();
+    let half = n.div_ceil(2);
+    let mut series: Vec<Complex64> = (0..half)
+        .map(|m| {
+            let sum: Complex64 = heights
+                .iter()
+                .enumerate()
+                .map(|(i, z)| z * Complex64::cis(-TAU * ((m * (2 * i + 1)) % (2 * n)) as f64 / (2 * n) as f64))
+                .sum();
+            sum * (if m == 0 { 1.0 } else { 2.0 } / n as f64)
+        })
+        .collect();
+    let height = series[1..].iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let mut left_out = 0.0;
+    while series.len() > 1 {
+        left_out += series[series.len() - 1].norm();
+        if left_out > HARMONIC_MIN * height {
+            break;
+        }
+        series.pop();
+    }
+    series
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Profile, smooth_height};
+    use super::*;
+
+    /// Heights of a preset are rounded at 1e-16 µm.
+    const ROUNDING_UM: f64 = 1e-12;
+
+    fn sampled(n: usize, height: impl Fn(f64) -> f64) -> Profile {
+        let heights: Vec<f64> = (0..n).map(|i| height((i as f64 + 0.5) / n as f64)).collect();
+        Profile::samples(2.0, &heights).unwrap()
+    }
+
+    fn straight_edges(profile: &Profile) -> Vec<[[f64; 2]; 2]> {
+        let Shape::Edges(edges) = &profile.shape else { panic!("corners were expected") };
+        assert!(edges.iter().all(Edge::is_straight));
+        edges.iter().map(Edge::ends).collect()
+    }
+
+    #[test]
+    fn presets_are_recognised_in_their_samples() {
+        for n in [64, 1024] {
+            let edges = straight_edges(&sampled(n, |t| 0.5 * t));
+            assert_eq!(edges.len(), 2, "a slope and a wall");
+            for (found, expected) in edges.iter().flatten().flatten().zip([0.0, 0.0, 2.0, 0.5, 2.0, 0.5, 2.0, 0.0]) {
+                assert!((found - expected).abs() < ROUNDING_UM, "{edges:?}");
+            }
+            let edges = straight_edges(&sampled(n, |t| if t < 0.5 { 0.3 } else { 0.0 }));
+            assert_eq!(edges.len(), 4, "{edges:?}");
+            assert!(edges.iter().flatten().any(|p| (p[0] - 1.0).abs() < ROUNDING_UM));
+        }
+    }
+
+    #[test]
+    fn a_resolved_bend_is_no_corner_and_an_apex_is_one() {
+        let sinusoid = sampled(64, |t| 0.2 + 0.4 * (TAU * t).sin());
+        let Shape::Smooth(harmonics) = &sinusoid.shape else { panic!("a sinusoid is smooth") };
+        assert_eq!(harmonics.len(), 2);
+        assert!((smooth_height(harmonics, 1.0)[0] - 0.2 - 0.4 * 1.0_f64.sin()).abs() < ROUNDING_UM);
+        // Apices halfway between samples, as symmetry has it, are cut by half a sample.
+        let triangle = sampled(257, |t| (t - 0.5).abs());
+        assert!(triangle.has_corners());
+        assert!((triangle.height_um() - 0.5).abs() < 0.5 / 257.0 * 1.5);
+    }
+}

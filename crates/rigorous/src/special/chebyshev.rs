@@ -1,0 +1,28 @@
+//! Chebyshev nodes and the transform from values at them.
+
+use std::f64::consts::PI;
+use std::ops::{AddAssign, Mul};
+
+/// The n nodes of the first kind in (−1, 1), the largest first.
+pub(crate) fn chebyshev_nodes(n: usize) -> Vec<f64> {
+    (0..n).map(|i| (PI * (i as f64 + 0.5) / n as f64).cos()).collect()
+}
+
+/// Coefficients c of `Σ c[k] T_k(x)` from values at [`chebyshev_nodes`].
+pub(crate) fn chebyshev_coefficients<T>(values: &[T]) -> Vec<T>
+where
+    T: Copy + Default + AddAssign + Mul<f64, Output = T>,
+{
+    let n = values.len();
+    let cosines: Vec<f64> = (0..4 * n).map(|j| (PI * j as f64 / (2 * n) as f64).cos()).collect();
+    (0..n)
+        .map(|k| {
+            let mut sum = T::default();
+            for (i, &value) in values.iter().enumerate() {
+                // The angle k(i + ½)π/n, in integers.
+                sum += value * cosines[k * (2 * i + 1) % (4 * n)];
+            }
+            sum * (if k == 0 { 1.0 } else { 2.0 } / n as f64)
+        })
+        .collect()
+}

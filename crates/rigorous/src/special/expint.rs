@@ -1,0 +1,57 @@
+//! The exponential integral of a positive real.
+
+use super::EULER_GAMMA;
+
+/// `E₁(x) = ∫ₓ^∞ e^{−t}/t dt` for x > 0, to about 1e-15 relative.
+///
+/// The power series (Abramowitz & Stegun 5.1.11) up to 1, Lentz' evaluation of the continued fraction (5.1.22) above.
+pub(crate) fn expint_1(x: f64) -> f64 {
+    const TERMS_MAX: usize = 200;
+    if x <= 1.0 {
+        let (mut power, mut sum) = (1.0, 0.0);
+        for n in 1..30 {
+            power *= -x / n as f64;
+            sum -= power / n as f64;
+        }
+        return sum - EULER_GAMMA - x.ln();
+    }
+    // 1/(x+1 − 1/(x+3 − 4/(x+5 − …))).
+    let mut b = x + 1.0;
+    let mut c = f64::MAX;
+    let mut d = 1.0 / b;
+    let mut value = d;
+    for n in 1..TERMS_MAX {
+        let a = -((n * n) as f64);
+        b += 2.0;
+        d = 1.0 / (a * d + b);
+        c = b + a / c;
+        value *= c * d;
+        if (c * d - 1.0).abs() < f64::EPSILON {
+            break;
+        }
+    }
+    value * (-x).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of double precision, where the series cancels by a few digits.
+    const RELATIVE: f64 = 4e-15;
+
+    /// Values of mpmath 1.4 (`e1`, 30 digits).
+    #[test]
+    fn agrees_with_tabulated_values() {
+        for (x, expected) in [
+            (1e-6, 13.238_295_893_062_49),
+            (0.1, 1.822_923_958_419_390_6),
+            (0.999, 0.219_752_182_022_944_54),
+            (1.001, 0.219_016_422_527_468_9),
+            (5.0, 0.001_148_295_591_275_325_8),
+            (30.0, 3.021_552_010_688_812_5e-15),
+        ] {
+            assert!((expint_1(x) / expected - 1.0).abs() < RELATIVE, "{x}: {}", expint_1(x));
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! The Faddeeva function.
+
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Nodes on each side of the rule; with the step below the error is near that of double precision.
+const NODES: usize = 11;
+
+/// `w(z) = e^{−z²} erfc(−iz)` for every complex z, to about 1e-14 of the larger of 1 and |w|.
+///
+/// The trapezium or midpoint rule for the integral over the real line, corrected by the residue of the pole that it leaves out
+/// (Al Azah & Chandler-Wilde, SIAM J. Numer. Anal. 59, 2021), in the first quadrant; the other three by symmetry.
+pub(crate) fn faddeeva(z: Complex64) -> Complex64 {
+    if z.im < 0.0 {
+        return 2.0 * (-z * z).exp() - faddeeva(-z);
+    }
+    if z.re < 0.0 {
+        return faddeeva(Complex64::new(-z.re, z.im)).conj();
+    }
+    let step = (PI / (NODES + 1) as f64).sqrt();
+    let square = z * z;
+    // The rule whose nodes are farther from the real part of z.
+    let at = z.re / step;
+    let midpoint = (at - at.round()).abs() < 0.25;
+    let pole_is_near = z.im < z.re.max(PI / step) && z.im < PI / step + z.re;
+    let mut sum = Complex64::ZERO;
+    for k in 0..=NODES {
+        let node = step * if midpoint || !pole_is_near { k as f64 + 0.5 } else { (k + 1) as f64 };
+        sum += (-node * node).exp() / (square - node * node);
+    }
+    let sum = Complex64::new(0.0, 2.0 * step / PI) * z * sum;
+    if !pole_is_near {
+        return sum;
+    }
+    let turn = (Complex64::new(0.0, -2.0 * PI / step) * z).exp();
+    let residue = 2.0 * (-square).exp();
+    if midpoint {
+        sum + residue / (1.0 + turn)
+    } else {
+        sum + Complex64::new(0.0, step / PI) / z + residue / (1.0 - turn)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Roundings of numbers of order one: terms next to a node are larger than the sum.
+    const ABSOLUTE: f64 = 1e-14;
+
+    /// Values of mpmath 1.4 (`exp(-z*z)*erfc(-i*z)`, 30 digits), near and between the nodes of either rule.
+    #[test]
+    fn agrees_with_tabulated_values() {
+        for ((x, y), (re, im)) in [
+            ((0.0, 0.0), (1.0, 0.0)),
+            ((0.3, 0.2), (0.752_894_790_136_879_2, 0.229_653_152_349_069_96)),
+            ((1.02, 0.01), (0.354_338_524_542_426_9, 0.598_075_607_942_253)),
+            ((1.28, 0.0), (0.194_290_658_785_488_14, 0.551_181_580_195_405_2)),
+            ((2.56, 1e-9), (0.001_424_976_559_948_662_6, 0.244_167_063_445_605_1)),
+            ((4.6, 0.05), (0.001_441_007_587_948_539_3, 0.125_765_965_893_723_3)),
+            ((0.2, 7.0), (0.079_738_052_448_098_72, 0.002_233_976_184_925_589)),
+            ((7.0, 6.2), (0.040_285_394_830_333_9, 0.044_965_074_266_288_74)),
+            ((30.0, 0.4), (0.000_251_125_190_617_36, 0.018_813_430_931_074_4)),
+            ((-1.5, 0.7), (0.207_989_895_475_203_8, -0.290_846_793_836_760_3)),
+            ((0.8, -1.1), (-0.993_040_319_479_554_2, 3.639_289_811_583_18)),
+            ((-0.5, -0.6), (1.344_016_624_051_927_7, -1.463_261_765_752_822_3)),
+            ((1e-6, 1e-7), (0.999_999_887_161_093_3, 1.128_378_967_094_782_8e-6)),
+            ((6.0, 2.0), (0.029_170_144_290_321_64, 0.085_259_670_601_562_23)),
+        ] {
+            let w = faddeeva(Complex64::new(x, y));
+            assert!((w - Complex64::new(re, im)).norm() < ABSOLUTE * w.norm().max(1.0), "{x} {y}: {w}");
+        }
+    }
+}

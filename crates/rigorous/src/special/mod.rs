@@ -1,0 +1,14 @@
+//! Special functions: exponential integral, Faddeeva function, and tables of Hankel functions along a ray.
+
+mod chebyshev;
+mod expint;
+mod faddeeva;
+mod radial;
+
+pub(crate) use chebyshev::{chebyshev_coefficients, chebyshev_nodes};
+pub(crate) use expint::expint_1;
+pub(crate) use faddeeva::faddeeva;
+pub(crate) use radial::Radial;
+
+/// Euler's constant γ.
+pub(crate) const EULER_GAMMA: f64 = 0.577_215_664_901_532_9;

@@ -1,0 +1,131 @@
+//! Hankel and Bessel functions of one wave number, tabulated over the distance.
+
+use super::{chebyshev_coefficients, chebyshev_nodes};
+use crate::Error;
+use complex_bessel::{Scaling, besselj_seq, hankel1_seq};
+use num_complex::Complex64;
+
+/// Chebyshev terms on a panel [2^e, 2^{e+1}]. `e^{−iz} H(z)` is analytic but at 0, three half lengths from the panel's
+/// middle, so that n terms leave (3 + √8)^−n = 2e-14.
+const PANEL_TERMS: usize = 18;
+
+/// Terms for the Bessel functions beyond those that follow from their argument.
+const BESSEL_TERMS: usize = 14;
+
+/// `e^{−ikr} H₀⁽¹⁾(kr)` and the same of H₁ as Chebyshev series.
+struct Panel([[Complex64; 2]; PANEL_TERMS]);
+
+/// Hankel functions H₀⁽¹⁾, H₁⁽¹⁾ and Bessel functions J₀, J₁ of kr for one complex wave number k and many distances r.
+pub(crate) struct Radial {
+    wave_number: Complex64,
+    /// Binary exponent of the first panel.
+    exponent_min: i32,
+    panels: Vec<Panel>,
+    /// J₀(kr) and J₁(kr)/(kr) over r² in [0, `bessel_range`²].
+    bessel: Vec<[Complex64; 2]>,
+    bessel_range: f64,
+}
+
+impl Radial {
+    /// Tables for distances in [`min`, `max`] (Hankel) and [0, `bessel_range`] (Bessel), in the unit of 1/k.
+    ///
+    /// # Errors
+    /// Functions that overflow.
+    pub(crate) fn new(wave_number: Complex64, min: f64, max: f64, bessel_range: f64) -> Result<Self, Error> {
+        let (exponent_min, exponent_max) = (exponent(min), exponent(max));
+        let panels = (exponent_min..=exponent_max).map(|e| panel(wave_number, e)).collect::<Result<Vec<_>, _>>()?;
+        let terms = BESSEL_TERMS + (wave_number.norm() * bessel_range).ceil() as usize;
+        let mut values = Vec::with_capacity(terms);
+        for x in chebyshev_nodes(terms) {
+            let z = wave_number * bessel_range * (0.5 * (1.0 + x)).sqrt();
+            let j = besselj_seq(0.0, z, 2, Scaling::Unscaled).map_err(|_| OVERFLOW)?.values;
+            values.push([j[0], j[1] / z]);
+        }
+        Ok(Self { wave_number, exponent_min, panels, bessel: coefficients(&values), bessel_range })
+    }
+
+    /// `[H₀⁽¹⁾(kr), H₁⁽¹⁾(kr)]` for r in the range of the table.
+    pub(crate) fn hankel(&self, r: f64) -> [Complex64; 2] {
+        let last = self.panels.len() - 1;
+        let index = usize::try_from(exponent(r) - self.exponent_min).unwrap_or(0).min(last);
+        let scale = two_to(-(self.exponent_min + index as i32));
+        let phase = (Complex64::I * self.wave_number * r).exp();
+        clenshaw(&self.panels[index].0, 2.0 * r * scale - 3.0).map(|value| value * phase)
+    }
+
+    /// `[J₀(kr), J₁(kr)/(kr)]` for r up to `bessel_range`.
+    pub(crate) fn bessel(&self, r: f64) -> [Complex64; 2] {
+        let along = r / self.bessel_range;
+        clenshaw(&self.bessel, 2.0 * along * along - 1.0)
+    }
+}
+
+const OVERFLOW: Error = Error::NotFinite { what: "a Bessel function" };
+
+fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
+    let mut values = Vec::with_capacity(PANEL_TERMS);
+    for x in chebyshev_nodes(PANEL_TERMS) {
+        let z = wave_number * (0.5 * (x + 3.0) * two_to(exponent));
+        let h = hankel1_seq(0.0, z, 2, Scaling::Exponential).map_err(|_| OVERFLOW)?.values;
+        values.push([h[0], h[1]]);
+    }
+    let mut panel = [[Complex64::ZERO; 2]; PANEL_TERMS];
+    panel.copy_from_slice(&coefficients(&values));
+    Ok(Panel(panel))
+}
+
+/// Coefficients of two functions at once.
+fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
+    let one = |i: usize| chebyshev_coefficients(&values.iter().map(|pair| pair[i]).collect::<Vec<_>>());
+    one(0).into_iter().zip(one(1)).map(|(a, b)| [a, b]).collect()
+}
+
+/// The sums of two Chebyshev series at x, by Clenshaw's recurrence.
+fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
+    let zero = [Complex64::ZERO; 2];
+    let (mut one_on, mut two_on) = (zero, zero);
+    for c in coefficients[1..].iter().rev() {
+        let next = [0, 1].map(|i| c[i] + one_on[i] * (2.0 * x) - two_on[i]);
+        two_on = one_on;
+        one_on = next;
+    }
+    [0, 1].map(|i| coefficients[0][i] + one_on[i] * x - two_on[i])
+}
+
+/// The e of 2^e ≤ x < 2^{e+1}, for positive normal x.
+fn exponent(x: f64) -> i32 {
+    ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
+}
+
+fn two_to(exponent: i32) -> f64 {
+    f64::powi(2.0, exponent)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of the Chebyshev series, times what Amos' routines leave.
+    const RELATIVE: f64 = 1e-12;
+
+    #[test]
+    fn tables_agree_with_the_functions_between_their_nodes() {
+        for k in [Complex64::new(12.0, 0.0), Complex64::new(10.0, 76.0), Complex64::new(1.4, 1.9)] {
+            let table = Radial::new(k, 1e-9, 3.0, 0.4).unwrap();
+            for i in 0..400 {
+                let r = 1e-9 * f64::powf(2e9, f64::from(i) / 400.0);
+                let exact = hankel1_seq(0.0, k * r, 2, Scaling::Unscaled).unwrap().values;
+                for (a, b) in table.hankel(r).iter().zip(&exact) {
+                    assert!((a - b).norm() <= RELATIVE * b.norm(), "H({k} · {r}): {a}, not {b}");
+                }
+                let r = 0.4 * f64::from(i + 1) / 401.0;
+                let j = besselj_seq(0.0, k * r, 2, Scaling::Unscaled).unwrap().values;
+                let scale = (k.im * 0.4).exp();
+                let [j0, j1_over] = table.bessel(r);
+                assert!(
+                    (j0 - j[0]).norm() < RELATIVE * scale && (j1_over * k * r - j[1]).norm() < RELATIVE * scale * 50.0
+                );
+            }
+        }
+    }
+}

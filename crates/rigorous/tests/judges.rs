@@ -1,0 +1,200 @@
+//! The solver against what others computed, and against closed forms.
+
+use num_complex::Complex64;
+use std::f64::consts::TAU;
+use sunbeam_rigorous::{Jones, Medium, Orders, Profile, solve_orders, transverse_basis};
+
+/// Towards light at these angles (degrees).
+fn direction(theta: f64, azimuth: f64) -> [f64; 3] {
+    let (theta, azimuth) = (theta.to_radians(), azimuth.to_radians());
+    [theta.sin() * azimuth.cos(), theta.sin() * azimuth.sin(), theta.cos()]
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+/// s, at right angles to the plane of incidence, and p = s × d, of a wave that travels along d in that plane.
+fn s_and_p(wi: [f64; 3], d: [f64; 3]) -> [[f64; 3]; 2] {
+    let sine = wi[0].hypot(wi[1]);
+    let s = if sine < 1e-9 { [0.0, 1.0, 0.0] } else { [wi[1] / sine, -wi[0] / sine, 0.0] };
+    [s, cross(s, d)]
+}
+
+/// Share of s and of p polarised light in an order.
+fn shares(jones: &Jones, wi: [f64; 3]) -> [f64; 2] {
+    let d = wi.map(|c| -c);
+    let basis = transverse_basis(d);
+    s_and_p(wi, d).map(|state| {
+        let [a, b] = basis.map(|e| dot(e, state));
+        jones.iter().map(|row| (row[0] * a + row[1] * b).norm_sqr()).sum()
+    })
+}
+
+fn rows(table: &str) -> Vec<(String, Vec<f64>)> {
+    table
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let (name, numbers) = line.split_once(',').expect("a name and numbers");
+            (name.to_owned(), numbers.split(',').map(|n| n.parse().expect("a number")).collect())
+        })
+        .collect()
+}
+
+fn order(solved: &Orders, index: f64) -> &sunbeam_rigorous::Order {
+    solved.orders.iter().find(|order| f64::from(order.index) == index).expect("the order propagates")
+}
+
+/// `mitsuba_scenes/gratings/boundary_integral.py`: another formulation of other equations, for TE and TM across the grooves. Its error
+/// falls as the cube of the distance of its nodes; with three times its usual number its power is off by up to 2e-5.
+#[test]
+fn perfect_conductors_agree_with_the_python_solver() {
+    const TOLERANCE: f64 = 1e-4;
+    let mut worst = 0.0_f64;
+    for (name, n) in rows(include_str!("data/perfect.csv")) {
+        let profile = match name.as_str() {
+            "sinusoid" => Profile::sinusoid(n[0], n[1]),
+            "blazed" => Profile::blazed(n[0], n[1]),
+            _ => Profile::lamellar(n[0], n[1], 0.5),
+        };
+        let solved = solve_orders(&profile.unwrap(), &Medium::Perfect, n[2], direction(n[3], 0.0)).unwrap();
+        let order = order(&solved, n[4]);
+        worst = worst.max((order.te() - n[5]).abs()).max((order.tm() - n[6]).abs());
+        assert!(worst < TOLERANCE, "{name} {n:?}: {} {}", order.te(), order.tm());
+    }
+    println!("largest difference {worst:.1e}");
+}
+
+/// NIST's SCATMECH, `mitsuba_scenes/gratings/scatmech.py`: coupled waves, in conical mounts. Each row says how far it is settled.
+#[test]
+fn metals_agree_with_scatmech() {
+    /// A row is extrapolated by twice the waves; what is left is below what the last doubling changed.
+    const UNSETTLED_SHARE: f64 = 1.0;
+    const TOLERANCE: f64 = 5e-4;
+    let mut squares = (0.0, 0);
+    let mut last: Option<(Vec<f64>, Orders)> = None;
+    for (metal, n) in rows(include_str!("data/metals.csv")) {
+        let setting = n[..6].to_vec();
+        let wi = direction(n[4], n[5]);
+        if last.as_ref().is_none_or(|(before, _)| *before != setting) {
+            let profile = Profile::lamellar(n[2], n[3], 0.5).unwrap();
+            let solved = solve_orders(&profile, &Medium::index(n[0], n[1]).unwrap(), 550.0, wi).unwrap();
+            last = Some((setting, solved));
+        }
+        let Some((_, solved)) = &last else { unreachable!() };
+        let found = shares(&order(solved, n[6]).jones, wi);
+        for (found, judge) in found.iter().zip(&n[7..9]) {
+            squares = (squares.0 + (found - judge).powi(2), squares.1 + 1);
+            let allowed = TOLERANCE + UNSETTLED_SHARE * n[9];
+            assert!((found - judge).abs() < allowed, "{metal} {n:?}: {found}, allowed {allowed}");
+        }
+    }
+    let rms = (squares.0 / f64::from(squares.1)).sqrt();
+    println!("RMS {rms:.1e} of {} shares", squares.1);
+    assert!(rms < TOLERANCE, "{rms}");
+}
+
+/// The Jones matrix of a flat mirror, in the basis of both waves.
+fn fresnel(index: Option<Complex64>, wi: [f64; 3]) -> Jones {
+    let (cos, sin2) = (wi[2], 1.0 - wi[2] * wi[2]);
+    let [of_s, of_p] = index.map_or([Complex64::from(-1.0), Complex64::ONE], |n| {
+        let below = (n * n - sin2).sqrt();
+        [(cos - below) / (cos + below), (n * n * cos - below) / (n * n * cos + below)]
+    });
+    let (d_in, d_out) = (wi.map(|c| -c), [-wi[0], -wi[1], wi[2]]);
+    let (states_in, states_out) = (s_and_p(wi, d_in), s_and_p(wi, d_out));
+    let (basis_in, basis_out) = (transverse_basis(d_in), transverse_basis(d_out));
+    [0, 1].map(|i| {
+        [0, 1].map(|j| {
+            let through = |k: usize| dot(basis_out[i], states_out[k]) * dot(states_in[k], basis_in[j]);
+            of_s * through(0) + of_p * through(1)
+        })
+    })
+}
+
+#[test]
+fn a_flat_mirror_is_fresnels_at_every_azimuth_with_its_phases() {
+    /// Kress' weights on 64 nodes and Amos' functions leave 1e-7.
+    const TOLERANCE: f64 = 1e-6;
+    let mut worst = 0.0_f64;
+    for index in
+        [None, Some((0.96, 6.69)), Some((0.06, 3.59)), Some((1.38, 1.91)), Some((1.56, 0.0)), Some((4.0, 0.03))]
+    {
+        let medium = index.map_or(Medium::Perfect, |(eta, k)| Medium::index(eta, k).unwrap());
+        for (theta, azimuth) in [(0.0, 0.0), (40.0, 0.0), (40.0, 35.0), (70.0, -60.0), (55.0, 90.0), (80.0, 200.0)] {
+            let wi = direction(theta, azimuth);
+            // Of half a wave, and of more than one.
+            for period in [0.21, 0.9] {
+                let solved = solve_orders(&Profile::flat(period).unwrap(), &medium, 550.0, wi).unwrap();
+                let expected = fresnel(index.map(|(eta, k)| Complex64::new(eta, k)), wi);
+                for order in &solved.orders {
+                    for i in [0, 1] {
+                        for j in [0, 1] {
+                            let expected = if order.index == 0 { expected[i][j] } else { Complex64::ZERO };
+                            worst = worst.max((order.jones[i][j] - expected).norm());
+                        }
+                    }
+                }
+                assert!(
+                    worst < TOLERANCE,
+                    "{index:?} {theta} {azimuth} {period}: {worst:.1e}, {solved:?} {expected:?}"
+                );
+            }
+        }
+    }
+    println!("largest difference {worst:.1e}");
+}
+
+/// Rice's perturbation of the first order (Rice 1951; with a metal as in Maradudin & Mills, Phys. Rev. B 11, 1975): an order's
+/// amplitude is proportional to the harmonic of the relief that makes it.
+#[test]
+fn a_shallow_sinusoid_is_rices() {
+    /// The next order of the perturbation: (k·height)² is 5e-4.
+    const RELATIVE: f64 = 2e-3;
+    let (period, height, wavelength) = (1.3, 0.002, 550.0);
+    let k = TAU * 1e3 / wavelength;
+    let harmonic = 0.25 * height;
+    for (eta, kappa) in [(0.0, 0.0), (0.96, 6.69), (0.42, 2.35), (1.56, 0.0)] {
+        let perfect = eta == 0.0;
+        let medium = if perfect { Medium::Perfect } else { Medium::index(eta, kappa).unwrap() };
+        let wi = direction(25.0, 0.0);
+        let solved = solve_orders(&Profile::sinusoid(period, height).unwrap(), &medium, wavelength, wi).unwrap();
+        for order in solved.orders.iter().filter(|order| order.index.abs() == 1) {
+            let (alpha_in, alpha) = (-k * wi[0], k * order.direction[0]);
+            let (beta_in, beta) = (k * wi[2], k * order.direction[2]);
+            let permittivity = Complex64::new(eta, kappa).powi(2);
+            let below = |alpha: f64| (permittivity * k * k - alpha * alpha).sqrt();
+            let (in_below, out_below) = (below(alpha_in), below(alpha));
+            let (te, tm) = if perfect {
+                (Complex64::ONE, Complex64::from((alpha * alpha_in - k * k) / (beta * beta_in)))
+            } else {
+                let te = (permittivity - 1.0) * k * k / ((beta_in + in_below) * (beta + out_below));
+                let across = permittivity * alpha * alpha_in - in_below * out_below;
+                let (first, second) = (permittivity * beta_in + in_below, permittivity * beta + out_below);
+                (te, (permittivity - 1.0) * across / (first * second))
+            };
+            let scale = 4.0 * beta_in * beta * harmonic * harmonic;
+            for (found, expected) in [(order.te(), scale * te.norm_sqr()), (order.tm(), scale * tm.norm_sqr())] {
+                assert!((found / expected - 1.0).abs() < RELATIVE, "{eta} {kappa} {}: {found} {expected}", order.index);
+            }
+        }
+    }
+}
+
+/// The facet's mirror direction of light along the normal: at −sin 2α for a facet that rises along +x.
+#[test]
+fn a_blaze_is_bright_where_its_facet_mirrors() {
+    let (period, wavelength) = (6.0, 450.0);
+    let slope = 0.5 * (4.0_f64 * wavelength * 1e-3 / period).asin();
+    let profile = Profile::blazed(period, period * slope.tan()).unwrap();
+    let solved = solve_orders(&profile, &Medium::Perfect, wavelength, [0.0, 0.0, 1.0]).unwrap();
+    let brightest = solved.orders.iter().max_by(|a, b| a.efficiency().total_cmp(&b.efficiency())).unwrap();
+    assert_eq!(brightest.index, -4);
+    assert!((brightest.direction[0] + (2.0 * slope).sin()).abs() < 1e-12);
+    assert!(brightest.efficiency() > 0.5, "{}", brightest.efficiency());
+}

@@ -1,0 +1,181 @@
+//! Where solvers break: passing-off, grazing, short periods, corners, and what must hold everywhere.
+
+use sunbeam_rigorous::{
+    Air, Amplitudes, Discretisation, Error, Estimate, Medium, MetalTable, Profile, Resolution, solve_orders,
+};
+
+const WAVELENGTH_NM: f64 = 550.0;
+
+/// Ten times what 64 nodes leave on the settings below.
+const CHECKS: f64 = 1e-3;
+
+fn profiles() -> [Profile; 3] {
+    [Profile::sinusoid(1.1, 0.3), Profile::blazed(1.1, 0.25), Profile::lamellar(1.1, 0.2, 0.4)]
+        .map(|profile| profile.expect("in range"))
+}
+
+fn media() -> [Medium; 3] {
+    let index = |eta, k| Medium::index(eta, k).expect("in range");
+    [Medium::Perfect, index(0.06, 3.59), index(1.56, 0.0)]
+}
+
+fn mesh(profile: &Profile, medium: &Medium) -> Discretisation {
+    let resolution = Resolution::new(profile, medium, WAVELENGTH_NM).expect("in range");
+    Discretisation::new(profile, resolution).expect("in range")
+}
+
+fn solved(air: &Air<'_>, medium: &Medium) -> Amplitudes {
+    air.solve(medium, WAVELENGTH_NM).expect("solvable")
+}
+
+/// Power and reciprocity at one (t, b).
+fn check(mesh: &Discretisation, medium: &Medium, t: f64, b: f64) -> Amplitudes {
+    let there = solved(&mesh.air(t, b).expect("in range"), medium);
+    let back = solved(&mesh.air(t, -b).expect("in range"), medium);
+    let (balance, reciprocity) = (there.balance_error(), there.reciprocity_error(&back));
+    assert!(balance < CHECKS && reciprocity < CHECKS, "{medium:?} {t} {b}: {balance:.1e} {reciprocity:.1e}");
+    there
+}
+
+#[test]
+fn power_and_reciprocity_hold() {
+    for profile in profiles() {
+        for medium in media() {
+            let mesh = mesh(&profile, &medium);
+            for (t, b) in [(1.7, 0.3), (2.0 - 0.07, -0.45), (0.6, 0.1), (1.2, 1.15)] {
+                check(&mesh, &medium, t, b);
+            }
+        }
+    }
+}
+
+/// Amplitudes go as the square root of the distance: 1e-7 away the change is some 1e-3, and on either side of the line alike.
+#[test]
+fn orders_pass_off_without_a_step() {
+    const STEP_MAX: f64 = 5e-3;
+    for profile in profiles() {
+        for medium in media() {
+            let mesh = mesh(&profile, &medium);
+            let of = |t: f64| check(&mesh, &medium, t, 0.3).efficiency(0, 0);
+            // Order 1 passes off at t = 1.3.
+            let at: Vec<f64> = [-1e-4, -1e-7, 0.0, 1e-7, 1e-4].iter().map(|apart| of(1.3 + apart)).collect();
+            assert!((at[1] - at[3]).abs() < STEP_MAX && (at[2] - at[1]).abs() < STEP_MAX, "{medium:?} {at:?}");
+        }
+    }
+}
+
+/// Towards the horizon every relief is a mirror.
+#[test]
+fn grazing_light_is_mirrored() {
+    let wi = |cos: f64| [(1.0 - cos * cos).sqrt(), 0.0, cos];
+    for profile in profiles() {
+        for medium in media() {
+            let orders = solve_orders(&profile, &medium, WAVELENGTH_NM, wi(1e-5)).unwrap();
+            let mirrored = orders.orders.iter().find(|order| order.index == 0).unwrap().efficiency();
+            // What is not mirrored falls off with the cosine, 1e-5 times what the metal's impedance or the relief makes of it.
+            assert!((mirrored - 1.0).abs() < 2e-3, "{medium:?} {mirrored}");
+        }
+    }
+    // Along the grooves, too, where κ vanishes.
+    let along = [0.0, (1.0_f64 - 1e-8).sqrt(), 1e-4];
+    for profile in profiles() {
+        let orders = solve_orders(&profile, &media()[1], WAVELENGTH_NM, along).unwrap();
+        assert_eq!(orders.orders.len(), 1);
+    }
+}
+
+/// Below half a wave only order 0 is left, and a relief far below a wave is flat but for what it adds to the surface.
+#[test]
+fn short_periods_have_order_zero_alone() {
+    let wi = [0.6, 0.3, (1.0_f64 - 0.45).sqrt()];
+    for medium in media() {
+        let shallow = Profile::sinusoid(0.1, 0.001).unwrap();
+        let flat = Profile::flat(0.1).unwrap();
+        let [relief, mirror] = [shallow, flat].map(|p| solve_orders(&p, &medium, WAVELENGTH_NM, wi).unwrap());
+        assert_eq!(relief.orders.len(), 1);
+        // First order in the height over the period.
+        assert!((relief.orders[0].efficiency() - mirror.orders[0].efficiency()).abs() < 5e-3, "{medium:?}");
+        for profile in [Profile::lamellar(0.12, 0.05, 0.5).unwrap(), Profile::blazed(0.2, 0.1).unwrap()] {
+            assert_eq!(solve_orders(&profile, &medium, WAVELENGTH_NM, wi).unwrap().orders.len(), 1);
+        }
+    }
+}
+
+/// A rectangle as a file has it is that of the preset.
+#[test]
+fn samples_of_a_preset_are_solved_as_the_preset() {
+    let heights: Vec<f64> = (0..512).map(|i| if i < 256 { 0.2 } else { 0.0 }).collect();
+    let from_file = Profile::samples(1.1, &heights).unwrap();
+    let preset = Profile::lamellar(1.1, 0.2, 0.5).unwrap();
+    let wi = [0.5, 0.0, 0.75_f64.sqrt()];
+    let [a, b] = [from_file, preset].map(|p| solve_orders(&p, &media()[1], WAVELENGTH_NM, wi).unwrap());
+    for (a, b) in a.orders.iter().zip(&b.orders) {
+        // Both have the same corners, to rounding; edges begin elsewhere in the period.
+        assert!((a.efficiency() - b.efficiency()).abs() < 1e-4, "{a:?} {b:?}");
+    }
+}
+
+/// Also of periods short against the skin depth, which need several phases, and beyond the horizon.
+#[test]
+fn a_table_of_the_metal_answers_as_the_metal() {
+    const TOLERANCE: f64 = 1e-5;
+    for (profile, phases_apart) in
+        [(Profile::lamellar(1.6, 0.12, 0.5).unwrap(), 0.37), (Profile::sinusoid(0.3, 0.08).unwrap(), 0.21)]
+    {
+        for (eta, k) in [(0.96, 6.69), (0.06, 3.59), (0.42, 2.35)] {
+            let medium = Medium::index(eta, k).unwrap();
+            let mesh = mesh(&profile, &medium);
+            let table = MetalTable::new(&mesh, &medium, WAVELENGTH_NM).unwrap().expect("a metal has a table");
+            let horizon = profile.period_um() * 1e3 / WAVELENGTH_NM;
+            for t in [0.3 * horizon, 0.95 * horizon, 1.12 * horizon] {
+                let air = mesh.air(t, phases_apart).unwrap();
+                let (direct, read) = (solved(&air, &medium), air.solve_tabulated(&table).unwrap());
+                for &out in direct.orders() {
+                    for &from in direct.orders() {
+                        let apart = (direct.efficiency(out, from) - read.efficiency(out, from)).abs();
+                        assert!(apart < TOLERANCE, "{eta} {t} {out} {from}: {apart:.1e}");
+                    }
+                }
+            }
+        }
+    }
+    let glass = Medium::index(1.5, 0.0).unwrap();
+    let mesh = mesh(&profiles()[0], &glass);
+    assert!(MetalTable::new(&mesh, &glass, WAVELENGTH_NM).unwrap().is_none());
+}
+
+#[test]
+fn threads_do_not_change_a_byte() {
+    let [_, blazed, _] = profiles();
+    let silver = media()[1];
+    let mesh = mesh(&blazed, &silver);
+    let alone = solved(&mesh.air(1.7, 0.3).unwrap(), &silver);
+    std::thread::scope(|scope| {
+        let beside: Vec<_> = (0..3).map(|_| scope.spawn(|| solved(&mesh.air(1.7, 0.3).unwrap(), &silver))).collect();
+        for thread in beside {
+            assert!(thread.join().unwrap() == alone);
+        }
+    });
+}
+
+#[test]
+fn what_is_refused_is_named() {
+    let [profile, ..] = profiles();
+    let refused = |wi: [f64; 3], wavelength: f64| {
+        solve_orders(&profile, &Medium::Perfect, wavelength, wi).unwrap_err().to_string()
+    };
+    assert!(refused([0.0, 0.0, 2.0], 550.0).contains("length of wi is 2"));
+    assert!(refused([0.0, 0.0, f64::NAN], 550.0).contains("length of wi"));
+    assert!(refused([0.6, 0.0, -0.8], 550.0).contains("z of wi is -0.8"));
+    assert!(refused([0.0, 0.0, 1.0], 0.0).contains("wavelength in nm is 0"));
+    for (eta, k) in [(-1.0, 1.0), (f64::NAN, 0.0), (0.0, 0.0), (1.0, 1e6)] {
+        assert!(Medium::index(eta, k).unwrap_err().to_string().contains("accepted"), "{eta} {k}");
+    }
+    // A period of 1 mm.
+    let coarse = Profile::sinusoid(1000.0, 1.0).unwrap();
+    let error = solve_orders(&coarse, &Medium::Perfect, 550.0, [0.0, 0.0, 1.0]).unwrap_err();
+    assert!(matches!(error, Error::TooLarge { nodes, .. } if nodes > 10_000), "{error}");
+    assert!(error.to_string().contains("nodes are needed") && error.to_string().contains("accepted"));
+    let estimate = Estimate::new(&Profile::blazed(20.0, 1.0).unwrap(), &Medium::Perfect, 550.0).unwrap();
+    assert!(estimate.nodes < 2048 && estimate.seconds < 60.0, "{estimate:?}");
+}

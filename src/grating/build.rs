@@ -1,0 +1,359 @@
+//! From solved nodes to the words of a table.
+
+use super::GratingError;
+use super::efficiencies::{EfficiencyLayout, EfficiencyView, UNIT};
+use super::place::{Place, unstretched};
+use crate::numeric::{Index, Plain};
+use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
+
+/// What is solved at one place of the cells.
+pub(super) trait Orders: Sync {
+    /// Unpolarised efficiencies of all orders that propagate at `t` and the Bloch phase `b` ([`super::place`]), for each of these
+    /// as the incident wave: at each wavelength in nm a matrix, `[incident · orders + outgoing]`, orders counted from the one that
+    /// goes furthest to −x. Where a wavelength is longer than `period/t`, the continuation of what is at shorter ones.
+    ///
+    /// # Errors
+    /// A place that cannot be solved well enough.
+    fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError>;
+}
+
+/// How finely the nodes lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Fineness {
+    /// Nodes along either side of a cell in the table.
+    pub stored: u32,
+    /// From one wavelength to the next in nm; `None` where nothing depends on the wavelength.
+    pub step_nm: Option<f64>,
+    /// Root mean square of an efficiency's highest Chebyshev terms, above which a cell is solved at more nodes.
+    pub tolerance: f64,
+}
+
+/// Chebyshev nodes along either side of a cell at which orders are solved: the fewest that do.
+const SOLVED: [usize; 4] = [8, 12, 17, 24];
+
+/// What the table of a grating takes and how far off it is.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GratingReport {
+    /// Bytes of the table.
+    pub bytes: usize,
+    /// Places of the cells that were solved, each at all wavelengths.
+    pub solved: usize,
+    /// Root mean square error of an order's unpolarised efficiency, at places and wavelengths that are no nodes.
+    pub rms: f64,
+    /// The 99th percentile of that error.
+    pub p99: f64,
+    /// Seconds for everything.
+    pub build_seconds: f64,
+}
+
+/// A table of efficiencies.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct EfficiencyTable {
+    pub layout: EfficiencyLayout,
+    pub words: Vec<u32>,
+    /// Places that were solved.
+    pub solved: usize,
+}
+
+/// A place of a cell by its fractions `x` of `t − b` and `t + b`: what is solved there.
+fn node(cell: usize, x: [f64; 2]) -> (f64, f64) {
+    let (p, q) = ((cell / 2) as f64 + x[0], (cell - cell / 2) as f64 + x[1]);
+    (0.5 * (p + q), 0.5 * (q - p))
+}
+
+/// Cells that are read up to this wavelength in nm.
+fn cells(period_um: f64, wavelength_nm: f64) -> usize {
+    (2e3 * period_um / wavelength_nm) as usize + 1
+}
+
+/// The wavelengths of a table and how many cells each has: those of the wavelength before it, which is interpolated with it.
+pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
+    let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
+    let steps = step_nm.map_or(1.0, |step| (range / step).ceil());
+    let nm: Vec<f64> = (0..=steps as usize).map(|j| WAVELENGTH_MIN_NM + j as f64 * range / steps).collect();
+    let cells = (0..nm.len()).map(|j| cells(period_um, nm[j.saturating_sub(1)])).collect();
+    (nm, cells)
+}
+
+/// Steps between wavelengths in nm that a table may have.
+const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
+/// Places at which the step is chosen: parts of the largest t there, and Bloch phases; and wavelengths in nm.
+const STEP_PLACES: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
+const STEP_WAVELENGTHS_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
+
+/// The longest step between wavelengths, halfway through which efficiencies that are taken to be linear are off by `tolerance` at
+/// most, in root mean square over the orders of a place.
+///
+/// # Errors
+/// A place that cannot be solved.
+pub(super) fn wavelength_step_nm(period_um: f64, orders: &impl Orders, tolerance: f64) -> Result<f64, GratingError> {
+    let questions: Vec<_> =
+        STEP_PLACES.iter().flat_map(|&place| STEP_WAVELENGTHS_NM.iter().map(move |&nm| (place, nm))).collect();
+    for step in &STEPS_NM[..STEPS_NM.len() - 1] {
+        let errors = questions
+            .par_iter()
+            .map(|&([share, b], nm)| {
+                let wavelengths_nm = [nm - 0.5 * step, nm, nm + 0.5 * step];
+                let t = share * 1e3 * period_um / wavelengths_nm[2];
+                // Folded to where orders propagate.
+                let b = b.min(0.9 * t);
+                let [before, at, after] = &orders.efficiencies(t, b, &wavelengths_nm)?[..] else { return Ok(0.0) };
+                let squares = (0..at.len()).map(|i| (0.5 * (before[i] + after[i]) - at[i]).powi(2)).sum::<f64>();
+                Ok((squares / at.len() as f64).sqrt())
+            })
+            .collect::<Result<Vec<f64>, GratingError>>()?;
+        if errors.iter().all(|&error| error <= tolerance) {
+            return Ok(*step);
+        }
+    }
+    Ok(STEPS_NM[STEPS_NM.len() - 1])
+}
+
+impl EfficiencyTable {
+    /// Solves the nodes and tabulates them.
+    ///
+    /// # Errors
+    /// A node that cannot be solved.
+    pub fn build(
+        period_um: f64,
+        orders: &impl Orders,
+        fineness: Fineness,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let (nm, cells_of) = wavelengths(period_um, fineness.step_nm);
+        let count = cells_of[0];
+        let mut solved = 0;
+        // Of each wavelength, cell after cell.
+        let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); nm.len()];
+        let work: usize = (1..=count).sum();
+        let mut done = 0;
+        for s in 0..count {
+            let longest = cells_of.iter().rposition(|&cells| s < cells).map_or(0, |last| last + 1);
+            let cell = Cell::solve(s, orders, &nm[..longest], fineness.tolerance, &mut solved)?;
+            for (j, packed) in packed.iter_mut().enumerate().take(longest) {
+                packed.push(cell.packed(j, fineness.stored as usize));
+            }
+            done += s + 1;
+            progress.report(done as f64 / work as f64);
+        }
+        let starts = nm.len() * count;
+        let mut begins = vec![0u32; starts];
+        let mut halves: Vec<u16> = Vec::new();
+        for (j, of_wavelength) in packed.iter().enumerate() {
+            for (s, cell) in of_wavelength.iter().enumerate() {
+                begins[j * count + s] = (2 * starts + halves.len()) as u32;
+                halves.extend(cell);
+            }
+        }
+        let pair = |pair: &[u16]| u32::from(pair[0]) | u32::from(pair.get(1).copied().unwrap_or_default()) << 16;
+        let words = begins.into_iter().chain(halves.chunks(2).map(pair)).collect();
+        let layout = EfficiencyLayout {
+            first_nm: nm[0],
+            step_nm: nm[1] - nm[0],
+            wavelengths: nm.len() as u32,
+            cells: count as u32,
+            nodes: fineness.stored,
+        };
+        Ok(Self { layout, words, solved })
+    }
+
+    /// Root mean square and 99th percentile of the difference to `orders` at `count` random places and wavelengths.
+    ///
+    /// # Errors
+    /// A place that cannot be solved.
+    pub fn error(&self, period_um: f64, orders: &impl Orders, count: usize) -> Result<(f64, f64), GratingError> {
+        let mut random = Pcg64Mcg::seed_from_u64(1);
+        let questions: Vec<[f64; 3]> = (0..count)
+            .map(|_| {
+                let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
+                // Evenly over the incidences' projected hemisphere.
+                let (radius, turn) = (random.random::<f64>().sqrt(), random.random_range(0.0..2.0 * PI));
+                [nm, radius * turn.cos(), radius * turn.sin()]
+            })
+            .collect();
+        let mut differences = questions
+            .par_iter()
+            .map(|&[nm, x, y]| {
+                let periods = 1e3 * period_um / nm;
+                let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
+                let place = Place::<Plain<f64>>::new(t, a);
+                let solved = orders.efficiencies(t, a, &[nm])?;
+                let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
+                let row = view.row(&place, nm, true);
+                let (width, incident) = (place.cell as usize + 1, place.incident as usize);
+                Ok((0..width)
+                    .map(|o| view.entry(&row, u32::lit(o as u32), true) - solved[0][incident * width + o])
+                    .map(f64::abs)
+                    .collect::<Vec<_>>())
+            })
+            .collect::<Result<Vec<_>, GratingError>>()?
+            .concat();
+        differences.sort_by(f64::total_cmp);
+        let rms = (differences.iter().map(|d| d * d).sum::<f64>() / differences.len().max(1) as f64).sqrt();
+        let p99 = differences.get(differences.len() * 99 / 100).copied().unwrap_or_default();
+        Ok((rms, p99))
+    }
+}
+
+/// The orders of one cell, solved at Chebyshev nodes in either coordinate's angle.
+struct Cell {
+    index: usize,
+    nodes: usize,
+    /// `[first coordinate ≥ second, in a triangle][wavelength]`, each a matrix of [`Orders::efficiencies`].
+    matrices: Vec<Vec<Vec<f64>>>,
+}
+
+impl Cell {
+    /// Solves a cell at as many nodes as leave its highest terms below the tolerance, or at the most there are. Adds the places
+    /// solved to `solved`.
+    fn solve(
+        index: usize,
+        orders: &impl Orders,
+        wavelengths_nm: &[f64],
+        tolerance: f64,
+        solved: &mut usize,
+    ) -> Result<Self, GratingError> {
+        let mut cell = Self::solve_at(index, orders, wavelengths_nm, SOLVED[0])?;
+        *solved += cell.matrices.len();
+        for &nodes in &SOLVED[1..] {
+            if cell.highest_terms() <= tolerance {
+                break;
+            }
+            cell = Self::solve_at(index, orders, wavelengths_nm, nodes)?;
+            *solved += cell.matrices.len();
+        }
+        Ok(cell)
+    }
+
+    fn solve_at(
+        index: usize,
+        orders: &impl Orders,
+        wavelengths_nm: &[f64],
+        nodes: usize,
+    ) -> Result<Self, GratingError> {
+        let x: Vec<f64> = chebyshev_angles(nodes).map(|angle| (0.5 * angle).sin().powi(2)).collect();
+        // On one side of the diagonal: the others follow from these by reciprocity.
+        let places: Vec<[usize; 2]> = (0..nodes).flat_map(|i| (0..=i).map(move |k| [i, k])).collect();
+        let matrices = places
+            .par_iter()
+            .map(|&[i, k]| {
+                let (t, b) = node(index, [x[i], x[k]]);
+                let mut matrices = orders.efficiencies(t, b, wavelengths_nm)?;
+                if i == k {
+                    matrices.iter_mut().for_each(|matrix| make_reciprocal(matrix, index));
+                }
+                Ok(matrices)
+            })
+            .collect::<Result<Vec<_>, GratingError>>()?;
+        Ok(Self { index, nodes, matrices })
+    }
+
+    /// An efficiency at a pair of nodes and a wavelength, `[incident · orders + outgoing]`.
+    fn value(&self, i: usize, k: usize, j: usize, at: usize) -> f64 {
+        let (high, low) = (i.max(k), i.min(k));
+        let matrix = &self.matrices[high * (high + 1) / 2 + low][j];
+        let width = self.index + 1;
+        // Reversed, the outgoing order arrives: both are counted from the other side.
+        let from = if i < k { (self.index - at % width) * width + self.index - at / width } else { at };
+        matrix[from]
+    }
+
+    /// Root mean square over efficiencies and wavelengths of what the two highest degrees of either coordinate add up to.
+    fn highest_terms(&self) -> f64 {
+        let n = self.nodes;
+        let terms = matrix_of(n, n, |degree, k| {
+            let angle = PI * (k as f64 + 0.5) / n as f64;
+            if degree == 0 { 1.0 / n as f64 } else { 2.0 / n as f64 * (degree as f64 * angle).cos() }
+        });
+        let (entries, wavelengths) = ((self.index + 1).pow(2), self.matrices[0].len());
+        let mut sum = 0.0;
+        for j in 0..wavelengths {
+            for at in 0..entries {
+                let values = matrix_of(n, n, |i, k| self.value(i, k, j, at));
+                // Along one coordinate, all of the other: by reciprocity the other way is the same.
+                for degree in [n - 2, n - 1] {
+                    for k in 0..n {
+                        let term: f64 = terms[degree].iter().zip(&values).map(|(weight, row)| weight * row[k]).sum();
+                        sum += term * term / n as f64;
+                    }
+                }
+            }
+        }
+        (sum / (entries * wavelengths) as f64).sqrt()
+    }
+
+    /// The cell's entries at one wavelength, as [`EfficiencyLayout`] has them.
+    fn packed(&self, j: usize, stored: usize) -> Vec<u16> {
+        let (width, solved) = (self.index + 1, self.nodes);
+        let entries = width * width;
+        let resample = resampling(solved, stored);
+        // Along the second coordinate, then along the first.
+        let mut half_way = vec![0.0; solved * stored * entries];
+        for i in 0..solved {
+            for k in 0..solved {
+                for (g, weights) in resample.iter().enumerate() {
+                    let to = &mut half_way[(i * stored + g) * entries..][..entries];
+                    for (at, value) in to.iter_mut().enumerate() {
+                        *value += weights[k] * self.value(i, k, j, at);
+                    }
+                }
+            }
+        }
+        let mut halves = Vec::with_capacity(stored * stored * width * (width + 1));
+        for weights in &resample {
+            for g in 0..stored {
+                for incident in 0..width {
+                    let mut sum = 0;
+                    for at in incident * width..(incident + 1) * width {
+                        let value: f64 = weights
+                            .iter()
+                            .enumerate()
+                            .map(|(i, w)| w * half_way[(i * stored + g) * entries + at])
+                            .sum();
+                        let stored = (value.clamp(0.0, 1.0) / UNIT).round() as u16;
+                        sum += u32::from(stored);
+                        halves.push(stored);
+                    }
+                    halves.push(sum.min(u16::MAX.into()) as u16);
+                }
+            }
+        }
+        halves
+    }
+}
+
+fn matrix_of(rows: usize, columns: usize, value: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
+    (0..rows).map(|i| (0..columns).map(|k| value(i, k)).collect()).collect()
+}
+
+/// Angles of the Chebyshev nodes over [0, π].
+fn chebyshev_angles(count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(move |k| 0.5 * PI * (1.0 + (PI * (k as f64 + 0.5) / count as f64).cos()))
+}
+
+/// The matrix from values at Chebyshev nodes to those at the table's: `[stored][solved]`.
+fn resampling(solved: usize, stored: usize) -> Vec<Vec<f64>> {
+    matrix_of(stored, solved, |g, k| {
+        let x = unstretched(g as f64 / (stored - 1) as f64);
+        // The node's place over [−1, 1] and its angle there.
+        let turn = ((1.0 - 2.0 * x).acos() / PI * 2.0 - 1.0).clamp(-1.0, 1.0).acos();
+        let angle = PI * (k as f64 + 0.5) / solved as f64;
+        let sum: f64 = (1..solved).map(|n| (n as f64 * turn).cos() * (n as f64 * angle).cos()).sum();
+        (1.0 + 2.0 * sum) / solved as f64
+    })
+}
+
+/// The mean of a matrix at a place that is its own mirror image, and of its mirror image: rounding of the solver apart, they
+/// are the same.
+fn make_reciprocal(matrix: &mut [f64], s: usize) {
+    let width = s + 1;
+    let before = matrix.to_vec();
+    for (at, value) in matrix.iter_mut().enumerate() {
+        *value = 0.5 * (*value + before[(s - at % width) * width + s - at / width]);
+    }
+}

@@ -1,0 +1,64 @@
+//! A grating that answers in colours.
+
+use super::GratingColourLobe;
+use super::colour_tables::ColourTables;
+use super::surface::GratingSurface;
+use crate::numeric::{Numbers, Plain};
+use crate::reflectance::{Gamut, Vec3};
+use serde::{Deserialize, Serialize};
+
+/// A diffracting grating that answers in linear sRGB from tables.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct GratingColourSurface {
+    grating: GratingSurface,
+    tables: ColourTables,
+    words: Vec<u32>,
+}
+
+impl GratingColourSurface {
+    /// The colours of a grating.
+    pub fn new(grating: GratingSurface) -> Self {
+        let (tables, words) = ColourTables::build(&grating);
+        Self { grating, tables, words }
+    }
+
+    /// The grating at wavelengths.
+    pub fn grating(&self) -> &GratingSurface {
+        &self.grating
+    }
+
+    /// The words of the tables: efficiencies, and colours.
+    pub fn words(&self) -> [&[u32]; 2] {
+        [self.grating.words(), &self.words]
+    }
+
+    /// Bytes of all tables.
+    pub fn bytes(&self) -> usize {
+        4 * self.words().map(<[u32]>::len).iter().sum::<usize>()
+    }
+
+    /// The same grating with another coherence length in µm.
+    #[must_use]
+    pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
+        Self { grating: self.grating.with_coherence_length(coherence_length_um), ..self }
+    }
+
+    /// The evaluator by value.
+    pub fn lobe<F>(&self) -> GratingColourLobe<Plain<'_, F>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
+    {
+        self.lobe_over(self.words())
+    }
+
+    /// The evaluator over a family of numbers, whose words are those of [`GratingColourSurface::words`].
+    pub fn lobe_over<N: Numbers>(&self, words: [N::Words; 2]) -> GratingColourLobe<N> {
+        GratingColourLobe { layout: *self.grating.layout(), tables: self.tables, gamut: Gamut::Keep, words }
+    }
+
+    /// `f_r` in 1/sr as linear sRGB, with what the material reflects: [`GratingSurface::eval`] weighted by D65 and the CIE 1931
+    /// functions.
+    pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
+        self.lobe::<f64>().eval(wi, wo, true)
+    }
+}

@@ -1,0 +1,28 @@
+//! Gratings by Maxwell's equations: reliefs that vary along x alone (docs/model.md#gratings-by-maxwells-equations).
+//!
+//! `sunbeam-rigorous` solves one grating at one incidence and wavelength. Here its orders become a table of unpolarised
+//! efficiencies over all incidences and wavelengths ([`GratingSurface`]), and the table a reflectance
+//! `f_r = Σ e_m K(f − f_m)/λ²`, which is reciprocal and keeps energy without a limit. What the material reflects is inside.
+
+mod build;
+mod colour_lobe;
+mod colour_surface;
+mod colour_tables;
+mod efficiencies;
+mod exact;
+mod lobe;
+mod place;
+mod relief;
+mod solved;
+mod surface;
+
+pub use build::GratingReport;
+pub use colour_lobe::GratingColourLobe;
+pub use colour_surface::GratingColourSurface;
+pub use colour_tables::ColourTables;
+pub use efficiencies::EfficiencyLayout;
+pub use exact::ExactGrating;
+pub use lobe::{GratingLayout, GratingLobe};
+pub use relief::{preset_profile, profile_of};
+pub use sunbeam_rigorous::{Medium, Profile, solve_orders};
+pub use surface::{GratingError, GratingSurface};

@@ -1,0 +1,80 @@
+//! The profile of a relief that varies along x alone.
+
+use super::GratingError;
+use crate::height_field::{HeightField, Preset};
+use ndarray::Axis;
+use sunbeam_rigorous::Profile;
+
+/// The exact profile of a preset that is a grating, with its period and height in µm or their defaults; `None` for others, and
+/// for a plane, which any field describes.
+///
+/// # Errors
+/// A period or height that the solver refuses.
+pub fn preset_profile(
+    preset: Preset,
+    period_um: Option<f64>,
+    height_um: Option<f64>,
+) -> Result<Option<Profile>, GratingError> {
+    let Some((period, height)) = preset.defaults_um() else { return Ok(None) };
+    let (period, height) = (period_um.unwrap_or(period), height_um.unwrap_or(height));
+    Ok(match preset {
+        Preset::Blazed => Some(Profile::blazed(period, height)?),
+        Preset::Sinusoidal => Some(Profile::sinusoid(period, height)?),
+        Preset::Lamellar => Some(Profile::lamellar(period, height, 0.5)?),
+        _ => None,
+    })
+}
+
+/// The profile of a field whose rows are alike, each column the mean of its rows; the field is one period.
+///
+/// # Errors
+/// Rows that differ by more than `tolerance` of the relief's height, and what the solver refuses of a profile.
+pub fn profile_of(field: &HeightField, tolerance: f64) -> Result<Profile, GratingError> {
+    let heights = field.heights_um();
+    let (low, high) = field.range_um();
+    let accepted_um = tolerance * (high - low);
+    let spread = |column: ndarray::ArrayView1<f64>| {
+        let (low, high) = column.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &h| (a.min(h), b.max(h)));
+        high - low
+    };
+    let found_um = heights.axis_iter(Axis(1)).map(spread).fold(0.0, f64::max);
+    if found_um > accepted_um {
+        return Err(GratingError::NotAlongX { found_um, accepted_um });
+    }
+    let rows = heights.nrows() as f64;
+    let profile: Vec<f64> = heights.axis_iter(Axis(1)).map(|column| column.sum() / rows).collect();
+    let period_um = field.extent_um().0;
+    // A plane may have any number of pixels; the solver asks for some.
+    if accepted_um == 0.0 {
+        return Ok(Profile::flat(period_um)?);
+    }
+    Ok(Profile::samples(period_um, &profile)?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::Array2;
+
+    #[test]
+    fn files_and_presets_of_gratings_have_the_same_profiles() {
+        for preset in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
+            let exact = preset_profile(preset, Some(1.5), Some(0.2)).unwrap().unwrap();
+            let read = profile_of(&preset.build(Some(1.5), Some(0.2)).unwrap(), 1e-3).unwrap();
+            assert_eq!((exact.period_um(), exact.has_corners()), (read.period_um(), read.has_corners()));
+            // The samples lie at the middle of a thousandth of the period, from where the sawtooth's edge is continued.
+            assert!((exact.height_um() - read.height_um()).abs() < 2e-3 * 0.2, "{preset}: {}", read.height_um());
+            assert!((exact.arc_um() - read.arc_um()).abs() < 2e-3 * 1.5, "{preset}: {}", read.arc_um());
+        }
+        assert_eq!(profile_of(&Preset::Flat.build(None, None).unwrap(), 1e-3).unwrap().height_um(), 0.0);
+    }
+
+    #[test]
+    fn reliefs_that_vary_along_y_are_told_by_how_much() {
+        let message = profile_of(&Preset::Cd.build(None, None).unwrap(), 1e-3).unwrap_err().to_string();
+        assert!(message.contains("along y by 1.20e-1 µm") && message.contains("scalar"), "{message}");
+        let noisy = Array2::from_shape_fn((4, 16), |(y, x)| (x as f64 * 0.4).sin() + 1e-4 * y as f64);
+        let field = HeightField::new(noisy, 0.1, 0.1).unwrap();
+        assert!(profile_of(&field, 1e-5).is_err() && profile_of(&field, 1e-3).is_ok());
+    }
+}

@@ -1,0 +1,220 @@
+//! A grating that answers from its table.
+
+use super::build::{EfficiencyTable, Fineness, GratingReport, Orders, wavelength_step_nm, wavelengths};
+use super::efficiencies::EfficiencyView;
+use super::lobe::{GratingLayout, GratingLobe, across};
+use super::place::Place;
+use super::solved::{Meshes, Solved, resolution};
+use crate::numeric::{Numbers, Plain};
+use crate::reflectance::{Answer, Pair, Sample, SpectralIndex, Vec3};
+use crate::table::{Estimate, Progress, TableError, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{SQRT_2, TAU};
+use std::time::Instant;
+use sunbeam_rigorous::Profile;
+
+/// Places and wavelengths between the nodes at which a table is held against what it was made of.
+const HELD_BACK: usize = 60;
+
+/// Nodes of a table along either side of a cell: of a real medium, and of a perfect conductor, whose table has no wavelengths.
+const STORED: [u32; 2] = [18, 32];
+/// Root mean square of an efficiency's highest terms that may be left out.
+const TERMS: f64 = 6e-3;
+/// Root mean square error of an efficiency halfway between two wavelengths.
+const BETWEEN_WAVELENGTHS: f64 = 8e-4;
+
+/// A diffracting grating that answers from a table of efficiencies.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct GratingSurface {
+    layout: GratingLayout,
+    words: Vec<u32>,
+    report: GratingReport,
+}
+
+impl GratingSurface {
+    /// Solves a grating and tabulates its orders: of a profile in air above a medium of this index by wavelength, or above a
+    /// perfect conductor.
+    ///
+    /// # Errors
+    /// A profile or index that the solver refuses, places that it cannot solve well enough, and a build that would take more
+    /// than `build_limit` times [`LIMIT_BYTES`](crate::table::LIMIT_BYTES) or
+    /// [`LIMIT_SECONDS`](crate::table::LIMIT_SECONDS), which is told at once.
+    pub fn new(
+        profile: &Profile,
+        index: Option<&SpectralIndex>,
+        coherence_length_um: f64,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let period_um = profile.period_um();
+        let resolution = resolution(profile, index)?;
+        estimate(period_um, resolution.nodes, index.is_some())
+            .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
+        let meshes = Meshes::new(profile, resolution)?;
+        let fineness = if index.is_some() {
+            let untabulated = Solved::new(&meshes, index, &[])?;
+            let step_nm = wavelength_step_nm(period_um, &untabulated, BETWEEN_WAVELENGTHS)?;
+            Fineness { stored: STORED[0], step_nm: Some(step_nm), tolerance: TERMS }
+        } else {
+            Fineness { stored: STORED[1], step_nm: None, tolerance: TERMS }
+        };
+        let (wavelengths_nm, _) = wavelengths(period_um, fineness.step_nm);
+        let solved = Solved::new(&meshes, index, &wavelengths_nm)?;
+        Self::tabulate(period_um, coherence_length_um, &solved, fineness, progress)
+    }
+
+    /// Tabulates orders of a grating.
+    pub(super) fn tabulate(
+        period_um: f64,
+        coherence_length_um: f64,
+        orders: &impl Orders,
+        fineness: Fineness,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let start = Instant::now();
+        let table = EfficiencyTable::build(period_um, orders, fineness, progress)?;
+        let (rms, p99) = table.error(period_um, orders, HELD_BACK)?;
+        let EfficiencyTable { layout, words, solved } = table;
+        let report =
+            GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };
+        let sigma_per_um = sigma_per_um(coherence_length_um);
+        Ok(Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um }, words, report })
+    }
+
+    /// What building took and gave.
+    pub fn report(&self) -> &GratingReport {
+        &self.report
+    }
+
+    /// Everything about the lobe but the words of its table.
+    pub fn layout(&self) -> &GratingLayout {
+        &self.layout
+    }
+
+    /// The words of the table.
+    pub fn words(&self) -> &[u32] {
+        &self.words
+    }
+
+    /// The same grating with another coherence length in µm, four standard deviations of the window.
+    #[must_use]
+    pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
+        let layout = GratingLayout { sigma_per_um: sigma_per_um(coherence_length_um), ..self.layout };
+        Self { layout, ..self }
+    }
+
+    /// The lobe by value, in `f32` or `f64`.
+    pub fn lobe<F>(&self) -> GratingLobe<'_, Plain<'_, F>>
+    where
+        for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
+    {
+        GratingLobe { layout: &self.layout, words: &self.words }
+    }
+
+    /// Unpolarised efficiency of an order for light from a direction with these cosines across and along the grooves; zero for an
+    /// order that does not propagate.
+    pub fn efficiency(&self, wavelength_nm: f64, wi: [f64; 2], order: i32) -> f64 {
+        let periods = 1e3 * self.layout.period_um / wavelength_nm;
+        let t = across::<Plain<f64>>(periods, wi[1]);
+        let place = Place::<Plain<f64>>::new(t, -wi[0] * periods);
+        let (at, there) = place.outgoing(f64::from(order));
+        if !(there && place.propagates) {
+            return 0.0;
+        }
+        let view = EfficiencyView::<Plain<f64>> { layout: self.layout.efficiencies, words: &self.words };
+        view.entry(&view.row(&place, wavelength_nm, true), at, true)
+    }
+
+    /// `f_r` in 1/sr, with what the material reflects and without the cosine. Zero unless both directions lie above the surface
+    /// and the wavelength (nm) within 360 to 830. Never negative, never NaN.
+    pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        if !answers(wi, wo, wavelength_nm) {
+            return 0.0;
+        }
+        let [f] = self.lobe::<f64>().eval(wi, wo, [wavelength_nm], true);
+        f
+    }
+
+    /// [`GratingSurface::eval`] and the density of [`GratingSurface::sample`], zero where that is.
+    pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
+        if !answers(wi, wo, wavelength_nm) {
+            return Answer::default();
+        }
+        let ([f], pdf) = self.lobe::<f64>().eval_pdf(wi, wo, [wavelength_nm], true);
+        Answer { f, pdf }
+    }
+
+    /// The density of a direction sampled for several wavelengths at once: the mean of each one's.
+    pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
+        let density = |&nm: &f64| self.eval_pdf(wi, wo, nm).pdf;
+        wavelengths_nm.iter().map(density).sum::<f64>() / wavelengths_nm.len().max(1) as f64
+    }
+
+    /// Samples an outgoing direction for the wavelengths carried (at least one, nm), with its density and weight. `None` as in
+    /// [`GratingSurface::sample_direction`]; such samples count as zero.
+    pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
+        let wo = self.sample_direction(wi, wavelengths_nm, u)?;
+        let pdf = self.pdf(wi, wo, wavelengths_nm);
+        (pdf > 0.0).then(|| Sample { wo, pdf, weight: self.eval(wi, wo, wavelengths_nm[0]) * wo[2] / pdf })
+    }
+
+    /// A direction from three random numbers in [0, 1): the first picks one of the wavelengths (nm) and then an order or the even
+    /// share, the others a place in the order. `None` where that lies below the horizon, or `wi` does.
+    pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
+        let scaled = u[0] * wavelengths_nm.len() as f64;
+        let hero = (scaled as usize).min(wavelengths_nm.len().checked_sub(1)?);
+        let u = [scaled - hero as f64, u[1], u[2]];
+        let wo = self.lobe::<f64>().sample(wi, [wavelengths_nm[hero]], u, wi[2] > 0.0);
+        (wo[2] > 0.0).then_some(wo)
+    }
+}
+
+/// Wavelengths of a table in an estimate, and places that are solved of a cell.
+const ESTIMATED: [f64; 2] = [25.0, 150.0];
+/// Seconds on one core of a place's air and of a wavelength's solution, for one node, to the second and third power.
+const AIR_SECONDS: f64 = 1e-6;
+const SOLUTION_SECONDS: f64 = 1.2e-9;
+
+/// What a table takes, on two cores, with so many nodes on the profile.
+fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
+    let cells = 2e3 * period_um / WAVELENGTH_MIN_NM + 1.0;
+    let wavelengths = if has_wavelengths { ESTIMATED[0] } else { 1.0 };
+    let nodes = nodes as f64;
+    let place = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
+    let stored = f64::from(STORED[usize::from(!has_wavelengths)]).powi(2);
+    // Longer wavelengths have fewer cells, a third of the entries in the mean.
+    let entries = stored * cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0);
+    Estimate { bytes: 2.0 * entries, seconds: 0.5 * cells * ESTIMATED[1] * place }
+}
+
+/// Standard deviation of an order in cycles/µm.
+pub(super) fn sigma_per_um(coherence_length_um: f64) -> f64 {
+    4.0 / (coherence_length_um * TAU * SQRT_2)
+}
+
+fn answers(wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
+    Pair::new(wi, wo).is_some() && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
+}
+
+/// Why a grating was not tabulated.
+#[derive(Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // Each message says what its fields are.
+pub enum GratingError {
+    #[error(
+        "the relief varies along y by {found_um:.2e} µm, but that of a grating must vary along x alone, to within \
+         {accepted_um:.2e} µm; theory \"scalar\" takes any"
+    )]
+    NotAlongX { found_um: f64, accepted_um: f64 },
+    #[error(transparent)]
+    Solver(#[from] sunbeam_rigorous::Error),
+    #[error(
+        "with {nodes} nodes the power at t = {t}, b = {b} and {wavelength_nm} nm is off by {balance:.1e}, more than a table of \
+         efficiencies may be; theory \"scalar\" takes any relief"
+    )]
+    Unbalanced { t: f64, b: f64, wavelength_nm: f64, nodes: usize, balance: f64 },
+    #[error(transparent)]
+    Limit(#[from] TableError),
+}
+
+#[cfg(test)]
+mod tests;

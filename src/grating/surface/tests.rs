@@ -1,0 +1,209 @@
+use super::*;
+use crate::grating::GratingColourSurface;
+use crate::reflectance::UNIFORM_SHARE;
+use crate::reflectance::WavelengthWeights;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+const PERIOD_UM: f64 = 1.6;
+const FINENESS: Fineness = Fineness { stored: 17, step_nm: Some(47.0), tolerance: 1e-3 };
+
+/// Orders with a closed form, of the kind that gratings have: reciprocal, with a square root where one passes off, and
+/// changing with the wavelength. They are no solution of anything.
+struct Made;
+
+/// `cos` of the angle in the plane of incidence of a wave at `α`, in units of its largest.
+fn cos(t: f64, a: f64) -> f64 {
+    (1.0 - (a / t).powi(2)).max(0.0).sqrt()
+}
+
+fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
+    let (m, fade) = (c - a, (nm / 600.0).recip());
+    0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt().min(1.0)
+}
+
+impl Orders for Made {
+    fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
+        let first = -((t + b).floor());
+        let count = ((t - b).floor() + (t + b).floor()) as usize + 1;
+        let alpha = |i: usize| b + first + i as f64;
+        Ok(wavelengths_nm
+            .iter()
+            .map(|&nm| (0..count * count).map(|at| efficiency(t, alpha(at / count), alpha(at % count), nm)).collect())
+            .collect())
+    }
+}
+
+fn made(coherence_length_um: f64) -> GratingSurface {
+    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &Made, FINENESS, &Progress::none()).unwrap()
+}
+
+fn direction(theta: f64, phi: f64) -> Vec3 {
+    [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()]
+}
+
+#[test]
+fn the_table_says_how_far_off_it_is() {
+    let report = *made(65.0).report();
+    // Bilinear between 17 nodes a side.
+    assert!(report.rms < 2e-3 && report.p99 < 8e-3, "{report:?}");
+    assert!(report.rms > 1e-6, "the error is measured: {report:?}");
+    assert!(report.bytes > 10_000 && report.solved > 100, "{report:?}");
+}
+
+#[test]
+fn exchanging_the_directions_changes_nothing() {
+    // Rounding of the places in double precision, next to square roots.
+    const RELATIVE: f64 = 1e-6;
+    let surface = made(5.0);
+    let mut asked = 0;
+    for i in 0..400 {
+        let x = f64::from(i);
+        let (wi, wo) = (direction(0.02 + 0.0037 * x, 0.9 * x), direction(1.5 - 0.0035 * x, 2.3 * x + 0.1));
+        for nm in [380.0, 511.0, 777.0] {
+            let (there, back) = (surface.eval(wi, wo, nm), surface.eval(wo, wi, nm));
+            assert!((there - back).abs() <= RELATIVE * there.max(1e-3), "{wi:?} {wo:?} {nm}: {there} {back}");
+            asked += usize::from(there > 1e-3);
+        }
+    }
+    assert!(asked > 50, "{asked}");
+}
+
+/// The integral over a hemisphere of a function of direction cosines, by the midpoint rule about the orders.
+fn over_orders(wi: Vec3, nm: f64, sigma: f64, f: impl Fn(Vec3) -> f64) -> f64 {
+    let spread = nm * 1e-3 * sigma;
+    let mut sum = 0.0;
+    for m in -6..=6 {
+        let centre = [f64::from(m) * nm * 1e-3 / PERIOD_UM - wi[0], -wi[1]];
+        let step = 0.25 * spread;
+        for i in -24..=24 {
+            for k in -24..=24 {
+                let (x, y) = (centre[0] + f64::from(i) * step, centre[1] + f64::from(k) * step);
+                let squared = 1.0 - x * x - y * y;
+                if squared > 0.0 {
+                    sum += f([x, y, squared.sqrt()]) * step * step;
+                }
+            }
+        }
+    }
+    sum
+}
+
+#[test]
+fn the_albedo_is_the_sum_of_the_orders() {
+    // Across the width of an order its efficiency changes by a share of this, and the table is off by its own error.
+    const ABSOLUTE: f64 = 5e-3;
+    let surface = made(65.0);
+    for (theta, phi, nm) in [(0.3f64, 0.2f64, 450.0), (0.9, 1.0, 620.0), (0.1, 3.0, 540.0)] {
+        let wi = direction(theta, phi);
+        let periods = 1e3 * PERIOD_UM / nm;
+        let (t, a) = (periods * (1.0 - wi[1] * wi[1]).sqrt(), -wi[0] * periods);
+        let expected: f64 =
+            (-9..=9).map(|m| a + f64::from(m)).filter(|c| c.abs() < t).map(|c| efficiency(t, a, c, nm)).sum();
+        let found = over_orders(wi, nm, surface.layout().sigma_per_um, |wo| surface.eval(wi, wo, nm));
+        assert!((found - expected).abs() < ABSOLUTE, "{theta} {phi} {nm}: {found} {expected}");
+    }
+}
+
+#[test]
+fn samples_have_the_density_that_is_told() {
+    let (surface, wi, nm) = (made(20.0), direction(0.5, 0.4), 550.0);
+    let sigma = surface.layout().sigma_per_um;
+    // The density integrates to one but for what is lost beyond the horizon, which here is nothing but the even share's.
+    let told = over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_SHARE * 0.125) / wo[2]);
+    assert!((told - (1.0 - UNIFORM_SHARE)).abs() < 2e-3, "{told}");
+    // The mean of 1/pdf over the samples in a region is the region's solid angle; the mean of the weights is the albedo.
+    let expected = over_orders(wi, nm, sigma, |wo| surface.eval(wi, wo, nm));
+    let (mut sum, mut squares, count) = (0.0, 0.0, 40_000);
+    for i in 0..count {
+        let u = [0.5, 0.754_877_666_246_692_7, 0.569_840_290_998_053_2, 0.430_159_709_001_946_8];
+        let u: [f64; 3] = std::array::from_fn(|c| (u[c] + f64::from(i) * u[(c + 1) % 4]).fract());
+        let weight = surface.sample(wi, &[nm], u).map_or(0.0, |sample| sample.weight);
+        sum += weight;
+        squares += weight * weight;
+    }
+    let n = f64::from(count);
+    let (mean, spread) = (sum / n, (squares / n - (sum / n).powi(2)).max(0.0).sqrt());
+    // Four standard errors of independent samples; these are more even than such.
+    assert!((mean - expected).abs() < 4.0 * spread / n.sqrt() + 1e-3, "{mean} {expected} {spread}");
+    // Sampling is exact but for the width of orders: the weight is the albedo.
+    assert!(spread < 0.2 * mean, "{mean} {spread}");
+}
+
+/// Coloured by the sum over every nm.
+fn summed(surface: &GratingSurface, wi: Vec3, wo: Vec3) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
+        let f = surface.eval(wi, wo, WAVELENGTH_MIN_NM + i as f64);
+        for c in 0..3 {
+            sum[c] += f64::from(weight[c]) * f;
+        }
+    }
+    sum
+}
+
+#[test]
+fn colours_are_the_sum_over_wavelengths() {
+    // Efficiencies are taken at the middle of an order's line, which over its width is off by what they change there.
+    const OF_LARGEST: f64 = 0.02;
+    let surface = GratingColourSurface::new(made(65.0));
+    let (mut largest, mut worst) = (0.0_f64, 0.0_f64);
+    for (theta, phi) in [(0.0, 0.0), (0.5, 0.3), (0.9, 2.0), (1.2, 1.5)] {
+        let wi = direction(theta, phi);
+        for i in 0..160 {
+            // Along the plane of the orders, and a little beside it.
+            let (x, y) = (-1.0 + f64::from(i) / 80.0 - wi[0], -wi[1] + 0.002 * f64::from(i % 5));
+            if x * x + y * y >= 1.0 {
+                continue;
+            }
+            let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
+            let (found, expected) = (surface.eval(wi, wo), summed(surface.grating(), wi, wo));
+            for c in 0..3 {
+                largest = largest.max(expected[c].abs());
+                worst = worst.max((found[c] - expected[c]).abs());
+            }
+            let back = surface.eval(wo, wi);
+            assert!((0..3).all(|c| (back[c] - found[c]).abs() <= 1e-6 * largest), "{found:?} {back:?}");
+        }
+    }
+    assert!(worst < OF_LARGEST * largest && largest > 0.1, "{worst} of {largest}");
+}
+
+#[test]
+fn coloured_samples_bring_the_colour_that_is_reflected() {
+    let surface = GratingColourSurface::new(made(65.0));
+    for (theta, phi) in [(0.3, 0.4), (1.0, 2.2)] {
+        let wi = direction(theta, phi);
+        let lobe = surface.lobe::<f64>();
+        let mut expected = [0.0; 3];
+        for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
+            let nm = WAVELENGTH_MIN_NM + i as f64;
+            let albedo: f64 = (-9..=9).map(|m| surface.grating().efficiency(nm, [wi[0], wi[1]], m)).sum();
+            for c in 0..3 {
+                expected[c] += f64::from(weight[c]) * albedo;
+            }
+        }
+        let (mut sums, mut squares, count) = ([0.0; 3], [0.0; 3], 100_000);
+        let mut random = Pcg64Mcg::seed_from_u64(3);
+        for _ in 0..count {
+            let wo = lobe.sample(wi, std::array::from_fn(|_| random.random()), true);
+            let (value, pdf) = lobe.eval_pdf(wi, wo, true);
+            for c in 0..3 {
+                let weight = if pdf > 0.0 { value[c] * wo[2] / pdf } else { 0.0 };
+                sums[c] += weight;
+                squares[c] += weight * weight;
+            }
+        }
+        for c in 0..3 {
+            let n = f64::from(count);
+            let mean = sums[c] / n;
+            let error = ((squares[c] / n - mean * mean) / n).sqrt();
+            // Four standard errors, and that orders are taken to be above the horizon as a whole.
+            assert!(
+                (mean - expected[c]).abs() < 4.0 * error + 0.005 * expected[c],
+                "{c}: {mean} ± {error}, {expected:?}"
+            );
+            assert!(error < 0.01 * expected[c], "{error}");
+        }
+    }
+}
