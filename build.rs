@@ -9,13 +9,22 @@ fn main() {
 }
 
 /// Whose sources these are.
-const TABLES_FOLDERS: [&str; 6] = ["colour", "colour_table", "numeric", "reflectance", "table", "transform"];
+const TABLES_FOLDERS: [&str; 8] = [
+    "src/colour",
+    "src/colour_table",
+    "src/grating",
+    "src/numeric",
+    "src/reflectance",
+    "src/table",
+    "src/transform",
+    "crates/rigorous/src",
+];
 
 /// A hash of the sources that decide what is in a surface's tables, for `src/cache/`: tables that other code built are
 /// not those that this code would.
 fn tables_code() -> u64 {
     let mut sources = Vec::new();
-    let mut folders: Vec<_> = TABLES_FOLDERS.iter().map(|folder| format!("src/{folder}").into()).collect();
+    let mut folders: Vec<_> = TABLES_FOLDERS.iter().map(|folder| (*folder).into()).collect();
     while let Some(folder) = folders.pop() {
         let folder: std::path::PathBuf = folder;
         println!("cargo:rerun-if-changed={}", folder.display());

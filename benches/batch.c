@@ -110,9 +110,9 @@ int main(void) {
     printf("{\"version\": \"%s\", \"items\": %d, \"repetitions\": %d, \"cores\": %ld, \"rows\": [", sunbeam_version(),
            COUNT, REPETITIONS, cores);
     for (int s = 0; s < PRESET_COUNT; ++s) {
-        char config[128];
+        char config[160];
         sunbeam_surface *surface = NULL;
-        snprintf(config, sizeof config, "{\"preset\": \"%s\", \"eta\": 1.56}", PRESETS[s]);
+        snprintf(config, sizeof config, "{\"preset\": \"%s\", \"obliquity\": \"stam\", \"eta\": 1.56}", PRESETS[s]);
         check(sunbeam_surface_new(config, &surface));
         b.surface = surface;
         for (int i = 0; i < COUNT; ++i) {

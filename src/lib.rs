@@ -29,7 +29,7 @@
 //! [`SurfaceConfig`](config::SurfaceConfig):
 //!
 //! ```
-//! # #[cfg(all(feature = "files", feature = "cache"))] {
+//! # #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))] {
 //! use sunbeam::cache::Cache;
 //! use sunbeam::config::SurfaceConfig;
 //!
@@ -70,6 +70,8 @@ pub mod cache;
 pub mod colour;
 pub mod colour_table;
 pub mod config;
+#[cfg(feature = "rigorous")]
+pub mod grating;
 pub mod height_field;
 pub mod methods;
 pub mod numeric;

@@ -20,6 +20,7 @@ SURFACES = {
     "elaphe": {"preset": "elaphe"},
     "xenopeltis": {"preset": "xenopeltis"},
     "pigmented": {"preset": "blazed", "eta": 1.56, "diffuse_reflectance": 0.4, "rotation": 25.0},
+    "keratin": {"preset": "xenopeltis", "eta": 1.56},
     "patch": {"preset": "elaphe", "model": "patch", "coherence_length": 20.0},
 }
 # One call a ray is slow, so orders are wide and histograms coarse.
@@ -132,9 +133,10 @@ def test_samples_of_the_core_follow_its_density(name, angles):
 
 
 # Wavelengths are drawn and integrated over, so orders are smeared: no fine grid is needed.
+@pytest.mark.parametrize("optics", [{}, {"eta": 1.56}, {"obliquity": "small_slope"}], ids=str)
 @pytest.mark.parametrize("angles", ANGLES[1::3], ids=str)
-def test_samples_of_colours_follow_the_density(angles):
-    bsdf = built("llvm_ad_rgb", preset="blazed", coherence_length=10.0, conserve_energy=False)
+def test_samples_of_colours_follow_the_density(angles, optics):
+    bsdf = built("llvm_ad_rgb", preset="blazed", coherence_length=10.0, conserve_energy=False, **optics)
     test = vectorised(bsdf, direction(*angles), res=51, ires=8)
     assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 

@@ -41,6 +41,9 @@ SURFACES = {
     "xenopeltis": {"preset": "xenopeltis"},
     "unscaled": {"preset": "sinusoidal", "conserve_energy": False},
     "unit": {"preset": "sinusoidal", "obliquity": "unit", "period": 1.25, "height": 0.15},
+    "small slope": {"preset": "sinusoidal", "eta": 1.56, "period": 1.25, "height": 0.15},
+    "small slope of a metal": {"preset": "blazed", "eta": 1.0, "k": 6.0, "obliquity": "small_slope"},
+    "small slope of everything": {"preset": "sinusoidal", "obliquity": "small_slope", "conserve_energy": False},
     "shadowing": {"preset": "blazed", "shadowing": True, "conserve_energy": False},
     "patch grating": {"preset": "lamellar", "model": "patch"},
     "patch grating scaled": {"preset": "blazed", "model": "patch", "conserve_energy": True},
@@ -54,7 +57,7 @@ SURFACES = {
     "patch file": {"filename": "rough.npy", "pixel_size": 0.1, "coherence_length": 3.0, "model": "patch"},
     "periodic file": {"filename": "rough.npy", "pixel_size": 0.1, "tiling": "periodic", "conserve_energy": False},
 }
-IN_COLOUR = ["blazed", "unit", "10 µm", "patch grating", "file"]
+IN_COLOUR = ["blazed", "unit", "small slope", "small slope of everything", "10 µm", "patch grating", "file"]
 
 
 @pytest.fixture(scope="module")

@@ -2,11 +2,10 @@
 
 import time
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from batches import direction, eval_pdf, intensity, interactions, is_scalar, one_by_one, random_directions
+from batches import eval_pdf, intensity, interactions, is_scalar, one_by_one, random_directions
 from conftest import built, use_variant
 from surfaces import QUICK
 
@@ -144,21 +143,6 @@ def test_renders_inside_each(skin):
     }
     for name, (bsdf, brightness) in expected.items():
         assert abs(rendered(bsdf) - brightness) <= NOISE * sky, name
-
-
-@pytest.mark.parametrize("polarised", [name for name in mi.variants() if "polarized" in name])
-def test_polarised_light_is_depolarised(polarised):
-    bsdf = built(polarised, **SKIN)
-    ctx, si = mi.BSDFContext(), dr.zeros(mi.SurfaceInteraction3f)
-    si.wi = mi.Vector3f(direction(30, 0))
-    if mi.is_spectral:
-        si.wavelengths = [450, 520, 590, 660]
-    bs, weight = bsdf.sample(ctx, si, 0.5, [0.3, 0.7])
-    for mueller in (weight, bsdf.eval(ctx, si, bs.wo)):
-        entries = np.array([[np.array(mueller[i, j]).ravel() for j in range(4)] for i in range(4)])
-        assert np.all(entries[0, 0] > 0)
-        entries[0, 0] = 0
-        assert np.all(entries == 0)
 
 
 @pytest.mark.parametrize(

@@ -104,7 +104,8 @@ class Surface:
 
     The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or with
     ``region_size`` and ``region_spread``; or ``filename`` with ``pixel_size``, ``max_height``, ``channel`` and
-    ``fill``; ``level``, ``tiling``, ``coherence_length``, ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``,
+    ``fill``; ``level``, ``tiling``, ``theory``,
+    ``coherence_length``, ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``,
     ``tolerance``, ``build_limit``; and ``eta`` and ``k`` as numbers.
     ``heights_um``, an array ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with
     ``pixel_um`` its pixel's edge or a pair along x and y.

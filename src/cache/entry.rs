@@ -1,5 +1,7 @@
 //! One entry: what it is named by, and how its bytes are told from others.
 
+#[cfg(feature = "rigorous")]
+use crate::grating::Profile;
 use crate::height_field::HeightField;
 use crate::reflectance::{Options, SpectralIndex};
 use serde::Serialize;
@@ -25,6 +27,16 @@ impl Key {
     /// Of tables of colours with the reflectance for an index, if there is one.
     pub fn of_colours(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Self {
         Self::new(&format!("colours {index:?}"), field, options)
+    }
+
+    /// Of a grating's tables, in the words of `what` they are.
+    #[cfg(feature = "rigorous")]
+    pub fn of_grating(what: &str, profile: &Profile, index: Option<&SpectralIndex>) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(CODE.as_bytes());
+        // Every number by the shortest decimal that reads back as the same.
+        hasher.update(format!("{what} {profile:?} {index:?}").as_bytes());
+        Self(hasher.finalize())
     }
 
     fn new(what: &str, field: &HeightField, options: &Options) -> Self {

@@ -10,6 +10,8 @@ mod folder;
 mod shared;
 
 use crate::colour_table::ColourTableError;
+#[cfg(feature = "rigorous")]
+use crate::grating::{GratingColourSurface, GratingError, GratingSurface, Profile};
 use crate::height_field::HeightField;
 use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
 use crate::table::{Progress, TableError};
@@ -174,6 +176,54 @@ impl Cache {
         static SURFACES: Shared<Key, (ColourSurface, Origin)> = Shared::new();
         let key = Key::of_colours(field, options, index);
         SURFACES.get(key, || self.tables(|| key, || ColourSurface::watched(field, options, index, progress)))
+    }
+
+    /// The grating of a profile above a medium of this index, or a perfect conductor: as [`Cache::shared_surface`].
+    ///
+    /// # Errors
+    /// As [`GratingSurface::new`].
+    #[cfg(feature = "rigorous")]
+    pub fn shared_grating(
+        &self,
+        profile: &Profile,
+        index: Option<&SpectralIndex>,
+        coherence_length_um: f64,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
+        static SURFACES: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
+        let key = Key::of_grating("grating", profile, index);
+        SURFACES.get((key, coherence_length_um.to_bits()), || {
+            let build = || GratingSurface::new(profile, index, coherence_length_um, build_limit, progress);
+            let (grating, origin) = self.tables(|| key, build)?;
+            // What is kept is the same for all coherence lengths.
+            Ok((grating.with_coherence_length(coherence_length_um), origin))
+        })
+    }
+
+    /// The same in colours.
+    ///
+    /// # Errors
+    /// As [`GratingSurface::new`].
+    #[cfg(feature = "rigorous")]
+    pub fn shared_grating_colours(
+        &self,
+        profile: &Profile,
+        index: Option<&SpectralIndex>,
+        coherence_length_um: f64,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Arc<(GratingColourSurface, Origin)>, GratingError> {
+        static SURFACES: Shared<(Key, u64), (GratingColourSurface, Origin)> = Shared::new();
+        let key = Key::of_grating("grating in colours", profile, index);
+        SURFACES.get((key, coherence_length_um.to_bits()), || {
+            let build = || {
+                let made = self.shared_grating(profile, index, coherence_length_um, build_limit, progress)?;
+                Ok::<_, GratingError>(GratingColourSurface::new(made.0.clone()))
+            };
+            let (grating, origin) = self.tables(|| key, build)?;
+            Ok((grating.with_coherence_length(coherence_length_um), origin))
+        })
     }
 
     /// Tables: read if they are kept, else built, and kept.

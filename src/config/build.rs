@@ -1,8 +1,9 @@
-use super::{ConfigError, MAX_LENGTH_UM, Source, SurfaceConfig};
+use super::{BuiltSurface, ConfigError, MAX_LENGTH_UM, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
+use crate::grating::{GratingColourSurface, GratingError, GratingSurface, Profile, preset_profile, profile_of};
 use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions, Regions};
-use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
+use crate::reflectance::{ColourSurface, Obliquity, Options, SpectralIndex, Surface};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
@@ -18,6 +19,8 @@ pub enum BuildError {
     Table(#[from] TableError),
     #[error(transparent)]
     Colours(#[from] ColourTableError),
+    #[error(transparent)]
+    Grating(#[from] GratingError),
     #[error(transparent)]
     Cache(#[from] CacheError),
 }
@@ -55,13 +58,20 @@ impl SurfaceConfig {
         Ok(read)
     }
 
-    /// The model's options, with the defaults that depend on source and model filled in.
+    /// The model's options, with the defaults that depend on source, model and index filled in.
     pub fn options(&self) -> Options {
+        self.options_for(self.index().map(SpectralIndex::Constant).as_ref())
+    }
+
+    /// The same for an index that is given elsewhere than in the configuration, `None` to reflect everything.
+    pub fn options_for(&self, index: Option<&SpectralIndex>) -> Options {
+        let obliquity = self.obliquity.resolved(index);
         Options {
             coherence_length_um: self.coherence_length,
             model: self.model,
             tiling: self.tiling(),
-            obliquity: self.obliquity,
+            obliquity,
+            index: index.filter(|_| obliquity == Obliquity::SmallSlope).cloned(),
             conserve_energy: self.conserve_energy(),
             shadowing: self.shadowing,
             tolerance: self.tolerance,
@@ -85,26 +95,94 @@ impl SurfaceConfig {
         Ok(cache.surface_watched(&self.height_field()?, &self.options(), progress)?)
     }
 
-    /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same.
+    /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same. The index is
+    /// that of [`SurfaceConfig::options_for`].
     ///
     /// # Errors
     /// As [`SurfaceConfig::build`].
-    pub fn build_shared(&self, cache: &Cache, progress: &Progress) -> Result<Arc<(Surface, Origin)>, BuildError> {
-        Ok(cache.shared_surface(&self.height_field()?, &self.options(), progress)?)
+    pub fn build_shared(
+        &self,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Arc<(Surface, Origin)>, BuildError> {
+        Ok(cache.shared_surface(&self.height_field()?, &self.options_for(index), progress)?)
     }
 
-    /// As [`SurfaceConfig::build_shared`], for renderers that carry colours: with the reflectance for `index` inside if there
-    /// is one.
+    /// As [`SurfaceConfig::build_shared`], for renderers that carry colours. `inside` is the index whose reflectance is to be
+    /// in the colours, if any.
     ///
     /// # Errors
     /// As [`SurfaceConfig::build`].
     pub fn build_shared_colours(
         &self,
         index: Option<&SpectralIndex>,
+        inside: Option<&SpectralIndex>,
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
-        Ok(cache.shared_colours(&self.height_field()?, &self.options(), index, progress)?)
+        Ok(cache.shared_colours(&self.height_field()?, &self.options_for(index), inside, progress)?)
+    }
+
+    /// The profile of a grating: a preset's own, or that of a file.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::height_field`], and a relief that varies along y or has no profile that is served.
+    pub fn profile(&self) -> Result<Profile, BuildError> {
+        self.validate()?;
+        if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level())
+            && let Some(profile) = preset_profile(preset, self.period, self.height)?
+        {
+            return Ok(profile);
+        }
+        Ok(profile_of(&self.height_field()?, self.tolerance)?)
+    }
+
+    /// As [`SurfaceConfig::build_shared`], by Maxwell's equations whatever `theory` says.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::profile`], what the solver refuses, and a build that would take more than the build limit allows.
+    pub fn build_shared_grating(
+        &self,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Arc<(GratingSurface, Origin)>, BuildError> {
+        let coherence_um = self.coherence_length;
+        Ok(cache.shared_grating(&self.profile()?, index, coherence_um, self.build_limit, progress)?)
+    }
+
+    /// The same in colours.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build_shared_grating`].
+    pub fn build_shared_grating_colours(
+        &self,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Arc<(GratingColourSurface, Origin)>, BuildError> {
+        let coherence_um = self.coherence_length;
+        Ok(cache.shared_grating_colours(&self.profile()?, index, coherence_um, self.build_limit, progress)?)
+    }
+
+    /// The surface by the theory that the configuration names, with its own index.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::build`] and [`SurfaceConfig::build_shared_grating`].
+    pub fn build_by_theory(&self, cache: &Cache, progress: &Progress) -> Result<(BuiltSurface, Origin), BuildError> {
+        let index = self.index();
+        match self.theory {
+            Theory::Scalar => {
+                let (surface, origin) = self.build_watched(cache, progress)?;
+                Ok((BuiltSurface::scalar(surface, index), origin))
+            }
+            Theory::Rigorous => {
+                let index = index.map(SpectralIndex::Constant);
+                let built = self.build_shared_grating(index.as_ref(), cache, progress)?;
+                Ok((BuiltSurface::Rigorous(built.clone()), built.1.clone()))
+            }
+        }
     }
 
     /// The same for heights that come from elsewhere than a preset or a file: levels them and builds the tables. `level` and
@@ -113,7 +191,7 @@ impl SurfaceConfig {
     /// # Errors
     /// A configuration that names a preset or a file or says how one is to be read, heights or pixels beyond a
     /// millimetre, or tables that would take more than the build limit allows.
-    pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
+    pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate()?;
         let given = [
             ("preset", self.preset.is_some()),
@@ -134,9 +212,20 @@ impl SurfaceConfig {
         heights.check_size(MAX_LENGTH_UM)?;
         let as_scan = Self {
             level: self.level.or(Some(Level::Plane)),
-            tiling: self.tiling.or(Some(Tiling::Aperiodic)),
+            tiling: self.tiling.or((self.theory == Theory::Scalar).then_some(Tiling::Aperiodic)),
             ..self.clone()
         };
-        Ok(cache.surface(&heights.levelled(as_scan.level()), &as_scan.options())?)
+        let levelled = heights.levelled(as_scan.level());
+        let index = self.index();
+        if self.theory == Theory::Scalar {
+            let (surface, origin) = cache.surface(&levelled, &as_scan.options())?;
+            return Ok((BuiltSurface::scalar(surface, index), origin));
+        }
+        let profile = profile_of(&levelled, self.tolerance)?;
+        let index = index.map(SpectralIndex::Constant);
+        let progress = Progress::none();
+        let built =
+            cache.shared_grating(&profile, index.as_ref(), self.coherence_length, self.build_limit, &progress)?;
+        Ok((BuiltSurface::Rigorous(built.clone()), built.1.clone()))
     }
 }

@@ -11,18 +11,26 @@
 //! assert_eq!(error.to_string(), "parameter \"period\" is -2, but must be a length in µm in (0, 1e3]");
 //! ```
 
-#[cfg(all(feature = "files", feature = "cache"))]
+#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 mod build;
+#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+mod built_surface;
+mod obliquity;
+mod theory;
 
-#[cfg(all(feature = "files", feature = "cache"))]
+#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 pub use build::BuildError;
+#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+pub use built_surface::{BuiltReport, BuiltSurface};
+pub use obliquity::ObliquityChoice;
+pub use theory::Theory;
 
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use crate::height_field::{Fill, Level, Preset, REGION_SIZE_UM, REGION_SPREAD};
-use crate::reflectance::{ComplexIndex, Obliquity};
+use crate::reflectance::ComplexIndex;
 use crate::table::{BUILD_LIMIT, Model, Tiling};
 use serde::{Deserialize, Serialize};
 
@@ -88,12 +96,15 @@ pub struct SurfaceConfig {
     /// How the tile goes on (default: `aperiodic` for files, `periodic` for presets).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiling: Option<Tiling>,
+    /// By which theory the relief diffracts (default: `scalar`).
+    #[serde(skip_serializing_if = "is_scalar")]
+    pub theory: Theory,
     /// Four standard deviations of the coherence window in µm (default: 65, filtered sunlight).
     pub coherence_length: f64,
     /// Which window places are averaged (default: `ensemble`).
     pub model: Model,
-    /// The obliquity factor (default: `stam`).
-    pub obliquity: Obliquity,
+    /// The obliquity factor (default: `auto`).
+    pub obliquity: ObliquityChoice,
     /// Whether the albedo is kept at or below 1 (default: true for `ensemble`, false for `patch`).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub conserve_energy: Option<bool>,
@@ -118,6 +129,11 @@ fn is_one(limit: &f64) -> bool {
     *limit == 1.0
 }
 
+/// Left out where it is the default.
+fn is_scalar(theory: &Theory) -> bool {
+    *theory == Theory::Scalar
+}
+
 impl Default for SurfaceConfig {
     fn default() -> Self {
         Self {
@@ -133,9 +149,10 @@ impl Default for SurfaceConfig {
             fill: None,
             level: None,
             tiling: None,
+            theory: Theory::default(),
             coherence_length: 65.0,
             model: Model::default(),
-            obliquity: Obliquity::default(),
+            obliquity: ObliquityChoice::default(),
             conserve_energy: None,
             shadowing: false,
             eta: None,
@@ -265,7 +282,8 @@ impl SurfaceConfig {
             let other = "the absence of \"eta\"".to_owned();
             return Err(ConfigError::Contradiction { parameter: "k", other, advice: "give both, or eta alone" });
         }
-        self.validate_source()
+        self.validate_source()?;
+        self.validate_theory()
     }
 
     fn validate_source(&self) -> Result<(), ConfigError> {
@@ -334,7 +352,8 @@ impl SurfaceConfig {
 
     /// `tiling`, or its default for the source.
     pub fn tiling(&self) -> Tiling {
-        self.tiling.unwrap_or(if self.filename.is_some() { Tiling::Aperiodic } else { Tiling::Periodic })
+        let stands_alone = self.filename.is_some() && self.theory == Theory::Scalar;
+        self.tiling.unwrap_or(if stands_alone { Tiling::Aperiodic } else { Tiling::Periodic })
     }
 
     /// The refractive index, `None` for a surface that reflects everything.
@@ -417,7 +436,7 @@ mod tests {
             ("channel", r#"{"filename":"a.gwy","channel":0}"#, "string"),
             ("tiling", r#"{"tiling":"both"}"#, "aperiodic"),
             ("model", r#"{"model":"speckle"}"#, "ensemble"),
-            ("obliquity", r#"{"obliquity":"cos"}"#, "stam"),
+            ("obliquity", r#"{"obliquity":"cos"}"#, "small_slope"),
             ("shadowing", r#"{"shadowing":"yes"}"#, "boolean"),
             ("tolerance", r#"{"tolerance":"low"}"#, "f64"),
             ("coherence", r#"{"coherence":1.0}"#, "coherence_length"),

@@ -8,6 +8,7 @@
 use super::colour_sampler::{ColourSampler, ColourSamplerView};
 use super::fresnel::{SpectralIndex, fresnel_of_family, fresnel_unpolarised};
 use super::geometry::{COSINE_MIN, obliquity, shadowing};
+use super::small_slope::small_slope;
 use super::surface::build_table;
 use super::{ColourAlbedoTable, ColourAlbedoView, ComplexIndex, Obliquity, Options, UNIFORM_SHARE, Vec3};
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView, SUM_SQUARED_MAX};
@@ -117,7 +118,7 @@ impl ColourSurface {
         drop(spectral);
         progress.report(ALBEDO_DONE);
         let view = table.view::<f32>();
-        let stam = options.obliquity == Obliquity::Stam;
+        let stam = options.proposed() == Obliquity::Stam;
         let sampler = ColourSampler::new(table.report().order_sigma_per_um, |[u, v, w]| {
             let length_squared = u * u + v * v + w * w;
             let reflected = reference.map_or(1.0, |index| fresnel_of_family(0.5 * length_squared.sqrt(), index));
@@ -266,7 +267,11 @@ impl<N: Numbers> ColourLobe<N> {
             factor = factor * shadowing([u, v, w], [cos_i, cos_o]);
         }
         if let Some(index) = self.factors.reference {
-            factor = factor * fresnel_of_family(length_squared.sqrt() * lit(0.5), index);
+            factor = factor
+                * match self.factors.obliquity {
+                    Obliquity::SmallSlope => small_slope([u, v, w], [cos_i, cos_o], Some(index)),
+                    Obliquity::Stam | Obliquity::Unit => fresnel_of_family(length_squared.sqrt() * lit(0.5), index),
+                };
         }
         let conserving = match &self.albedo {
             Some(albedo) => albedo.factor(wi, wo, active),
@@ -312,7 +317,7 @@ impl<N: Numbers> ColourLobe<N> {
 
 /// A colour in linear sRGB mixed with grey of its luminance until no channel is negative.
 #[inline(always)]
-fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
+pub(crate) fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
     let zero = R::lit(0.0);
     let grey = luminance(colour).max(zero);
     let least = colour[0].min(colour[1]).min(colour[2]);

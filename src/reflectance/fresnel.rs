@@ -31,19 +31,10 @@ pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
 #[inline(always)]
 pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let lit = R::lit;
-    let ComplexIndex { eta, k } = index;
     let cos = cos_theta.clip(lit(0.0), lit(1.0));
     let cos_squared = cos * cos;
     let sin_squared = lit(1.0) - cos_squared;
-    // The square of a + ib has this real part, and 2·eta·k as its imaginary part.
-    let real = lit(eta * eta - k * k) - sin_squared;
-    let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
-    // The larger of a and b by the sum that does not cancel, the other by their product.
-    let larger = ((length + real.abs()) * lit(0.5)).sqrt();
-    let smaller = lit(eta * k) / larger.max(lit(1e-15));
-    let inverted = real.lt(lit(0.0));
-    let a = R::select(inverted, smaller, larger);
-    let b = R::select(inverted, larger, smaller);
+    let (a, b) = transmitted(sin_squared, index);
     let b_squared = b * b;
     // Squares of differences rather than differences of squares, which would cancel for indices near one.
     let (less, more) = (cos - a, cos + a);
@@ -53,6 +44,30 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let rest = b_squared * cos_squared;
     let p_over_s = less.fma(less, rest) / more.fma(more, rest).max(tiny);
     (s * lit(0.5)).fma(p_over_s, s * lit(0.5)).min(lit(1.0))
+}
+
+/// The transmitted normal component `√(ε − sin²θ)` as `(a, b)` of `a + ib`, neither of them negative.
+#[inline(always)]
+pub(super) fn transmitted<R: Real>(sin_squared: R, ComplexIndex { eta, k }: ComplexIndex) -> (R, R) {
+    let lit = R::lit;
+    // The square of a + ib has this real part, and 2·eta·k as its imaginary part.
+    let real = lit(eta * eta - k * k) - sin_squared;
+    let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
+    // The larger of a and b by the sum that does not cancel, the other by their product.
+    let larger = ((length + real.abs()) * lit(0.5)).sqrt();
+    let smaller = lit(eta * k) / larger.max(lit(1e-15));
+    let inverted = real.lt(lit(0.0));
+    (R::select(inverted, smaller, larger), R::select(inverted, larger, smaller))
+}
+
+/// Largest `k/eta` of what counts as a dielectric.
+const DIELECTRIC_MAX: f64 = 0.1;
+
+impl ComplexIndex {
+    /// Whether the index is that of a dielectric, which may absorb a little: `k ≤ 0.1·eta`, and `eta > 0`.
+    pub fn is_dielectric(&self) -> bool {
+        self.eta > 0.0 && self.k <= DIELECTRIC_MAX * self.eta
+    }
 }
 
 /// A complex refractive index that may depend on the wavelength.
@@ -98,6 +113,14 @@ impl SpectralIndex {
             before_nm = wavelength_nm;
         }
         Ok(Self::Sampled(samples))
+    }
+
+    /// Whether it is that of a dielectric at all wavelengths ([`ComplexIndex::is_dielectric`]).
+    pub fn is_dielectric(&self) -> bool {
+        match self {
+            Self::Constant(index) => index.is_dielectric(),
+            Self::Sampled(samples) => samples.iter().all(|(_, index)| index.is_dielectric()),
+        }
     }
 
     /// The index at a wavelength in nm.

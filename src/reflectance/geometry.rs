@@ -1,4 +1,5 @@
 use super::fresnel::{ComplexIndex, fresnel_unpolarised};
+use super::small_slope::small_slope;
 use crate::numeric::Real;
 use serde::{Deserialize, Serialize};
 
@@ -34,15 +35,18 @@ pub fn unit_vector(components: [f64; 3]) -> Result<Vec3, DirectionError> {
     Ok(components.map(|c| c / length))
 }
 
-/// The obliquity factor O (docs/model.md#the-reflectance). Both are 1 at the mirror direction and reciprocal.
+/// The obliquity factor O (docs/model.md#the-reflectance), or what stands for it and for the Fresnel reflectance. All are
+/// reciprocal, and leave the Fresnel reflectance alone at the mirror direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "snake_case")]
 pub enum Obliquity {
     /// `(1 + wi·wo)² / (cosθi cosθo w²)`.
     #[default]
     Stam,
     /// 1.
     Unit,
+    /// O is 1, and the small-slope factor Q takes the place of the Fresnel reflectance.
+    SmallSlope,
 }
 
 /// Cosines are not taken below this, which is 0.000 006° from the horizon: products of their reciprocals then stay
@@ -85,9 +89,13 @@ impl Pair {
         (0.5 * self.sum_squared().sqrt()).min(1.0)
     }
 
-    /// Unpolarised Fresnel reflectance at the half vector, 1 without an index.
-    pub fn fresnel(&self, index: Option<ComplexIndex>) -> f64 {
-        index.map_or(1.0, |index| fresnel_unpolarised(self.cos_half(), index))
+    /// What the interface makes of unpolarised light: the Fresnel reflectance R at the half vector, 1 without an index; or the
+    /// small-slope factor Q, without an index that of a perfect conductor.
+    pub fn interface(&self, index: Option<ComplexIndex>, kind: Obliquity) -> f64 {
+        match kind {
+            Obliquity::SmallSlope => small_slope([self.u, self.v, self.w], [self.cos_i, self.cos_o], index),
+            Obliquity::Stam | Obliquity::Unit => index.map_or(1.0, |index| fresnel_unpolarised(self.cos_half(), index)),
+        }
     }
 
     /// Phase rate κ in rad/µm.
@@ -110,7 +118,7 @@ impl Pair {
 #[inline(always)]
 pub(crate) fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
     match kind {
-        Obliquity::Unit => R::lit(1.0),
+        Obliquity::Unit | Obliquity::SmallSlope => R::lit(1.0),
         Obliquity::Stam => {
             let ratio = squared(q) / (q[2] + q[2]);
             ratio * ratio / (cosines[0] * cosines[1])
@@ -126,7 +134,7 @@ pub(crate) fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
 
 /// `|wi + wo|² = 2(1 + wi·wo)`; summed this way nothing cancels at grazing forward directions.
 #[inline(always)]
-fn squared<R: Real>(q: [R; 3]) -> R {
+pub(super) fn squared<R: Real>(q: [R; 3]) -> R {
     q[0] * q[0] + q[1] * q[1] + q[2] * q[2]
 }
 

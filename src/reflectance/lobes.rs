@@ -4,7 +4,7 @@ use super::lobe::{Lobe, PHASE_PANEL, Setting};
 use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use super::surface::Options;
-use super::{Pair, Vec3};
+use super::{ComplexIndex, Obliquity, Pair, Vec3};
 use crate::table::{KernelKind, NodeCurve, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -21,7 +21,7 @@ const MERGED: f64 = 0.14;
 /// The strongest narrow orders, whose ridges are looked for.
 const RIDGES: usize = 64;
 /// Standard deviations inside the horizon where the mean of `max(0, 1 − ρ)^(−½)` over a Gaussian is largest, and the wavelength whose
-/// Gaussian is taken.
+/// Gaussian and index are taken.
 const INSIDE: f64 = 0.77;
 const MIDDLE_UM: f64 = 0.55;
 
@@ -70,7 +70,8 @@ impl<'a> Lobes<'a> {
         })
     }
 
-    /// Visits directions with the parts of `∫ f_r cosθo dωo` that they stand for, Fresnel reflectance left out.
+    /// Visits directions with the parts of `∫ f_r cosθo dωo` that they stand for, Fresnel reflectance left out; the small slope's
+    /// factor is in them.
     pub fn visit(&self, wi: Vec3, wavelength_nm: f64, mut visit: impl FnMut(Vec3, f64)) {
         let wavelength_um = wavelength_nm * 1e-3;
         let lattice = self.table.lattice();
@@ -84,7 +85,7 @@ impl<'a> Lobes<'a> {
                 lobe.integrate(&setting, fine, |wo, area| {
                     if let Some(pair) = Pair::new(wi, wo) {
                         let curve = NodeCurve::new(self.table, pair.kappa(wavelength_um));
-                        visit(wo, area * curve.power(&lobe.record) * self.options.angular_factor(&pair));
+                        visit(wo, area * curve.power(&lobe.record) * self.options.albedo_factor(&pair, wavelength_nm));
                     }
                 });
             }
@@ -101,7 +102,7 @@ impl<'a> Lobes<'a> {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
                 let value = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
-                visit(wo, area * self.options.angular_factor(&pair) * value);
+                visit(wo, area * self.options.albedo_factor(&pair, wavelength_nm) * value);
             }
         }
     }
@@ -111,19 +112,32 @@ impl<'a> Lobes<'a> {
         matches!(&self.power, Power::Lobes { merged, .. } if merged.is_empty())
     }
 
-    /// A wavelength in nm at which light from `wi` leaves just above the horizon in a narrow order: there its mean of 1/cosθo peaks, and with
-    /// it the albedo. `which` picks the order, one of the strongest; `None` where there is no such wavelength, or no ridge.
-    pub fn grazing_nm(&self, wi: Vec3, which: usize) -> Option<f64> {
+    /// A wavelength in nm at which light from `wi` leaves in a narrow order where that adds most to the albedo ([`Lobes::ridge_sine`]).
+    /// `which` picks the order, one of the strongest; `None` where there is no such wavelength, or no ridge.
+    pub fn ridge_nm(&self, wi: Vec3, which: usize) -> Option<f64> {
         let Power::Lobes { singles, .. } = &self.power else { return None };
         let lobe = singles.get(which / 2 % singles.len().clamp(1, RIDGES)).filter(|_| self.has_ridges())?;
         let [fx, fy] = lobe.f;
         let sigma = MIDDLE_UM * lobe.sigma_f[0].max(lobe.sigma_f[1]);
         let (a, b) = (fx * fx + fy * fy, fx * wi[0] + fy * wi[1]);
         // |λf − wi| = radius along the surface.
-        let radius = 1.0 - INSIDE * sigma;
+        let radius = self.ridge_sine().min(1.0 - INSIDE * sigma);
         let root = (b * b - a * (wi[0] * wi[0] + wi[1] * wi[1] - radius * radius)).sqrt();
         let nm = 1e3 * (if which.is_multiple_of(2) { b + root } else { b - root }) / a;
         (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&nm).then_some(nm)
+    }
+
+    /// Sine of the angle with the normal at which an order adds most to the albedo: that of the horizon, just above which its mean of
+    /// 1/cosθo peaks; or, for the small slope of what is no perfect conductor, where the p state is strongest, at a cosine of about `1/|n|`.
+    fn ridge_sine(&self) -> f64 {
+        match (self.options.obliquity, &self.options.index) {
+            (Obliquity::SmallSlope, Some(index)) => {
+                let ComplexIndex { eta, k } = index.at(1e3 * MIDDLE_UM);
+                let sin_squared = 1.0 - 1.0 / (eta * eta + k * k);
+                if sin_squared > 0.0 { sin_squared.sqrt() } else { 1.0 }
+            }
+            _ => 1.0,
+        }
     }
 
     /// About how many places [`Lobes::visit`] takes, at most.

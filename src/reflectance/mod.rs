@@ -18,15 +18,21 @@ mod lobes;
 mod power_grid;
 mod quadrature;
 pub mod sampler;
+mod small_slope;
 mod spectral_lobe;
 mod surface;
 
 pub use albedo::{AlbedoLayout, AlbedoReport, AlbedoTable, AlbedoView, ColourAlbedoTable, ColourAlbedoView};
+#[cfg(feature = "rigorous")]
+pub(crate) use colour_lobe::desaturated;
 pub use colour_lobe::{ColourFactors, ColourLobe, ColourSurface, ColourSurfaceReport, Gamut, luminance};
 pub use colour_sampler::{ColourSampler, ColourSamplerLayout, ColourSamplerView};
 pub use exact::Exact;
 pub use fresnel::{ComplexIndex, SpectralIndex, SpectralIndexError, fresnel_of_family, fresnel_unpolarised};
 pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};
 pub use integrated::WavelengthWeights;
+pub use small_slope::{Amplitudes, small_slope_amplitudes};
 pub use spectral_lobe::{SpectralLayout, SpectralLobe};
+#[cfg(feature = "rigorous")]
+pub(crate) use spectral_lobe::{above, mixed};
 pub use surface::{Answer, Options, Sample, Surface, SurfaceReport, UNIFORM_SHARE};

@@ -47,7 +47,7 @@ struct Directions<N: Numbers> {
 }
 
 impl<N: Numbers> SpectralLobe<'_, N> {
-    /// `f_r` in 1/sr at each wavelength, without cosine and Fresnel reflectance (model.md, the reflectance).
+    /// `f_r` in 1/sr at each wavelength, without cosine and the interface's factor ([`super::Pair::interface`]).
     #[inline(always)]
     pub fn eval<const L: usize>(
         &self,
@@ -74,7 +74,7 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         let active = active & above::<N>(wi) & above::<N>(wo);
         let sampler = self.sampler();
         let [densities] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| [sampler.pdf(wi, wo, nm, active)]);
-        self.mixed(densities, active)
+        mixed::<N, L>(densities, active)
     }
 
     /// [`SpectralLobe::eval`] and [`SpectralLobe::pdf`] together.
@@ -91,7 +91,7 @@ impl<N: Numbers> SpectralLobe<'_, N> {
         let [values, densities] = N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
             [self.value(&pair, nm, active), sampler.pdf(wi, wo, nm, active)]
         });
-        (values, self.mixed(densities, active))
+        (values, mixed::<N, L>(densities, active))
     }
 
     /// A direction for the wavelengths carried, from three numbers in [0, 1): the first picks the even share or one of the
@@ -157,19 +157,19 @@ impl<N: Numbers> SpectralLobe<'_, N> {
     fn sampler(&self) -> SamplerView<N> {
         SamplerView { layout: self.layout.sampler, words: self.words[1] }
     }
+}
 
-    /// The mean of the wavelengths' densities with the even share.
-    #[inline(always)]
-    fn mixed<const L: usize>(&self, densities: [N::Real; L], active: N::Mask) -> N::Real {
-        let lit = N::Real::lit;
-        let sum = densities.into_iter().fold(lit(0.0), |sum, density| sum + density);
-        let density = sum.fma(lit((1.0 - UNIFORM_SHARE) / L as f64), lit(UNIFORM_SHARE * SQUARE_PDF));
-        N::Real::select(active, density, lit(0.0))
-    }
+/// The mean of the wavelengths' densities with the even share.
+#[inline(always)]
+pub(crate) fn mixed<N: Numbers, const L: usize>(densities: [N::Real; L], active: N::Mask) -> N::Real {
+    let lit = N::Real::lit;
+    let sum = densities.into_iter().fold(lit(0.0), |sum, density| sum + density);
+    let density = sum.fma(lit((1.0 - UNIFORM_SHARE) / L as f64), lit(UNIFORM_SHARE * SQUARE_PDF));
+    N::Real::select(active, density, lit(0.0))
 }
 
 /// Whether a direction lies above the surface.
 #[inline(always)]
-fn above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
+pub(crate) fn above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
     N::Real::lit(0.0).lt(w[2])
 }

@@ -2,7 +2,7 @@ use super::albedo::{AlbedoReport, AlbedoTable};
 use super::lobes::Lobes;
 use super::sampler::Sampler;
 use super::spectral_lobe::{SpectralLayout, SpectralLobe};
-use super::{Obliquity, Pair, Vec3};
+use super::{Obliquity, Pair, SpectralIndex, Vec3};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::table::{
@@ -32,6 +32,9 @@ pub struct Options {
     pub tiling: Tiling,
     /// The obliquity factor.
     pub obliquity: Obliquity,
+    /// The index that the small-slope factor of the albedo is taken for, `None` for a perfect conductor's. Other obliquity
+    /// factors leave it out: their albedo knows no index.
+    pub index: Option<SpectralIndex>,
     /// Scale so that the albedo is at most one.
     pub conserve_energy: bool,
     /// V-cavity shadowing and masking.
@@ -54,6 +57,7 @@ impl Default for Options {
             model: Model::Ensemble,
             tiling: Tiling::Periodic,
             obliquity: Obliquity::Stam,
+            index: None,
             conserve_energy: true,
             shadowing: false,
             tolerance: 1e-3,
@@ -82,12 +86,33 @@ impl Options {
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
         pair.obliquity(self.obliquity) * if self.shadowing { pair.shadowing() } else { 1.0 }
     }
+
+    /// What the albedo weighs the relief's power with: `O·M`, or `Q·M` of the small slope at a wavelength in nm.
+    pub(super) fn albedo_factor(&self, pair: &Pair, wavelength_nm: f64) -> f64 {
+        let interface = match self.obliquity {
+            Obliquity::SmallSlope => {
+                pair.interface(self.index.as_ref().map(|index| index.at(wavelength_nm)), self.obliquity)
+            }
+            Obliquity::Stam | Obliquity::Unit => 1.0,
+        };
+        interface * self.angular_factor(pair)
+    }
+
+    /// The obliquity factor that samplers weigh directions with. The small slope's is bounded for dielectrics, and grows
+    /// towards the horizon as Stam's does for conductors.
+    pub(super) fn proposed(&self) -> Obliquity {
+        match (self.obliquity, &self.index) {
+            (Obliquity::SmallSlope, Some(index)) if index.is_dielectric() => Obliquity::Unit,
+            (Obliquity::SmallSlope, _) => Obliquity::Stam,
+            (given, _) => given,
+        }
+    }
 }
 
 /// Value and density of one pair of directions at one wavelength.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Answer {
-    /// `f_r` in 1/sr, Fresnel reflectance left out.
+    /// `f_r` in 1/sr, without the interface's factor ([`Pair::interface`]).
     pub f: f64,
     /// Density of [`Surface::sample`] per solid angle, 1/sr.
     pub pdf: f64,
@@ -228,9 +253,9 @@ impl Surface {
         SpectralLobe { layout: &self.layout, words: self.words() }
     }
 
-    /// `f_r` in 1/sr: obliquity, shadowing and what conserves energy are in it, the Fresnel reflectance and the cosine are
-    /// not. Zero unless both directions lie above the surface and the wavelength
-    /// (nm) within the tables' range. Never negative, never NaN.
+    /// `f_r` in 1/sr: obliquity, shadowing and what conserves energy are in it, the interface's factor
+    /// ([`Pair::interface`]: the Fresnel reflectance, or the small slope's factor) and the cosine are not. Zero unless both
+    /// directions lie above the surface and the wavelength (nm) within the tables' range. Never negative, never NaN.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         if !answers(wi, wo, wavelength_nm) {
             return 0.0;
@@ -275,8 +300,8 @@ impl Surface {
         (wo[2] > 0.0).then_some(wo)
     }
 
-    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out, every node of the table
-    /// integrated over its Gaussian. `None` for a patch.
+    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out (the small slope's factor is in it),
+    /// every node of the table integrated over its Gaussian. `None` for a patch.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());

@@ -68,6 +68,27 @@ impl Estimate {
         let needed = (self.bytes / LIMIT_BYTES).max(self.seconds / LIMIT_SECONDS);
         if self.bytes.is_nan() || self.seconds.is_nan() { f64::INFINITY } else { needed.max(1.0) }
     }
+
+    /// Refuses what takes more than `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`], with advice on what would not.
+    ///
+    /// # Errors
+    /// As [`BuildDemand::check`].
+    pub(crate) fn check(&self, build_limit: f64, advice: impl FnOnce() -> String) -> Result<(), TableError> {
+        if !BUILD_LIMIT.contains(&build_limit) {
+            let (name, accepted) = ("build_limit", "1 to 1e6");
+            return Err(TableError::OutOfRange { name, value: build_limit, accepted });
+        }
+        if self.limit() <= build_limit {
+            return Ok(());
+        }
+        Err(TableError::TooMuch {
+            needed_gb: self.bytes / 1e9,
+            needed_minutes: self.seconds / 60.0,
+            limit_gb: build_limit * LIMIT_BYTES / 1e9,
+            limit_minutes: build_limit * LIMIT_SECONDS / 60.0,
+            advice: advice(),
+        })
+    }
 }
 
 /// What is made of the table of `S`.
@@ -140,21 +161,8 @@ impl BuildDemand {
     /// # Errors
     /// [`TableError::TooMuch`] with what would do; [`TableError::OutOfRange`] for a limit outside of [`BUILD_LIMIT`].
     pub fn check(&self, build_limit: f64) -> Result<(), TableError> {
-        if !BUILD_LIMIT.contains(&build_limit) {
-            let (name, accepted) = ("build_limit", "1 to 1e6");
-            return Err(TableError::OutOfRange { name, value: build_limit, accepted });
-        }
         let estimate = self.estimate();
-        if estimate.limit() <= build_limit {
-            return Ok(());
-        }
-        Err(TableError::TooMuch {
-            needed_gb: estimate.bytes / 1e9,
-            needed_minutes: estimate.seconds / 60.0,
-            limit_gb: build_limit * LIMIT_BYTES / 1e9,
-            limit_minutes: build_limit * LIMIT_SECONDS / 60.0,
-            advice: self.advice(estimate, build_limit),
-        })
+        estimate.check(build_limit, || self.advice(estimate, build_limit))
     }
 
     /// The changes that, each alone, bring the build below the limit.

@@ -74,30 +74,23 @@ impl SurfaceHandle {
         pdf: Option<Output>,
     ) -> Result<(), CallError> {
         let mut refused = Refused::default();
-        let share = 1.0 / carried.len() as f64;
         for i in 0..queries.count {
             let outcome = (|| {
                 let (wi, wo) = (direction("wi", &queries.wi, i)?, direction("wo", &queries.wo, i)?);
                 wavelengths(&queries.wavelength_nm, i, &mut carried)?;
                 // Below the surface nothing is reflected, which is an answer.
-                let Some(pair) = Pair::new(wi, wo) else { return Ok(false) };
-                let fresnel = pair.fresnel(self.index);
+                if Pair::new(wi, wo).is_none() {
+                    return Ok(false);
+                }
                 let value = |k, f: f64| {
                     if let Some(values) = values {
-                        values.set(i, k, (fresnel * f) as f32);
+                        values.set(i, k, f as f32);
                     }
                 };
-                let Some(pdf) = pdf else {
-                    carried.iter().enumerate().for_each(|(k, &nm)| value(k, self.surface.eval(wi, wo, nm)));
-                    return Ok(true);
-                };
-                let mut density = 0.0;
-                for (k, &nm) in carried.iter().enumerate() {
-                    let answer = self.surface.eval_pdf(wi, wo, nm);
-                    density += share * answer.pdf;
-                    value(k, answer.f);
+                match pdf {
+                    None => self.surface.eval(wi, wo, &carried, value),
+                    Some(pdf) => pdf.set(i, 0, self.surface.eval_pdf(wi, wo, &carried, value) as f32),
                 }
-                pdf.set(i, 0, density as f32);
                 Ok(true)
             })();
             if outcome != Ok(true) {
@@ -237,13 +230,7 @@ impl SurfaceHandle {
     /// Direction and density of one sample; its weight at each of the wavelengths goes to `weights`.
     fn sample(&self, wi: Vec3, carried: &[f64], u: [f64; 3], weights: &mut [f64]) -> Option<(Vec3, f64)> {
         let wo = self.surface.sample_direction(wi, carried, u)?;
-        let reflected = Pair::new(wi, wo)?.fresnel(self.index) * wo[2];
-        let mut pdf = 0.0;
-        for (weight, &nm) in weights.iter_mut().zip(carried) {
-            let answer = self.surface.eval_pdf(wi, wo, nm);
-            *weight = reflected * answer.f;
-            pdf += answer.pdf / carried.len() as f64;
-        }
+        let pdf = self.surface.eval_pdf(wi, wo, carried, |k, f| weights[k] = f * wo[2]);
         weights.iter_mut().for_each(|weight| *weight /= pdf);
         (pdf > 0.0).then_some((wo, pdf))
     }

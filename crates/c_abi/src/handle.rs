@@ -6,14 +6,13 @@ use ndarray::Array2;
 use serde::Serialize;
 use std::ffi::c_char;
 use sunbeam::cache::{Cache, Origin};
-use sunbeam::config::{BuildError, SurfaceConfig};
+use sunbeam::config::{BuildError, BuiltReport, BuiltSurface, SurfaceConfig};
 use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::{ComplexIndex, Surface, SurfaceReport};
+use sunbeam::table::Progress;
 
 /// A surface with its tables. It is never changed after it was made, so any number of threads may use it at once.
 pub struct SurfaceHandle {
-    pub(super) surface: Surface,
-    pub(super) index: Option<ComplexIndex>,
+    pub(super) surface: BuiltSurface,
     config: SurfaceConfig,
     origin: Origin,
 }
@@ -26,13 +25,12 @@ struct Description<'a> {
     /// Where the tables came from.
     origin: &'a Origin,
     #[serde(flatten)]
-    report: &'a SurfaceReport,
+    report: BuiltReport<'a>,
 }
 
 impl SurfaceHandle {
-    fn publish(surface: Surface, origin: Origin, config: SurfaceConfig, place: &mut *mut Self) {
-        let index = config.index();
-        *place = Box::into_raw(Box::new(Self { surface, index, config, origin }));
+    fn publish(surface: BuiltSurface, origin: Origin, config: SurfaceConfig, place: &mut *mut Self) {
+        *place = Box::into_raw(Box::new(Self { surface, config, origin }));
     }
 }
 
@@ -55,7 +53,8 @@ pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface
             (place, text("config_json", config_json)?)
         };
         let config = SurfaceConfig::from_json(json).map_err(BuildError::from)?;
-        let (surface, origin) = config.build(&Cache::from_env().map_err(BuildError::from)?)?;
+        let cache = Cache::from_env().map_err(BuildError::from)?;
+        let (surface, origin) = config.build_by_theory(&cache, &Progress::none())?;
         SurfaceHandle::publish(surface, origin, config, place);
         Ok(())
     })

@@ -58,7 +58,7 @@ impl CallError {
             Self::Overlap { .. } | Self::Size { .. } | Self::Items { .. } => Status::BadValue,
             Self::NotText { .. } | Self::Build(BuildError::Config(_) | BuildError::Cache(_)) => Status::BadConfig,
             Self::Build(BuildError::HeightField(_)) => Status::BadHeightField,
-            Self::Build(BuildError::Table(_) | BuildError::Colours(_)) => Status::BadTables,
+            Self::Build(BuildError::Table(_) | BuildError::Colours(_) | BuildError::Grating(_)) => Status::BadTables,
             Self::BufferTooSmall { .. } => Status::BufferTooSmall,
             Self::Panic(_) => Status::Internal,
         }

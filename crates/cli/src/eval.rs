@@ -53,5 +53,6 @@ fn answer(reflector: &Reflector, line: &[u8]) -> Result<Answer, String> {
     let (wi, wo) = (direction("wi", &query.wi)?, direction("wo", &query.wo)?);
     let wavelengths = query.wavelength.as_slice();
     reflector.check_wavelengths(wavelengths)?;
-    Ok(Answer { f: query.wavelength.map(|nm| reflector.eval(wi, wo, nm)), pdf: reflector.pdf(wi, wo, wavelengths) })
+    let f = query.wavelength.try_map(|nm| reflector.try_eval(wi, wo, nm))?;
+    Ok(Answer { f, pdf: reflector.pdf(wi, wo, wavelengths) })
 }

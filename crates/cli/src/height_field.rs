@@ -8,9 +8,11 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 use sunbeam::cache::Origin;
+use sunbeam::config::Theory;
+use sunbeam::grating::{GratingReport, profile_of};
 use sunbeam::height_field::{HeightField, Roughness, Seams, TileReport};
 use sunbeam::methods::TERMS_MAX;
-use sunbeam::reflectance::SurfaceReport;
+use sunbeam::reflectance::{SpectralIndex, SurfaceReport};
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
@@ -107,11 +109,20 @@ struct Report<'a> {
     preview: &'a Option<PathBuf>,
 }
 
+/// By either theory.
 #[derive(Serialize)]
-struct Tables {
-    origin: Origin,
-    #[serde(flatten)]
-    report: SurfaceReport,
+#[serde(untagged)]
+enum Tables {
+    Scalar {
+        origin: Origin,
+        #[serde(flatten)]
+        report: SurfaceReport,
+    },
+    Rigorous {
+        origin: Origin,
+        #[serde(flatten)]
+        report: GratingReport,
+    },
 }
 
 /// Runs `sunbeam height-field`.
@@ -143,8 +154,22 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
     let options = config.options();
     let tables = if args.tables {
         let cache = args.surface.cache()?;
-        let (surface, origin) = with_bar(|progress| cache.surface_watched(&field, &options, progress))?;
-        Some(Tables { origin, report: surface.report().clone() })
+        Some(match config.theory {
+            Theory::Scalar => {
+                let (surface, origin) = with_bar(|progress| cache.surface_watched(&field, &options, progress))?;
+                Tables::Scalar { origin, report: surface.report().clone() }
+            }
+            Theory::Rigorous => {
+                let index = config.index().map(SpectralIndex::Constant);
+                // A preset's own profile, unless something else became of its heights.
+                let changed = args.crop.is_some() || args.make_tileable.is_some();
+                let profile = if changed { profile_of(&field, config.tolerance)? } else { config.profile()? };
+                let (length_um, limit) = (config.coherence_length, config.build_limit);
+                let built =
+                    with_bar(|progress| cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress))?;
+                Tables::Rigorous { origin: built.1.clone(), report: *built.0.report() }
+            }
+        })
     } else {
         None
     };

@@ -14,6 +14,7 @@ mod eval;
 mod evaluate;
 mod height_field;
 pub mod method_args;
+mod orders;
 pub mod picture;
 mod png;
 mod progress;
@@ -56,6 +57,7 @@ enum Command {
     Sample(sample::SampleArgs),
     BrdfMap(brdf_map::BrdfMapArgs),
     HeightField(height_field::HeightFieldArgs),
+    Orders(Box<orders::OrdersArgs>),
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
     Compare(compare::CompareArgs),
@@ -71,6 +73,7 @@ pub fn run() -> ExitCode {
         Command::Sample(args) => sample::run(args),
         Command::BrdfMap(args) => brdf_map::run(args),
         Command::HeightField(args) => height_field::run(args),
+        Command::Orders(args) => orders::run(args),
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
         Command::Compare(args) => compare::run(args),

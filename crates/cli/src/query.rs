@@ -28,6 +28,16 @@ impl Numbers {
             Self::Many(numbers) => Self::Many(numbers.iter().map(|number| function(*number)).collect()),
         }
     }
+
+    /// `function` of each, or the first error.
+    pub fn try_map(&self, function: impl Fn(f64) -> Result<f64, String>) -> Result<Self, String> {
+        Ok(match self {
+            Self::One(number) => Self::One(function(*number)?),
+            Self::Many(numbers) => {
+                Self::Many(numbers.iter().map(|number| function(*number)).collect::<Result<_, _>>()?)
+            }
+        })
+    }
 }
 
 /// Reads one line; the error names the field where there is one.

@@ -8,7 +8,7 @@ use std::time::Instant;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::methods::{self, MethodKind, MethodOptions};
-use sunbeam::reflectance::ComplexIndex;
+use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 
 /// The adapter that is asked for, or that the environment names.
@@ -73,9 +73,10 @@ impl Realtime {
         let Self { kind, options, config } = self;
         let start = Instant::now();
         let field = config.height_field()?;
-        let method = methods::build(*kind, &field, &config.options(), options)?;
+        let surface = config.options_for(index.map(SpectralIndex::Constant).as_ref());
+        let method = methods::build(*kind, &field, &surface, options)?;
         let build_seconds = start.elapsed().as_secs_f64();
-        let optics = Optics { index, obliquity: config.obliquity, shadowing: config.shadowing };
+        let optics = Optics { index, obliquity: surface.obliquity, shadowing: surface.shadowing };
         let shader = Shader::new(gpu, &*method, &optics)?;
         let report = MethodReport {
             method: kind.name(),

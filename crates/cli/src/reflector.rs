@@ -6,9 +6,12 @@ use super::surface_args::SurfaceArgs;
 use rayon::prelude::*;
 use std::error::Error;
 use std::sync::Arc;
+use sunbeam::cache::{Cache, Origin};
 use sunbeam::colour::SpectralToRgb;
+use sunbeam::config::{SurfaceConfig, Theory};
+use sunbeam::grating::{ExactGrating, GratingSurface};
 use sunbeam::methods::{self, MethodOptions};
-use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, Surface, Vec3};
+use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, SpectralIndex, Surface, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Largest tile for which direct sums run side by side; those of larger ones are parallel within, and side by side
@@ -23,6 +26,8 @@ enum Evaluator {
     Exact(Box<Exact>),
     Table(Arc<Surface>),
     Realtime(Box<dyn methods::Method>),
+    Grating(Arc<(GratingSurface, Origin)>),
+    ExactGrating(Box<ExactGrating>),
 }
 
 /// A surface and the method that answers for it.
@@ -30,6 +35,8 @@ pub struct Reflector {
     evaluator: Evaluator,
     /// The sampler, where it was asked for or is needed anyway.
     surface: Option<Arc<Surface>>,
+    /// The same of a grating by Maxwell's equations.
+    grating: Option<Arc<(GratingSurface, Origin)>>,
     options: Options,
     index: Option<ComplexIndex>,
     side_by_side: bool,
@@ -48,9 +55,12 @@ impl Reflector {
             Method::Exact | Method::Table => args.config()?,
             Method::Realtime(kind) => args.realtime_config(kind, method_options)?,
         };
-        let field = config.height_field()?;
         let (options, index) = (config.options(), config.index());
         let cache = args.cache()?;
+        if config.theory == Theory::Rigorous {
+            return Self::rigorous(&config, method, &cache, sampler);
+        }
+        let field = config.height_field()?;
         let built = || with_bar(|progress| cache.surface_watched(&field, &options, progress));
         let surface = || built().map(|(surface, _)| Arc::new(surface));
         let (nx, ny) = field.size();
@@ -72,28 +82,75 @@ impl Reflector {
             }
         };
         let side_by_side = method != Method::Exact || nx * ny <= SIDE_BY_SIDE_PIXELS;
-        Ok(Self { evaluator, surface, options, index, side_by_side })
+        Ok(Self { evaluator, surface, grating: None, options, index, side_by_side })
     }
 
-    /// `f_r` in 1/sr, the Fresnel reflectance included.
+    /// A grating by Maxwell's equations; `one_by_one` where a question at a time is asked.
+    fn rigorous(
+        config: &SurfaceConfig,
+        method: Method,
+        cache: &Cache,
+        one_by_one: bool,
+    ) -> Result<Self, Box<dyn Error>> {
+        let index = config.index().map(SpectralIndex::Constant);
+        let tabulated = || with_bar(|progress| config.build_shared_grating(index.as_ref(), cache, progress));
+        let (evaluator, grating) = match method {
+            Method::Exact if one_by_one => {
+                let exact = ExactGrating::new(config.profile()?, index.clone(), config.coherence_length);
+                (Evaluator::ExactGrating(Box::new(exact)), None)
+            }
+            Method::Exact => {
+                let advice = "solves each question anew: here --method must be table";
+                return Err(format!("--method exact with --theory rigorous {advice}").into());
+            }
+            Method::Table => {
+                let built = tabulated()?;
+                (Evaluator::Grating(built.clone()), Some(built))
+            }
+            Method::Realtime(kind) => {
+                return Err(format!("--method {kind} knows a phase screen: --theory must be scalar").into());
+            }
+        };
+        let (options, index) = (config.options(), config.index());
+        Ok(Self { evaluator, surface: None, grating, options, index, side_by_side: true })
+    }
+
+    /// `f_r` in 1/sr, the interface's factor included.
+    ///
+    /// # Errors
+    /// Of a grating that is solved anew, what the solver refuses.
+    pub fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
+        match &self.evaluator {
+            Evaluator::ExactGrating(exact) => exact.eval(wi, wo, wavelength_nm).map_err(|error| error.to_string()),
+            _ => Ok(self.eval(wi, wo, wavelength_nm)),
+        }
+    }
+
+    /// [`Reflector::try_eval`] of what cannot be refused; zero of a grating that is solved anew.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
-        self.fresnel(&pair)
-            * match &self.evaluator {
-                Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
-                Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
-                Evaluator::Realtime(method) => {
-                    let spectral = method.relief_spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
-                    self.options.angular_factor(&pair) * f64::from(spectral)
-                }
+        let relief = match &self.evaluator {
+            Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
+            Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
+            Evaluator::Realtime(method) => {
+                let spectral = method.relief_spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
+                self.options.angular_factor(&pair) * f64::from(spectral)
             }
+            Evaluator::Grating(built) => return built.0.eval(wi, wo, wavelength_nm),
+            Evaluator::ExactGrating(_) => return 0.0,
+        };
+        self.interface(&pair) * relief
     }
 
     /// What the relief alone answers: `S/λ²` in 1/sr, `f_r` without `R·O·M` (what conserves energy, where it is asked for,
     /// stays in).
     pub fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
-        self.eval(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
+        if self.grating.is_some() {
+            // What the material reflects cannot be told from what the relief does.
+            return self.eval(wi, wo, wavelength_nm);
+        }
+        self.eval(wi, wo, wavelength_nm) / (self.interface(&pair) * self.options.angular_factor(&pair))
     }
 
     /// The integral of `f_r` over the visible spectrum in linear sRGB, by the method's own wavelengths where it has some,
@@ -104,15 +161,15 @@ impl Reflector {
         let factor = if method.is_shown_as_it_is() {
             1.0 / pair.cos_i
         } else {
-            self.fresnel(&pair) * self.options.angular_factor(&pair)
+            self.interface(&pair) * self.options.angular_factor(&pair)
         };
         let conserving = method.conserving(wi.map(|c| c as f32), wo.map(|c| c as f32));
         let response = method.relief_rgb(sum(&pair));
         std::array::from_fn(|c| factor * f64::from(response[c] * conserving[c]))
     }
 
-    fn fresnel(&self, pair: &Pair) -> f64 {
-        pair.fresnel(self.index)
+    fn interface(&self, pair: &Pair) -> f64 {
+        pair.interface(self.index, self.options.obliquity)
     }
 
     /// Refuses wavelengths that the method cannot answer for.
@@ -121,13 +178,13 @@ impl Reflector {
             return Err("\"wavelength\" is an empty array; at least one is needed".to_owned());
         }
         let range = match &self.evaluator {
-            Evaluator::Exact(_) => f64::MIN_POSITIVE..=f64::MAX,
-            Evaluator::Table(_) => WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM,
+            Evaluator::Exact(_) | Evaluator::ExactGrating(_) => f64::MIN_POSITIVE..=f64::MAX,
+            Evaluator::Table(_) | Evaluator::Grating(_) => WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM,
             Evaluator::Realtime(_) => VISIBLE_NM,
         };
         match wavelengths_nm.iter().find(|nm| !range.contains(nm)) {
             None => Ok(()),
-            Some(nm) if matches!(self.evaluator, Evaluator::Exact(_)) => {
+            Some(nm) if *range.end() == f64::MAX => {
                 Err(format!("\"wavelength\" is {nm} nm; it must be finite and positive"))
             }
             Some(nm) => Err(format!("\"wavelength\" is {nm} nm; it must be in [{}, {}]", range.start(), range.end())),
@@ -138,13 +195,21 @@ impl Reflector {
     /// them.
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
         let tabulated = |nm: &f64| (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(nm);
-        let surface = self.surface.as_ref().filter(|_| wavelengths_nm.iter().all(tabulated))?;
-        Some(surface.pdf(wi, wo, wavelengths_nm))
+        if !wavelengths_nm.iter().all(tabulated) {
+            return None;
+        }
+        match (&self.surface, &self.grating) {
+            (Some(surface), _) => Some(surface.pdf(wi, wo, wavelengths_nm)),
+            (None, grating) => grating.as_ref().map(|built| built.0.pdf(wi, wo, wavelengths_nm)),
+        }
     }
 
     /// A direction by the sampler, where there is one; see [`Surface::sample`].
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
-        self.surface.as_ref()?.sample(wi, wavelengths_nm, u)
+        match &self.surface {
+            Some(surface) => surface.sample(wi, wavelengths_nm, u),
+            None => self.grating.as_ref()?.0.sample(wi, wavelengths_nm, u),
+        }
     }
 
     /// `answer` of every item in order, computed side by side where that is sensible.

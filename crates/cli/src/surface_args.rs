@@ -7,10 +7,9 @@ use serde::de::value::{Error as NameError, StrDeserializer};
 use std::error::Error;
 use std::path::PathBuf;
 use sunbeam::cache::{Cache, CacheError};
-use sunbeam::config::{ConfigError, SurfaceConfig};
+use sunbeam::config::{ConfigError, ObliquityChoice, SurfaceConfig, Theory};
 use sunbeam::height_field::{Fill, Level, Preset};
 use sunbeam::methods::{MethodKind, MethodOptions, StamForm};
-use sunbeam::reflectance::Obliquity;
 use sunbeam::table::{Model, Tiling};
 
 /// A surface: its relief and how it answers to light.
@@ -48,15 +47,19 @@ pub struct SurfaceArgs {
     /// What is put where the file has no height [default: none, such a file is refused]
     #[arg(long, value_parser = names::<Fill, _>(Fill::ALL.map(Fill::name)))]
     fill: Option<Fill>,
+    /// By which theory the relief diffracts: a phase screen, or Maxwell's equations for one that varies along x alone
+    /// [default: scalar]
+    #[arg(long, value_parser = names::<Theory, _>(Theory::ALL.map(Theory::name)))]
+    theory: Option<Theory>,
     /// Four standard deviations of the coherence window in µm [default: 65]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     coherence_length: Option<f64>,
     /// Mean over all places of the window, or one window in a fixed place [default: ensemble]
     #[arg(long, value_parser = names::<Model, 2>(["ensemble", "patch"]))]
     model: Option<Model>,
-    /// Obliquity factor [default: stam]
-    #[arg(long, value_parser = names::<Obliquity, 2>(["stam", "unit"]))]
-    obliquity: Option<Obliquity>,
+    /// Obliquity factor; auto is small_slope with a k of at most a tenth of eta, else stam [default: auto]
+    #[arg(long, value_parser = names::<ObliquityChoice, _>(ObliquityChoice::ALL.map(ObliquityChoice::name)))]
+    obliquity: Option<ObliquityChoice>,
     /// Whether the tile repeats [default: periodic for presets, aperiodic for files]
     #[arg(long, value_parser = names::<Tiling, 2>(["periodic", "aperiodic"]))]
     tiling: Option<Tiling>,
@@ -104,6 +107,7 @@ impl SurfaceArgs {
             fill: self.fill,
             level: self.level,
             tiling: self.tiling,
+            theory: self.theory.unwrap_or_default(),
             coherence_length: self.coherence_length.unwrap_or(default.coherence_length),
             model: self.model.unwrap_or(default.model),
             obliquity: self.obliquity.unwrap_or(default.obliquity),
@@ -129,6 +133,7 @@ impl SurfaceArgs {
     pub fn realtime_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
         let (patch, conserve) = (kind.is_patch_only(), self.conserve_energy == Some(true));
         let wrong = [
+            (self.theory == Some(Theory::Rigorous), "a phase screen", "--theory", "scalar"),
             (patch && self.model == Some(Model::Ensemble), "one window in a fixed place", "--model", "patch"),
             (patch && self.tiling == Some(Tiling::Aperiodic), "a tile that repeats", "--tiling", "periodic"),
             (conserve && patch, "no albedo", "--conserve-energy", "false"),

@@ -25,10 +25,12 @@
  * level                 string           none, mean, plane, quadratic, lines: what is subtracted (plane for files, none
  *                                        for presets)
  * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
+ * theory                string           scalar, or rigorous: Maxwell's equations, for reliefs along x alone (scalar)
  * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;
  *                                        a change takes as long as building the tables
  * model                 string           ensemble, patch (ensemble)
- * obliquity             string           stam, unit (stam)
+ * obliquity             string           auto, stam, small_slope, unit (auto: small_slope where k is at most a tenth of
+ *                                        eta at every wavelength, else stam); small_slope needs numbers or spectra
  * conserve_energy       boolean          keeps the albedo at or below 1 (true for ensemble, false for patch)
  * shadowing             boolean          V-cavity shadowing and masking (false)
  * tolerance             float            relative error that tables are built to, in [1e-6, 0.1] (1e-3)
@@ -54,16 +56,19 @@
  *
  * S is the power spectrum of the phase screen exp(i kappa h), seen through a Gaussian window of coherent light; R is
  * the Fresnel reflectance at the half vector, O the obliquity factor (stam: (1 + wi.wo)^2 / (cos cos w^2), unit: 1),
- * M the optional V-cavity factor. The pigment adds
+ * M the optional V-cavity factor. With small_slope, the factor Q of first-order small-slope theory takes the place
+ * of R O (docs/model.md). The pigment adds
  *
  *     (1 - specular R(theta_i)) (1 - specular R(theta_o)) diffuse / pi.
  *
- * Component 0 is the diffracted light (glossy), component 1 the pigment where it is given. Polarised variants treat
- * both as depolarising.
+ * Component 0 is the diffracted light (glossy), component 1 the pigment where it is given. In polarised variants the
+ * diffracted light is polarised as the interface does it: by Fresnel's amplitudes at the half vector, or by the small
+ * slope's. The pigment depolarises, and so do the orders of the rigorous theory.
  *
  *   J. Stam: Diffraction Shaders. SIGGRAPH 1999.
  *   D. S. Dhillon et al.: Interactive Diffraction from Biological Nanostructures. Comput. Graph. Forum 33(8), 2014.
  *   D. S. Dhillon, A. Ghosh: Efficient Surface Diffraction Renderings with Chebyshev Approximations. SA TB 2016.
+ *   A. G. Voronovich: Small-slope approximation in wave scattering by rough surfaces. Sov. Phys. JETP 62(1), 1985.
  *   A. Krywonos, J. E. Harvey, N. Choi: Linear systems formulation of scattering theory. JOSA A 28(6), 2011.
  *
  * Use
@@ -80,9 +85,9 @@
  *     mi.file_resolver().append("<repository>/target/mitsuba")
  *     skin = mi.load_dict({"type": "diffraction", "preset": "xenopeltis", "eta": 1.56, "diffuse_reflectance": 0.05})
  *
- * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lobe.h the diffracted lobe, variants_*
- * the instantiations, checks.cpp what must hold before any of it runs, progress.cpp what the log is told while tables
- * are built. This file is the entry point.
+ * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lobe.h the diffracted lobe, interface.h
+ * what the interface does to it, variants_* the instantiations, checks.cpp what must hold before any of it runs,
+ * progress.cpp what the log is told while tables are built. This file is the entry point.
  */
 
 #include <stdexcept>

@@ -9,11 +9,11 @@
 #include <mitsuba/core/properties.h>
 #include <mitsuba/core/warp.h>
 #include <mitsuba/render/bsdf.h>
-#include <mitsuba/render/fresnel.h>
 #include <mitsuba/render/ior.h>
 #include <mitsuba/render/texture.h>
 
 #include "checks.h"
+#include "interface.h"
 #include "lobe.h"
 #include "parameters.h"
 #include "variants.h"
@@ -44,8 +44,10 @@ public:
 
     void parameters_changed(const std::vector<std::string> &keys = {}) override {
         auto has_changed = [&](const char *key) { return std::find(keys.begin(), keys.end(), key) != keys.end(); };
-        if (m_reflectance_inside && (has_changed("eta") || has_changed("k"))) {
-            m_lobe = DiffractionLobe<Float, Spectrum>(checked([&] { return m_lobe.surface().without_index(); }));
+        if (has_changed("eta") || has_changed("k")) {
+            m_perfect = false;
+            if (m_reflectance_inside)
+                m_lobe = DiffractionLobe<Float, Spectrum>(checked([&] { return m_lobe.surface().without_index(); }));
             m_reflectance_inside = false;
         }
         if (const float built = m_lobe.surface().coherence_length_um(); m_coherence_length != built) {
@@ -95,16 +97,15 @@ public:
             dr::select(pick_glossy, UInt32(+BSDFFlags::GlossyReflection), UInt32(+BSDFFlags::DiffuseReflection));
         active &= Frame3f::cos_theta(bs.wo) > 0.f;
 
-        const auto [value, pdf] = evaluate<true, true>(local, lobes, si, bs.wo, active);
+        const auto [value, pdf] = evaluate<true, true>(local, lobes, ctx, si, bs.wo, active);
         active &= pdf > 0.f;
-        bs.pdf                           = dr::select(active, pdf, 0.f);
-        const UnpolarizedSpectrum weight = dr::select(active, value / pdf, 0.f);
-        return { bs, depolarizer<Spectrum>(weight) };
+        bs.pdf = dr::select(active, pdf, 0.f);
+        return { bs, (dr::select(active, dr::rcp(pdf), 0.f) * value) & active };
     }
 
     Spectrum eval(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                   Mask active) const override {
-        return depolarizer<Spectrum>(answer<true, false>(ctx, si, wo, active).first);
+        return answer<true, false>(ctx, si, wo, active).first;
     }
 
     Float pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const override {
@@ -113,8 +114,7 @@ public:
 
     std::pair<Spectrum, Float> eval_pdf(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo,
                                         Mask active) const override {
-        const auto [value, pdf] = answer<true, true>(ctx, si, wo, active);
-        return { depolarizer<Spectrum>(value), pdf };
+        return answer<true, true>(ctx, si, wo, active);
     }
 
     std::tuple<Spectrum, Float, BSDFSample3f, Spectrum>
@@ -206,47 +206,64 @@ private:
     }
 
     /// `evaluate` where both directions lie above the surface, zero elsewhere.
-    template <bool Value, bool Density> std::pair<UnpolarizedSpectrum, Float>
+    template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         MI_MASKED_FUNCTION(ProfilerPhase::BSDFEvaluate, active);
         active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
         const Lobes lobes(*this, ctx);
         if (unlikely(lobes.none() || dr::none_or<false>(active)))
             return { 0.f, 0.f };
-        const auto [value, pdf] = evaluate<Value, Density>(localise(si, lobes, active), lobes, si, wo, active);
+        const auto [value, pdf] = evaluate<Value, Density>(localise(si, lobes, active), lobes, ctx, si, wo, active);
         return { value & active, dr::select(active, pdf, 0.f) };
     }
 
     /// Value times cosine, density, or both, of all wanted lobes: the one routine behind eval, pdf, and sample.
     template <bool Value, bool Density>
-    std::pair<UnpolarizedSpectrum, Float> evaluate(const Local &local, const Lobes &lobes,
-                                                   const SurfaceInteraction3f &si, const Vector3f &wo,
-                                                   Mask active) const {
-        UnpolarizedSpectrum value(0.f);
+    std::pair<Spectrum, Float> evaluate(const Local &local, const Lobes &lobes, const BSDFContext &ctx,
+                                        const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
+        Spectrum value(0.f);
         Float pdf(0.f);
         if (lobes.diffraction) {
             const Vector3f wi_grating = local.to_grating(si.wi), wo_grating = local.to_grating(wo);
+            UnpolarizedSpectrum relief(0.f);
             if constexpr (Value && Density)
-                std::tie(value, pdf) = m_lobe.eval_pdf(wi_grating, wo_grating, si.wavelengths, active);
+                std::tie(relief, pdf) = m_lobe.eval_pdf(wi_grating, wo_grating, si.wavelengths, active);
             else if constexpr (Value)
-                value = m_lobe.eval(wi_grating, wo_grating, si.wavelengths, active);
+                relief = m_lobe.eval(wi_grating, wo_grating, si.wavelengths, active);
             else
                 pdf = m_lobe.pdf(wi_grating, wo_grating, si.wavelengths, active);
-            // Of the angle of either direction with the half vector. The dot product with one of them would tell them
-            // apart by their rounding, which near the horizon is as large as this cosine.
             if constexpr (Value)
-                value *= m_reflectance_inside ? local.specular
-                                              : local.reflectance(dr::minimum(.5f * dr::norm(si.wi + wo), 1.f));
+                value = reflected(local, relief * local.specular, ctx, si.wi, wo);
             pdf *= local.prob_diffraction;
         }
         if (lobes.diffuse) {
             const Float lambertian = warp::square_to_cosine_hemisphere_pdf(wo);
             if constexpr (Value)
-                value += local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
-                         local.remainder(Frame3f::cos_theta(wo)) * lambertian;
+                value += depolarizer<Spectrum>(local.diffuse * local.remainder(Frame3f::cos_theta(si.wi)) *
+                                               local.remainder(Frame3f::cos_theta(wo)) * lambertian);
             pdf += (1.f - local.prob_diffraction) * lambertian;
         }
         return { value, pdf };
+    }
+
+    /// What becomes of the light that the relief sends from one direction to the other, by what the interface does to
+    /// it. It does so with all of that light alike, so nothing is depolarised; of Maxwell's orders the states are not
+    /// carried, so unpolarised light leaves.
+    Spectrum reflected(const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
+                       const Vector3f &wi, const Vector3f &wo) const {
+        if (m_lobe.surface().is_rigorous())
+            return depolarizer<Spectrum>(relief);
+        const Interface<Float, Spectrum> interface(local.ior, m_lobe.surface().is_small_slope(), m_perfect);
+        if constexpr (is_polarized_v<Spectrum>) {
+            const bool radiance   = ctx.mode == TransportMode::Radiance;
+            const Spectrum matrix = interface.mueller(radiance ? wo : wi, radiance ? wi : wo);
+            if (!m_reflectance_inside)
+                return relief * matrix;
+            const UnpolarizedSpectrum power = matrix(0, 0);
+            return dr::select(power > 0.f, relief / power, 0.f) * matrix;
+        } else {
+            return m_reflectance_inside ? relief : relief * interface.power(wi, wo);
+        }
     }
 
     /// Sets the textures and builds the surface. Everything is checked before the tables are built, since that takes
@@ -254,10 +271,9 @@ private:
     rust::Box<Surface> new_lobe_surface(const Properties &props) {
         const std::string json = surface_json(props);
         check_optics(props);
-        const std::string material = material_name(props);
-        std::optional<IndexSpectrum> index;
-        if constexpr (!is_spectral_v<Spectrum>)
-            index = index_spectrum(props, material);
+        const std::string material               = material_name(props);
+        const std::optional<IndexSpectrum> index = index_spectrum(props, material);
+        m_perfect                                = index && index->eta.empty();
         if (material != "none") {
             std::tie(m_eta, m_k) = complex_ior_from_file<Spectrum, Texture>(material);
         } else {
@@ -271,23 +287,26 @@ private:
         if (props.has_property("diffuse_reflectance"))
             m_diffuse_reflectance = props.get_texture<Texture>("diffuse_reflectance", 0.f);
         refuse_unknown(props);
-        if constexpr (is_spectral_v<Spectrum>) {
-            return checked([&] { return new_surface(rust_str(json)); });
-        } else {
-            IndexSamples samples;
-            m_reflectance_inside = index.has_value();
-            if (index) {
-                auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
-                    for (double value : from)
-                        to.push_back(value);
-                };
-                copy(index->eta_nm, samples.eta_nm);
-                copy(index->eta, samples.eta);
-                copy(index->k_nm, samples.k_nm);
-                copy(index->k, samples.k);
-            }
-            return checked([&] { return new_colour_surface(rust_str(json), samples); });
+        IndexSamples samples;
+        samples.known = index.has_value();
+        if (index) {
+            auto copy = [](const std::vector<double> &from, rust::Vec<double> &to) {
+                for (double value : from)
+                    to.push_back(value);
+            };
+            copy(index->eta_nm, samples.eta_nm);
+            copy(index->eta, samples.eta);
+            copy(index->k_nm, samples.k_nm);
+            copy(index->k, samples.k);
         }
+        return checked([&] {
+            rust::Box<Surface> surface = is_spectral_v<Spectrum> ? new_surface(rust_str(json), samples)
+                                                                 : new_colour_surface(rust_str(json), samples);
+            // The small slope's factor of a perfect conductor is not in colours, which have no index to be for.
+            m_reflectance_inside = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
+                                                              !(m_perfect && surface->is_small_slope()));
+            return surface;
+        });
     }
 
     /// What Rust answers; what it refuses becomes an error of Mitsuba's.
@@ -301,9 +320,11 @@ private:
 
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
     float m_coherence_length = 0.f;
-    /// Whether the lobe's values contain the Fresnel reflectance: in variants that carry colours, until `eta` or `k`
-    /// change, if these have wavelengths.
+    /// Whether the lobe's values contain what the interface does to light: in variants that carry colours, until `eta`
+    /// or `k` change, if these have wavelengths.
     bool m_reflectance_inside = false;
+    /// Whether everything is reflected, until `eta` or `k` change.
+    bool m_perfect = false;
     // The last member, because `new_lobe_surface` sets the others before it is made.
     DiffractionLobe<Float, Spectrum> m_lobe;
 

@@ -14,8 +14,8 @@
 namespace sunbeam {
 
 /// Directions are in the grating's frame and point away from the surface. Wavelengths are in nm in spectral variants
-/// and empty in the others, which carry colours. Values contain cosθo. In spectral variants they leave out the Fresnel
-/// reflectance; in the others it is inside if the surface was made with an index. All of it
+/// and empty in the others, which carry colours. Values contain cosθo. In spectral variants they leave out what the
+/// interface does to light (interface.h); in the others it is inside if the surface was made with an index. All of it
 /// is zero where `active` is false or a direction lies below the surface.
 template <typename Float, typename Spectrum> class DiffractionLobe {
 public:

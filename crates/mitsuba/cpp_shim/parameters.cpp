@@ -20,7 +20,7 @@ namespace sunbeam {
 namespace {
 
 // What each of these accepts is decided in one place for all interfaces: src/config.rs.
-constexpr const char *CHOICES[]  = { "preset", "channel", "fill", "level", "tiling", "model", "obliquity" };
+constexpr const char *CHOICES[]  = { "preset", "channel", "fill", "level", "tiling", "theory", "model", "obliquity" };
 constexpr const char *NUMBERS[]  = { "period",     "height",           "region_size", "region_spread", "pixel_size",
                                      "max_height", "coherence_length", "tolerance",   "build_limit" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
@@ -28,7 +28,7 @@ constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
     "tiling, "
-    "coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, build_limit, material, eta, k, "
+    "theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, build_limit, material, eta, k, "
     "specular_reflectance, diffuse_reflectance, rotation";
 
 std::string json_string(std::string_view text) {

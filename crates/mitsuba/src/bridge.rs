@@ -11,7 +11,8 @@ use std::any::Any;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use sunbeam::cache::{Cache, Origin};
-use sunbeam::config::{BuildError, SurfaceConfig};
+use sunbeam::config::{BuildError, ObliquityChoice, SurfaceConfig, Theory};
+use sunbeam::grating::{GratingColourSurface, GratingLobe, GratingSurface};
 use sunbeam::numeric::{Lanes, Numbers, Plain, Real};
 use sunbeam::reflectance::{
     self, ColourSurface, ComplexIndex, Gamut, SpectralIndex, SpectralIndexError, SpectralLobe, luminance,
@@ -54,8 +55,11 @@ mod ffi {
         along: f32,
     }
 
-    /// A complex index by wavelength: each part at wavelengths in nm of its own, or one value for all of them.
+    /// A complex index by wavelength: each part at wavelengths in nm of its own, or one value for all of them. Without values
+    /// everything is reflected.
     struct IndexSamples {
+        /// False where a texture or a colour gives it, which has no wavelengths.
+        known: bool,
         eta_nm: Vec<f64>,
         eta: Vec<f64>,
         k_nm: Vec<f64>,
@@ -67,14 +71,19 @@ mod ffi {
         type Surface;
 
         /// Builds a surface from a JSON object whose keys are the plugin's parameters, for variants that carry wavelengths.
-        fn new_surface(config_json: &str) -> Result<Box<Surface>>;
-        /// The same for variants that carry colours, with the Fresnel reflectance for an index inside unless it has no samples.
+        fn new_surface(config_json: &str, index: &IndexSamples) -> Result<Box<Surface>>;
+        /// The same for variants that carry colours, with what the interface does to light inside if the index is known and has
+        /// samples.
         fn new_colour_surface(config_json: &str, index: &IndexSamples) -> Result<Box<Surface>>;
         /// The same surface with another coherence length.
         fn with_coherence_length(self: &Surface, coherence_length_um: f32) -> Result<Box<Surface>>;
-        /// The same surface without a Fresnel reflectance inside.
+        /// The same surface without what the interface does to light inside.
         fn without_index(self: &Surface) -> Result<Box<Surface>>;
 
+        /// Whether the orders are those of Maxwell's equations, with what the material reflects inside.
+        fn is_rigorous(self: &Surface) -> bool;
+        /// Whether the interface does to light what the small-slope factor says, in place of the Fresnel reflectance.
+        fn is_small_slope(self: &Surface) -> bool;
         /// The coherence length in µm.
         fn coherence_length_um(self: &Surface) -> f32;
         /// One line that tells the surface, its tables and their error, for `str(bsdf)`.
@@ -124,6 +133,11 @@ enum PluginError {
     Version { compiled: String, running: String },
     #[error("parameters \"eta\" and \"k\": {0}")]
     Index(#[from] SpectralIndexError),
+    #[error(
+        "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or colours, \
+         and not changed later; {other:?} does not"
+    )]
+    UnknownIndex { parameter: &'static str, value: &'static str, other: &'static str },
     #[error(transparent)]
     Trace(#[from] TraceError),
     #[error(transparent)]
@@ -132,14 +146,45 @@ enum PluginError {
 
 /// What a BSDF instance owns on the Rust side.
 struct Surface {
-    config: SurfaceConfig,
+    recipe: Recipe,
     tables: Tables,
     identity: u64,
 }
 
+/// What a surface is made from.
+#[derive(Clone)]
+struct Recipe {
+    config: SurfaceConfig,
+    /// The index that it was asked for with; `None` reflects everything.
+    index: Option<SpectralIndex>,
+    /// Whether colours contain what the interface does to light.
+    inside: bool,
+}
+
 enum Tables {
     Spectral(Arc<(reflectance::Surface, Origin)>),
-    Colours(Arc<(ColourSurface, Origin)>, Option<SpectralIndex>),
+    Colours(Arc<(ColourSurface, Origin)>),
+    Grating(Arc<(GratingSurface, Origin)>),
+    GratingColours(Arc<(GratingColourSurface, Origin)>),
+}
+
+impl Recipe {
+    /// What JSON and samples amount to. Whatever becomes of the index later, the obliquity factor is that of the one given here.
+    fn new(config_json: &str, samples: &ffi::IndexSamples) -> Result<Self, PluginError> {
+        let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
+        let index = spectral_index(samples)?;
+        let small_slope = config.obliquity == ObliquityChoice::SmallSlope;
+        if !samples.known && config.theory == Theory::Rigorous {
+            return Err(PluginError::UnknownIndex { parameter: "theory", value: "rigorous", other: "scalar" });
+        }
+        if !samples.known && small_slope {
+            return Err(PluginError::UnknownIndex { parameter: "obliquity", value: "small_slope", other: "stam" });
+        }
+        if config.theory == Theory::Scalar {
+            config.obliquity = config.obliquity.resolved(index.as_ref()).into();
+        }
+        Ok(Self { config, index, inside: samples.known })
+    }
 }
 
 /// Part of the width of an order and of a knot that derivatives are differences over. The tables are smooth on that scale:
@@ -147,38 +192,70 @@ enum Tables {
 const STEP: f64 = 0.05;
 
 impl Surface {
-    fn spectral(config: SurfaceConfig) -> Result<Box<Self>, PluginError> {
+    fn spectral(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
-        let tables = logged(|progress| config.build_shared(&cache, progress))?;
-        Ok(Box::new(Self { config, identity: identity(tables.clone()), tables: Tables::Spectral(tables) }))
+        let Recipe { config, index, .. } = &recipe;
+        let tables = logged(|progress| config.build_shared(index.as_ref(), &cache, progress))?;
+        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::Spectral(tables) }))
     }
 
-    fn colours(config: SurfaceConfig, index: Option<SpectralIndex>) -> Result<Box<Self>, PluginError> {
+    fn colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
-        let tables = logged(|progress| config.build_shared_colours(index.as_ref(), &cache, progress))?;
-        Ok(Box::new(Self { config, identity: identity(tables.clone()), tables: Tables::Colours(tables, index) }))
+        let Recipe { config, index, inside } = &recipe;
+        let (index, inside) = (index.as_ref(), index.as_ref().filter(|_| *inside));
+        let tables = logged(|progress| config.build_shared_colours(index, inside, &cache, progress))?;
+        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::Colours(tables) }))
+    }
+
+    fn grating(recipe: Recipe) -> Result<Box<Self>, PluginError> {
+        let cache = Cache::from_env().map_err(BuildError::from)?;
+        let Recipe { config, index, .. } = &recipe;
+        let tables = logged(|progress| config.build_shared_grating(index.as_ref(), &cache, progress))?;
+        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::Grating(tables) }))
+    }
+
+    fn grating_colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
+        let cache = Cache::from_env().map_err(BuildError::from)?;
+        let Recipe { config, index, .. } = &recipe;
+        let tables = logged(|progress| config.build_shared_grating_colours(index.as_ref(), &cache, progress))?;
+        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::GratingColours(tables) }))
+    }
+
+    fn is_rigorous(&self) -> bool {
+        self.recipe.config.theory == Theory::Rigorous
+    }
+
+    fn is_small_slope(&self) -> bool {
+        self.recipe.config.obliquity == ObliquityChoice::SmallSlope
     }
 
     fn coherence_length_um(&self) -> f32 {
-        self.config.coherence_length as f32
+        self.recipe.config.coherence_length as f32
     }
 
     fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
         guard(|| {
             // The decimal number that was meant, not the binary neighbour of it.
             let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
-            let config = SurfaceConfig { coherence_length, ..self.config.clone() };
+            let mut recipe = self.recipe.clone();
+            recipe.config.coherence_length = coherence_length;
             match &self.tables {
-                Tables::Spectral(_) => Self::spectral(config),
-                Tables::Colours(_, index) => Self::colours(config, index.clone()),
+                Tables::Spectral(_) => Self::spectral(recipe),
+                Tables::Colours(_) => Self::colours(recipe),
+                Tables::Grating(_) => Self::grating(recipe),
+                Tables::GratingColours(_) => Self::grating_colours(recipe),
             }
         })
     }
 
     fn without_index(&self) -> Result<Box<Self>, PluginError> {
+        let recipe = Recipe { inside: false, ..self.recipe.clone() };
         guard(|| match &self.tables {
-            Tables::Spectral(_) => Self::spectral(self.config.clone()),
-            Tables::Colours(..) => Self::colours(self.config.clone(), None),
+            Tables::Spectral(_) => Self::spectral(recipe),
+            Tables::Colours(_) => Self::colours(recipe),
+            Tables::Grating(_) | Tables::GratingColours(_) => {
+                Err(PluginError::UnknownIndex { parameter: "theory", value: "rigorous", other: "scalar" })
+            }
         })
     }
 
@@ -186,9 +263,11 @@ impl Surface {
         guard(|| {
             let tables = match &self.tables {
                 Tables::Spectral(tables) => describe::tables(tables.0.report(), &tables.1),
-                Tables::Colours(tables, _) => describe::colours(&tables.0, &tables.1),
+                Tables::Colours(tables) => describe::colours(&tables.0, &tables.1),
+                Tables::Grating(tables) => describe::grating(&tables.0, tables.0.report().bytes, &tables.1),
+                Tables::GratingColours(tables) => describe::grating(tables.0.grating(), tables.0.bytes(), &tables.1),
             };
-            Ok(format!("{}; {tables}", describe::config(&self.config)))
+            Ok(format!("{}; {tables}", describe::config(&self.recipe.config)))
         })
     }
 
@@ -203,7 +282,12 @@ impl Surface {
     fn all_words(&self) -> [&[u32]; 3] {
         match &self.tables {
             Tables::Spectral(tables) => tables.0.words(),
-            Tables::Colours(tables, _) => tables.0.words(),
+            Tables::Colours(tables) => tables.0.words(),
+            Tables::Grating(tables) => [tables.0.words(), &[], &[]],
+            Tables::GratingColours(tables) => {
+                let [efficiencies, colours] = tables.0.words();
+                [efficiencies, colours, &[]]
+            }
         }
     }
 
@@ -216,11 +300,13 @@ impl Surface {
                 let across = [0, 1].map(|axis| shortest_um * layout.sigma[axis] / layout.period_um[axis]);
                 (across, shortest_um * layout.kappa_step / TAU)
             }
-            Tables::Colours(tables, _) => {
+            Tables::Colours(tables) => {
                 let table = tables.0.table();
                 let knots = table.rings().map(|ring| f64::from(ring.knots_per_w)).fold(1.0, f64::max);
                 ([shortest_um * table.report().order_sigma_per_um; 2], 1.0 / knots)
             }
+            Tables::Grating(tables) => ([shortest_um * tables.0.layout().sigma_per_um; 2], 1.0),
+            Tables::GratingColours(tables) => ([shortest_um * tables.0.grating().layout().sigma_per_um; 2], 1.0),
         };
         ffi::Steps { across: across.map(|width| (STEP * width) as f32), along: (STEP * along.min(1.0)) as f32 }
     }
@@ -275,8 +361,8 @@ impl Surface {
                 let real = |index| Var::borrowed(scope, index);
                 let (wi, other) = (arguments.wi.map(real), arguments.other.map(real));
                 let nm = match &self.tables {
-                    Tables::Spectral(_) => arguments.wavelengths_nm.map(real),
-                    Tables::Colours(..) => [wi[0]; 4],
+                    Tables::Spectral(_) | Tables::Grating(_) => arguments.wavelengths_nm.map(real),
+                    Tables::Colours(_) | Tables::GratingColours(_) => [wi[0]; 4],
                 };
                 let active = Var::borrowed(scope, arguments.active);
                 self.answer::<Traced>(words, Gamut::Keep, question, [wi, other], nm, active)
@@ -309,7 +395,31 @@ impl Surface {
                     _ => lobe.eval_pdf(wi, other, nm, active),
                 }
             }
-            Tables::Colours(tables, _) => {
+            Tables::Grating(tables) => {
+                let lobe = GratingLobe::<N> { layout: tables.0.layout(), words: words[0] };
+                let nm = wavelengths_nm.map(within_range);
+                match question {
+                    Question::Value => (lobe.eval(wi, other, nm, active), zero),
+                    Question::Density => ([zero; 4], lobe.pdf(wi, other, nm, active)),
+                    Question::Direction => (direction(lobe.sample(wi, nm, other, active)), zero),
+                    _ => lobe.eval_pdf(wi, other, nm, active),
+                }
+            }
+            Tables::GratingColours(tables) => {
+                let mut lobe = tables.0.lobe_over::<N>([words[0], words[1]]);
+                lobe.gamut = gamut;
+                let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
+                match question {
+                    Question::Value => (four(lobe.eval(wi, other, active)), zero),
+                    Question::Density => ([zero; 4], lobe.pdf(wi, other, active)),
+                    Question::Direction => (direction(lobe.sample(wi, other, active)), zero),
+                    _ => {
+                        let (colour, density) = lobe.eval_pdf(wi, other, active);
+                        (four(colour), density)
+                    }
+                }
+            }
+            Tables::Colours(tables) => {
                 let mut lobe = tables.0.lobe_over::<N>(words);
                 lobe.factors.gamut = gamut;
                 let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
@@ -375,14 +485,21 @@ fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
     *last
 }
 
-fn new_surface(config_json: &str) -> Result<Box<Surface>, PluginError> {
-    guard(|| Surface::spectral(SurfaceConfig::from_json(config_json).map_err(BuildError::from)?))
+fn new_surface(config_json: &str, index: &ffi::IndexSamples) -> Result<Box<Surface>, PluginError> {
+    guard(|| {
+        let recipe = Recipe::new(config_json, index)?;
+        if recipe.config.theory == Theory::Rigorous { Surface::grating(recipe) } else { Surface::spectral(recipe) }
+    })
 }
 
 fn new_colour_surface(config_json: &str, index: &ffi::IndexSamples) -> Result<Box<Surface>, PluginError> {
     guard(|| {
-        let config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
-        Surface::colours(config, spectral_index(index)?)
+        let recipe = Recipe::new(config_json, index)?;
+        if recipe.config.theory == Theory::Rigorous {
+            Surface::grating_colours(recipe)
+        } else {
+            Surface::colours(recipe)
+        }
     })
 }
 

@@ -1,7 +1,8 @@
 //! One line that tells a surface, for `str(bsdf)`.
 
 use sunbeam::cache::Origin;
-use sunbeam::config::{Source, SurfaceConfig};
+use sunbeam::config::{Source, SurfaceConfig, Theory};
+use sunbeam::grating::GratingSurface;
 use sunbeam::reflectance::{ColourSurface, SurfaceReport};
 
 /// The configuration.
@@ -13,6 +14,9 @@ pub fn config(config: &SurfaceConfig) -> String {
         }
         Source::File(path) => path.display().to_string(),
     };
+    if config.theory == Theory::Rigorous {
+        return format!("{source}; theory rigorous, over {} µm, level {}", config.coherence_length, config.level());
+    }
     // The parameters' own spelling.
     let name = |choice: &dyn std::fmt::Debug| format!("{choice:?}").to_lowercase();
     format!(
@@ -20,7 +24,7 @@ pub fn config(config: &SurfaceConfig) -> String {
         name(&config.model),
         config.coherence_length,
         name(&config.tiling()),
-        name(&config.obliquity),
+        config.obliquity.name(),
         config.level(),
         config.conserve_energy(),
         config.shadowing,
@@ -62,5 +66,17 @@ pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
         surface.table().report().rings,
         report.coherence_length_um,
         surface.table().report().spectral_error,
+    )
+}
+
+/// The table of a grating by Maxwell's equations.
+pub fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
+    let report = grating.report();
+    format!(
+        "Maxwell's orders in tables of {:.2} MB, {origin} ({:.2} s to build), {} places solved, an order off by {:.1e} in root mean square",
+        bytes as f64 / 1e6,
+        report.build_seconds,
+        report.solved,
+        report.rms,
     )
 }

@@ -64,7 +64,11 @@ impl OpticsUniform {
             eta: index.eta as f32,
             k: index.k as f32,
             reflects_all: u32::from(optics.index.is_none()),
-            obliquity: u32::from(optics.obliquity == Obliquity::Unit),
+            obliquity: match optics.obliquity {
+                Obliquity::Stam => 0,
+                Obliquity::Unit => 1,
+                Obliquity::SmallSlope => 2,
+            },
             shadowing: u32::from(optics.shadowing),
             shown_as_it_is: u32::from(shown_as_it_is),
         }

@@ -4,6 +4,7 @@ use sunbeam::methods::{COMMON_WGSL, MethodShader};
 
 const PAIR: &str = include_str!("wgsl/pair.wgsl");
 const FRESNEL: &str = include_str!("wgsl/fresnel.wgsl");
+const SMALL_SLOPE: &str = include_str!("wgsl/small_slope.wgsl");
 const OPTICS: &str = include_str!("wgsl/optics.wgsl");
 const QUERY: &str = include_str!("wgsl/query.wgsl");
 const FRAME: &str = include_str!("wgsl/frame.wgsl");
@@ -13,8 +14,8 @@ const TRACE: &str = include_str!("wgsl/trace.wgsl");
 
 /// The program of [`super::Shader`].
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
-    [COMMON_WGSL, method.wgsl, method.conserving, PAIR, FRESNEL, OPTICS, QUERY, include_str!("wgsl/shade.wgsl")]
-        .join("\n")
+    let shade = include_str!("wgsl/shade.wgsl");
+    [COMMON_WGSL, method.wgsl, method.conserving, PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, shade].join("\n")
 }
 
 /// Finds the triangle that each pixel sees.
@@ -34,7 +35,7 @@ pub(super) fn locate() -> String {
 
 /// Turns answered queries into a picture.
 pub(super) fn resolve() -> String {
-    [PAIR, FRESNEL, OPTICS, QUERY, FRAME, include_str!("wgsl/resolve.wgsl")].join("\n")
+    [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, include_str!("wgsl/resolve.wgsl")].join("\n")
 }
 
 #[cfg(test)]

@@ -2,12 +2,12 @@ use super::settings::Settings;
 use super::surface_form::SurfaceForm;
 use super::widgets::{choice, number, optional, row, switch};
 use eframe::egui::{self, Ui};
-use sunbeam::config::COHERENCE_LENGTH_UM;
+use sunbeam::config::{COHERENCE_LENGTH_UM, ObliquityChoice};
 use sunbeam::methods::{
     GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
     TERMS_MAX,
 };
-use sunbeam::reflectance::{ComplexIndex, Obliquity};
+use sunbeam::reflectance::ComplexIndex;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 
@@ -26,7 +26,7 @@ pub fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
             let length = egui::DragValue::new(&mut settings.surface.coherence_length);
             ui.add(length.range(COHERENCE_LENGTH_UM).speed(0.5).suffix(" µm").max_decimals(2));
         });
-        let obliquity = [(Obliquity::Stam, "stam"), (Obliquity::Unit, "unit")];
+        let obliquity = ObliquityChoice::ALL.map(|choice| (choice, choice.name()));
         choice(ui, "Obliquity", &mut settings.surface.obliquity, obliquity);
         switch(ui, "Shadowing", &mut settings.surface.shadowing);
         number(ui, "Rotation", &mut settings.view.rotation_deg, -360.0..=360.0, 0.5, "°");

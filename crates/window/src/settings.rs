@@ -1,9 +1,9 @@
 use super::orbit::Orbit;
 use super::sun::Sun;
 use std::time::Instant;
-use sunbeam::config::SurfaceConfig;
+use sunbeam::config::{ObliquityChoice, SurfaceConfig};
 use sunbeam::methods::{Method, MethodKind, MethodOptions, build};
-use sunbeam::reflectance::{ComplexIndex, Obliquity};
+use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
 use sunbeam::table::{Model, Tiling};
 use sunbeam_realtime::{GpuError, Optics, View};
 
@@ -28,7 +28,8 @@ pub struct Settings {
 impl Settings {
     /// The optics around the relief.
     pub fn optics(&self) -> Optics {
-        Optics { index: self.index, obliquity: self.surface.obliquity, shadowing: self.surface.shadowing }
+        let obliquity = self.surface.obliquity.resolved(self.index.map(SpectralIndex::Constant).as_ref());
+        Optics { index: self.index, obliquity, shadowing: self.surface.shadowing }
     }
 
     /// What the renderer draws.
@@ -43,7 +44,7 @@ impl Settings {
     pub fn recipe(&self) -> Recipe {
         // Optics are the shader's: changing them builds nothing.
         let mut surface = SurfaceConfig {
-            obliquity: Obliquity::default(),
+            obliquity: ObliquityChoice::default(),
             shadowing: false,
             conserve_energy: Some(false),
             ..self.surface.clone()

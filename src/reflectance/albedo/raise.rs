@@ -22,7 +22,7 @@ struct Look {
     at: [f64; 2],
     /// From zero for the first plane to one for the last.
     plane: f64,
-    /// The order that leaves along the surface at this plane's wavelength, if it was chosen for that (`Lobes::grazing_nm`).
+    /// The order whose ridge this plane's wavelength is on, if it was chosen for that (`Lobes::ridge_nm`).
     order: Option<usize>,
 }
 
@@ -64,7 +64,7 @@ impl<const K: usize> Source<'_, K> {
         // A little beyond the range and brought back, since the last planes have a gap on one side alone.
         let plane = ((gap as f64 + 1.5 * towards - 0.25) / gaps as f64).clamp(0.0, 1.0);
         let order = i.is_multiple_of(2).then_some(i / 2);
-        match order.and_then(|order| self.grazing_plane(layout, at, order)) {
+        match order.and_then(|order| self.ridge_plane(layout, at, order)) {
             Some(plane) => Look { at, plane, order },
             None => Look { at, plane, order: None },
         }
@@ -76,15 +76,15 @@ impl<const K: usize> Source<'_, K> {
         let [x, y, towards] = scattered(i).map(|t| (t - 0.5) * width);
         let at = [lacking.at[0] + x, lacking.at[1] + y];
         let plane = match lacking.order {
-            Some(order) => self.grazing_plane(layout, at, order)?,
+            Some(order) => self.ridge_plane(layout, at, order)?,
             None => (lacking.plane + towards / gaps::<K>(layout) as f64).clamp(0.0, 1.0),
         };
         Some(Look { at, plane, ..*lacking })
     }
 
-    /// Where a narrow order leaves along the surface, from zero for the shortest wavelength to one for the longest.
-    fn grazing_plane(&self, layout: &AlbedoLayout, at: [f64; 2], order: usize) -> Option<f64> {
-        let nm = self.lobes.grazing_nm(layout.direction(at).0, order)?;
+    /// Where a narrow order's ridge is, from zero for the shortest wavelength to one for the longest.
+    fn ridge_plane(&self, layout: &AlbedoLayout, at: [f64; 2], order: usize) -> Option<f64> {
+        let nm = self.lobes.ridge_nm(layout.direction(at).0, order)?;
         Some((nm - WAVELENGTH_MIN_NM) / (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM))
     }
 

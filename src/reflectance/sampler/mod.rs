@@ -46,9 +46,9 @@ impl Sampler {
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM)).product();
         let is_grating = axes.iter().any(|axis| axis.nodes == 1);
         if count <= if is_grating { ORDERS_MAX.0 } else { ORDERS_MAX.1 } {
-            return Self::orders(table, options.obliquity);
+            return Self::orders(table, options.proposed());
         }
-        Self::square(table, options.obliquity)
+        Self::square(table, options.proposed())
     }
 
     fn orders(table: &SpectralTable, obliquity: Obliquity) -> Self {

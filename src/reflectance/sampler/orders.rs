@@ -282,7 +282,7 @@ impl<N: Numbers> OrdersView<N> {
         let t = (place - interval).clip(lit(0.0), lit(1.0));
         let power = (high - low).fma(t, low) * part;
         match self.layout.obliquity {
-            Obliquity::Unit => power,
+            Obliquity::Unit | Obliquity::SmallSlope => power,
             Obliquity::Stam => {
                 let w_squared = w * w;
                 let sum = ax * ax + ay * ay + w_squared;

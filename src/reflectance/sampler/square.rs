@@ -159,7 +159,7 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
                     };
                     let g = match obliquity {
                         Obliquity::Stam => (squared + k * k).powi(2) / (k * k),
-                        Obliquity::Unit => 1.0,
+                        Obliquity::Unit | Obliquity::SmallSlope => 1.0,
                     };
                     sum += power * g;
                     count += 1;

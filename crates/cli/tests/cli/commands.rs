@@ -167,7 +167,13 @@ fn swapping_the_directions_changes_nothing() {
     let line = |a: &[f64; 3], b: &[f64; 3]| json!({"wi": a, "wo": b, "wavelength": 520}).to_string();
     let forth: Vec<_> = pairs.iter().map(|(a, b)| line(a, b)).collect();
     let back: Vec<_> = pairs.iter().map(|(a, b)| line(b, a)).collect();
-    for extra in [&["--eta", "0.2", "--k", "3"][..], &["--model", "patch", "--shadowing"], &["--method", "exact"]] {
+    for extra in [
+        &["--eta", "0.2", "--k", "3"][..],
+        &["--eta", "1.56"],
+        &["--obliquity", "small_slope"],
+        &["--model", "patch", "--shadowing"],
+        &["--method", "exact"],
+    ] {
         let arguments = [&["--preset", "blazed", "--coherence-length", "30"], extra].concat();
         for (a, b) in eval(&arguments, &forth).iter().zip(eval(&arguments, &back)) {
             let (a, b) = (a["f"].as_f64().unwrap(), b["f"].as_f64().unwrap());

@@ -11,6 +11,7 @@ struct Pair {
 
 const PAIR_COSINE_MIN: f32 = 1e-7;
 const PAIR_OBLIQUITY_STAM: u32 = 0u;
+const PAIR_OBLIQUITY_SMALL_SLOPE: u32 = 2u;
 
 // A comparison of the bits, since compilers may assume that there is no NaN.
 fn pair_is_finite(v: vec3<f32>) -> bool {

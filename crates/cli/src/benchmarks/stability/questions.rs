@@ -126,6 +126,7 @@ fn drawn(random: &mut Random) -> Result<Drawn, HeightFieldError> {
         model: if coin() { Model::Ensemble } else { Model::Patch },
         tiling: if coin() { Tiling::Periodic } else { Tiling::Aperiodic },
         obliquity: if coin() { Obliquity::Stam } else { Obliquity::Unit },
+        index: None,
         conserve_energy: coin(),
         shadowing: coin(),
         tolerance,

@@ -1,0 +1,84 @@
+//! What a configuration builds, with what the material reflects inside, whichever theory it is by.
+
+use crate::cache::Origin;
+use crate::grating::{GratingReport, GratingSurface};
+use crate::reflectance::{Answer, ComplexIndex, Pair, Surface, SurfaceReport, Vec3};
+use serde::Serialize;
+use std::sync::Arc;
+
+/// A surface by one of the theories.
+pub enum BuiltSurface {
+    /// By the phase screen, with the index of the material, `None` to reflect everything.
+    Scalar(Box<Surface>, Option<ComplexIndex>),
+    /// By Maxwell's equations.
+    Rigorous(Arc<(GratingSurface, Origin)>),
+}
+
+/// What building took and gave, by the theory.
+#[derive(Serialize)]
+#[serde(untagged)]
+#[allow(missing_docs)] // They are said at the reports.
+pub enum BuiltReport<'a> {
+    Scalar(&'a SurfaceReport),
+    Rigorous(&'a GratingReport),
+}
+
+impl BuiltSurface {
+    pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>) -> Self {
+        Self::Scalar(Box::new(surface), index)
+    }
+
+    /// What building took and gave.
+    pub fn report(&self) -> BuiltReport<'_> {
+        match self {
+            Self::Scalar(surface, _) => BuiltReport::Scalar(surface.report()),
+            Self::Rigorous(built) => BuiltReport::Rigorous(built.0.report()),
+        }
+    }
+
+    /// What the interface makes of light between two directions, where that is not in the values.
+    fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
+        match self {
+            Self::Scalar(surface, index) => {
+                Pair::new(wi, wo).map_or(0.0, |pair| pair.interface(*index, surface.options().obliquity))
+            }
+            Self::Rigorous(_) => 1.0,
+        }
+    }
+
+    /// `f_r` in 1/sr at each of the wavelengths in nm, without the cosine; zero unless both directions lie above the surface.
+    pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
+        let interface = self.interface(wi, wo);
+        for (k, &nm) in wavelengths_nm.iter().enumerate() {
+            let f = match self {
+                Self::Scalar(surface, _) => surface.eval(wi, wo, nm),
+                Self::Rigorous(built) => built.0.eval(wi, wo, nm),
+            };
+            each(k, interface * f);
+        }
+    }
+
+    /// [`BuiltSurface::eval`]; returns the density of [`BuiltSurface::sample_direction`], the mean over the wavelengths.
+    pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) -> f64 {
+        let interface = self.interface(wi, wo);
+        let mut density = 0.0;
+        for (k, &nm) in wavelengths_nm.iter().enumerate() {
+            let Answer { f, pdf } = match self {
+                Self::Scalar(surface, _) => surface.eval_pdf(wi, wo, nm),
+                Self::Rigorous(built) => built.0.eval_pdf(wi, wo, nm),
+            };
+            density += pdf;
+            each(k, interface * f);
+        }
+        density / wavelengths_nm.len().max(1) as f64
+    }
+
+    /// A direction for the wavelengths carried (at least one, nm) from three random numbers in [0, 1); `None` where it lies below
+    /// the horizon, or `wi` does.
+    pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
+        match self {
+            Self::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),
+            Self::Rigorous(built) => built.0.sample_direction(wi, wavelengths_nm, u),
+        }
+    }
+}

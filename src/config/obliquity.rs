@@ -1,0 +1,88 @@
+//! The obliquity factor as users choose it.
+
+use crate::reflectance::{Obliquity, SpectralIndex};
+use serde::{Deserialize, Serialize};
+
+/// The obliquity factor as users choose it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ObliquityChoice {
+    /// `small_slope` for a dielectric ([`SpectralIndex::is_dielectric`]: `k` is at most a tenth of `eta` at every wavelength that it
+    /// is given for), `stam` for a conductor and for what reflects everything.
+    #[default]
+    Auto,
+    /// [`Obliquity::Stam`].
+    Stam,
+    /// [`Obliquity::SmallSlope`].
+    SmallSlope,
+    /// [`Obliquity::Unit`].
+    Unit,
+}
+
+impl ObliquityChoice {
+    /// All of them, the default first.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Stam, Self::SmallSlope, Self::Unit];
+
+    /// The name that users give.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Stam => "stam",
+            Self::SmallSlope => "small_slope",
+            Self::Unit => "unit",
+        }
+    }
+
+    /// What it is for an index, `None` for a surface that reflects everything.
+    pub fn resolved(self, index: Option<&SpectralIndex>) -> Obliquity {
+        match self {
+            Self::Auto if index.is_some_and(SpectralIndex::is_dielectric) => Obliquity::SmallSlope,
+            Self::Auto | Self::Stam => Obliquity::Stam,
+            Self::SmallSlope => Obliquity::SmallSlope,
+            Self::Unit => Obliquity::Unit,
+        }
+    }
+}
+
+impl From<Obliquity> for ObliquityChoice {
+    fn from(obliquity: Obliquity) -> Self {
+        match obliquity {
+            Obliquity::Stam => Self::Stam,
+            Obliquity::SmallSlope => Self::SmallSlope,
+            Obliquity::Unit => Self::Unit,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::SurfaceConfig;
+    use crate::reflectance::ComplexIndex;
+
+    #[test]
+    fn obliquity_follows_the_index_unless_it_is_given() {
+        let constant = |eta, k| Some(SpectralIndex::Constant(ComplexIndex { eta, k }));
+        // Silicon's index is a dielectric's at long wavelengths alone.
+        let silicon = [(400.0, 5.57, 0.39), (450.0, 4.7, 0.6), (700.0, 3.8, 0.01)];
+        let silicon = silicon.map(|(nm, eta, k)| (nm, ComplexIndex { eta, k })).to_vec();
+        for (index, expected) in [
+            (None, Obliquity::Stam),
+            (constant(1.56, 0.0), Obliquity::SmallSlope),
+            (constant(1.56, 0.15), Obliquity::SmallSlope),
+            (constant(1.56, 0.16), Obliquity::Stam),
+            (constant(1.0, 6.9), Obliquity::Stam),
+            (Some(SpectralIndex::sampled(silicon).unwrap()), Obliquity::Stam),
+        ] {
+            assert_eq!(ObliquityChoice::Auto.resolved(index.as_ref()), expected, "{index:?}");
+            assert_eq!(ObliquityChoice::Unit.resolved(index.as_ref()), Obliquity::Unit);
+        }
+        for choice in ObliquityChoice::ALL {
+            assert_eq!(serde_json::to_string(&choice).unwrap(), format!("{:?}", choice.name()));
+        }
+        let skin = SurfaceConfig::from_json(r#"{"eta": 1.56}"#).unwrap().options();
+        assert_eq!((skin.obliquity, skin.index), (Obliquity::SmallSlope, constant(1.56, 0.0)));
+        let metal = SurfaceConfig::from_json(r#"{"eta": 1.0, "k": 6.9}"#).unwrap().options();
+        assert_eq!((metal.obliquity, metal.index), (Obliquity::Stam, None));
+    }
+}

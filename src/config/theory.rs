@@ -1,0 +1,89 @@
+//! By which theory a relief is taken to diffract.
+
+use super::{ConfigError, Source, SurfaceConfig};
+use crate::height_field::Preset;
+use crate::table::{Model, Tiling};
+use serde::{Deserialize, Serialize};
+
+/// By which theory a relief is taken to diffract.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Theory {
+    /// A phase screen: any relief (docs/model.md#the-reflectance).
+    #[default]
+    Scalar,
+    /// Maxwell's equations: reliefs that vary along x alone (docs/model.md#gratings-by-maxwells-equations).
+    Rigorous,
+}
+
+impl Theory {
+    /// Both, the default first.
+    pub const ALL: [Self; 2] = [Self::Scalar, Self::Rigorous];
+
+    /// The name that users give.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Scalar => "scalar",
+            Self::Rigorous => "rigorous",
+        }
+    }
+}
+
+impl SurfaceConfig {
+    /// Refuses what Maxwell's equations have no use for.
+    pub(super) fn validate_theory(&self) -> Result<(), ConfigError> {
+        if self.theory == Theory::Scalar {
+            return Ok(());
+        }
+        let scalar = "theory \"scalar\" has it";
+        let wrong = [
+            ("model", self.model == Model::Patch, scalar),
+            ("shadowing", self.shadowing, "orders contain what the relief shadows"),
+            ("conserve_energy", self.conserve_energy == Some(false), "orders keep energy by themselves"),
+            ("tiling", self.tiling == Some(Tiling::Aperiodic), "a grating is one period, repeated"),
+            ("obliquity", self.obliquity != super::ObliquityChoice::Auto, scalar),
+        ];
+        let contradiction = |parameter, advice| {
+            let other = "theory \"rigorous\"".to_owned();
+            Err(ConfigError::Contradiction { parameter, other, advice })
+        };
+        if let Some((parameter, _, advice)) = wrong.into_iter().find(|(_, wrong, _)| *wrong) {
+            return contradiction(parameter, advice);
+        }
+        match self.source() {
+            Source::Preset(Preset::Cd | Preset::Elaphe | Preset::Xenopeltis) => contradiction(
+                "preset",
+                "it takes reliefs that vary along x alone: \"blazed\", \"sinusoidal\", \"lamellar\", \"flat\", or a file of one",
+            ),
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_theory_has_no_use_for_is_named() {
+        for (parameter, json) in [
+            ("model", r#"{"preset":"blazed","theory":"rigorous","model":"patch"}"#),
+            ("shadowing", r#"{"preset":"blazed","theory":"rigorous","shadowing":true}"#),
+            ("conserve_energy", r#"{"preset":"blazed","theory":"rigorous","conserve_energy":false}"#),
+            ("tiling", r#"{"filename":"a.npy","theory":"rigorous","tiling":"aperiodic"}"#),
+            ("obliquity", r#"{"preset":"blazed","theory":"rigorous","obliquity":"unit"}"#),
+            ("preset", r#"{"preset":"elaphe","theory":"rigorous"}"#),
+            ("preset", r#"{"theory":"rigorous"}"#),
+        ] {
+            let message = SurfaceConfig::from_json(json).expect_err(json).to_string();
+            assert!(message.starts_with(&format!("parameter {parameter:?} contradicts theory")), "{message}");
+        }
+        for preset in ["blazed", "sinusoidal", "lamellar", "flat"] {
+            let json = format!(r#"{{"preset":"{preset}","theory":"rigorous","eta":1.0,"k":6.9}}"#);
+            assert_eq!(SurfaceConfig::from_json(&json).unwrap().theory, Theory::Rigorous);
+        }
+        for theory in Theory::ALL {
+            assert_eq!(serde_json::to_string(&theory).unwrap(), format!("{:?}", theory.name()));
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! The small-slope factor Q and its four amplitudes (docs/model.md#the-small-slope-factor): the first-order small-slope
+//! approximation (Voronovich 1985), whose kernel is Rice's first-order perturbation (Rice 1951).
+//!
+//! [`small_slope`] is written once for all families of numbers and needs unpolarised light alone; [`small_slope_amplitudes`] is
+//! the same in complex double precision, with the phases.
+
+use super::fresnel::transmitted;
+use super::geometry::{COSINE_MIN, squared};
+use super::{ComplexIndex, Vec3};
+use crate::numeric::Real;
+use rustfft::num_complex::Complex64;
+
+/// The azimuth's cosine is a quotient by the product of both sines, which is not taken below this. Nearer to the normal nothing
+/// depends on the azimuth between the directions, which is lost to rounding there.
+const SINES_MIN: f64 = 1e-6;
+/// Smallest divisor, so that nothing overflows in single precision.
+const TINY: f64 = 1e-18;
+
+/// What becomes of the two linear states at an interface, as square roots of power: the first letter is the state of the
+/// light that leaves, the second of the light that arrives.
+///
+/// s is perpendicular to the plane of the light's own direction and the normal: `z × k`, with `k` where the light travels to.
+/// p is `k × s`. Time goes as `exp(−iωt)`, so that an index that absorbs is `eta + ik`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Amplitudes {
+    /// From s to s.
+    pub ss: Complex64,
+    /// From p to s.
+    pub sp: Complex64,
+    /// From s to p.
+    pub ps: Complex64,
+    /// From p to p.
+    pub pp: Complex64,
+}
+
+impl Amplitudes {
+    /// What becomes of unpolarised light: the factor Q.
+    pub fn unpolarised(&self) -> f64 {
+        0.5 * [self.ss, self.sp, self.ps, self.pp].map(|a| a.norm_sqr()).iter().sum::<f64>()
+    }
+}
+
+/// The amplitudes of the small-slope factor for light that comes from `wi` and leaves to `wo`, both of unit length, above the
+/// surface and pointing away from it; without an index those of a perfect conductor (the limit of a large `k`).
+///
+/// They are Fresnel's at the mirror direction. The other way round, `sp` and `ps` change places, with the sign of the azimuth.
+pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -> Amplitudes {
+    let (q0, q) = (wi[2].max(COSINE_MIN), wo[2].max(COSINE_MIN));
+    let (k0, k) = (wi[0].hypot(wi[1]), wo[0].hypot(wo[1]));
+    // Along the normal, any azimuth is as good as another.
+    let unit = |w: Vec3, length: f64, sign: f64| (length > 0.0).then(|| [sign * w[0] / length, sign * w[1] / length]);
+    let (to, from) = (unit(wo, k, 1.0), unit(wi, k0, -1.0));
+    let to = to.or(from).unwrap_or([1.0, 0.0]);
+    let from = from.unwrap_or(to);
+    let (cos, sin) = (from[0] * to[0] + from[1] * to[1], from[0] * to[1] - from[1] * to[0]);
+    let g = 2.0 * (q * q0).sqrt() / (q + q0);
+    let amplitudes = |ss: Complex64, sp, ps, pp| Amplitudes { ss: g * ss, sp: g * sp, ps: g * ps, pp: g * pp };
+    let Some(ComplexIndex { eta, k: absorption }) = index else {
+        let real = |value: f64| Complex64::new(value, 0.0);
+        return amplitudes(real(-cos), real(sin / q0), real(sin / q), real((cos - k * k0) / (q * q0)));
+    };
+    let n = Complex64::new(eta, absorption);
+    let eps = n * n;
+    let below = |k: f64| (eps - k * k).sqrt();
+    let (q2, q20) = (below(k), below(k0));
+    let (s, s0) = (q + q2, q0 + q20);
+    let (p, p0) = (eps * q + q2, eps * q0 + q20);
+    let contrast = eps - 1.0;
+    amplitudes(
+        -contrast * cos / (s * s0),
+        contrast * q20 * sin / (s * p0),
+        contrast * q2 * sin / (p * s0),
+        contrast * (q2 * q20 * cos - eps * (k * k0)) / (p * p0),
+    )
+}
+
+/// The small-slope factor Q for unpolarised light, of the scattering vector `wi + wo` and the two cosines, not below
+/// [`COSINE_MIN`]; without an index that of a perfect conductor.
+#[inline(always)]
+pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<ComplexIndex>) -> R {
+    let lit = R::lit;
+    let one = lit(1.0);
+    let (q_squared, q0_squared, q_q0) = (q * q, q0 * q0, q * q0);
+    let half = lit(0.5) * squared(sum);
+    // Products of the tangential components: of their lengths, and themselves.
+    let sines = ((one - q_squared) * (one - q0_squared)).max(lit(0.0)).sqrt();
+    let divisor = sines.max(lit(SINES_MIN));
+    let cos = ((one + q_q0 - half) / divisor).clip(-one, one);
+    let cos_squared = cos * cos;
+    let sin_squared = one - cos_squared;
+    let w = q + q0;
+    let per_w_squared = one / (w * w);
+    let Some(index) = index else {
+        // cos − sines. Where both directions graze the surface these cancel, and nothing does in the other form.
+        let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - half) / divisor;
+        let difference = R::select(sines.lt(lit(0.5)), cos - sines, grazing);
+        let crossed = sin_squared * (q_squared + q0_squared);
+        let straight = difference.fma(difference, cos_squared * q_q0 * q_q0);
+        return lit(2.0) * per_w_squared * (straight + crossed) / q_q0;
+    };
+    let ComplexIndex { eta, k } = index;
+    let (re, im) = (eta * eta - k * k, 2.0 * eta * k);
+    // Squares of absolute values, for either direction: of the transmitted normal component, and of the reciprocals of the
+    // denominators of s and p.
+    let of_direction = |q: R, q_squared: R| {
+        let (a, b) = transmitted(one - q_squared, index);
+        let b_squared = b * b;
+        let s = q + a;
+        let (p_re, p_im) = (q.fma(lit(re), a), q.fma(lit(im), b));
+        let per = |squared: R| one / squared.max(lit(TINY));
+        (a, b, a.fma(a, b_squared), per(s.fma(s, b_squared)), per(p_re.fma(p_re, p_im * p_im)))
+    };
+    let (a, b, t, s, p) = of_direction(q, q_squared);
+    let (a0, b0, t0, s0, p0) = of_direction(q0, q0_squared);
+    let pp_re = (a * a0 - b * b0) * cos - lit(re) * sines;
+    let pp_im = (a * b0 + b * a0) * cos - lit(im) * sines;
+    let straight = (cos_squared * s).fma(s0, pp_re.fma(pp_re, pp_im * pp_im) * p * p0);
+    let crossed = sin_squared * (t * p * s0 + t0 * s * p0);
+    let contrast = (re - 1.0) * (re - 1.0) + im * im;
+    lit(2.0 * contrast) * q_q0 * per_w_squared * (straight + crossed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Obliquity, Pair};
+    use super::*;
+    use crate::height_field::random::Random;
+
+    const INDICES: [(f64, f64); 7] =
+        [(1.56, 0.0), (1.02, 0.0), (0.7, 0.0), (1.5, 0.1), (0.2, 3.4), (1.0, 6.9), (1e-3, 1e-3)];
+
+    fn indices() -> impl Iterator<Item = Option<ComplexIndex>> {
+        INDICES.into_iter().map(|(eta, k)| Some(ComplexIndex { eta, k })).chain([None])
+    }
+
+    /// Two directions, one in eight of them the normal and one in eight close to the horizon.
+    fn directions(random: &mut Random) -> [Vec3; 2] {
+        [0, 1].map(|_| {
+            let cos: f64 = match (random.unit() * 8.0) as u32 {
+                0 => 1.0,
+                1 => 1e-3 + 1e-2 * random.unit(),
+                _ => random.between(0.01, 1.0),
+            };
+            let (sin, turn) = ((1.0 - cos * cos).sqrt(), std::f64::consts::TAU * random.unit());
+            [sin * turn.cos(), sin * turn.sin(), cos]
+        })
+    }
+
+    #[test]
+    fn every_family_has_the_power_of_the_amplitudes() {
+        // In double precision roundings, which large conductors' cancelling products multiply by |ε|; in single some ten of them,
+        // and at grazing angles the azimuth's own.
+        const DOUBLE: f64 = 1e-7;
+        const SINGLE: f64 = 1e-4;
+        let mut random = Random::new(7);
+        for index in indices() {
+            for _ in 0..2000 {
+                let [wi, wo] = directions(&mut random);
+                let expected = small_slope_amplitudes(wi, wo, index).unpolarised();
+                let pair = Pair::new(wi, wo).unwrap();
+                let found = pair.interface(index, Obliquity::SmallSlope);
+                assert!(
+                    (found - expected).abs() <= DOUBLE * (expected + 0.01),
+                    "{index:?} {wi:?} {wo:?}: {found} {expected}"
+                );
+                let [sum, cosines] =
+                    [[pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o, 0.0]].map(|v| v.map(|c| c as f32));
+                let single = f64::from(small_slope(sum, [cosines[0], cosines[1]], index));
+                let most = SINGLE * (expected + 0.01) / wi[2].min(wo[2]);
+                assert!((single - expected).abs() <= most, "{index:?} {wi:?} {wo:?}: {single} {expected}");
+            }
+        }
+    }
+
+    /// At the mirror direction both states have Fresnel's amplitudes (Born & Wolf, section 1.5), at every angle and azimuth.
+    #[test]
+    fn the_mirror_direction_has_fresnels_amplitudes() {
+        const ROUNDING: f64 = 1e-12;
+        for index in INDICES.map(|(eta, k)| ComplexIndex { eta, k }) {
+            let n = Complex64::new(index.eta, index.k);
+            for i in 0..400 {
+                let (angle, turn) = (f64::from(i % 90).to_radians(), f64::from(i));
+                let (sin, cos) = angle.sin_cos();
+                let (x, y) = (sin * turn.cos(), sin * turn.sin());
+                let found = small_slope_amplitudes([x, y, cos], [-x, -y, cos], Some(index));
+                let inside = (n * n - sin * sin).sqrt();
+                let s = (cos - inside) / (cos + inside);
+                let p = (n * n * cos - inside) / (n * n * cos + inside);
+                assert!((found.ss - s).norm() < ROUNDING && (found.pp - p).norm() < ROUNDING, "{index:?} {i}");
+                assert!(found.sp.norm() < ROUNDING && found.ps.norm() < ROUNDING, "{index:?} {i}");
+            }
+        }
+    }
+
+    type Vector = [Complex64; 3];
+
+    fn cross(a: Vector, b: Vector) -> Vector {
+        [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
+    }
+
+    /// Tangential components of the electric and the magnetic field at z = 0, and the two normal ones, of the states s and p of
+    /// a plane wave in a medium of index `n`. Wave vectors are in units of that of free space.
+    fn states(k: Vector, n: Complex64) -> [([Vector; 2], Complex64); 2] {
+        let length = (k[0].re * k[0].re + k[1].re * k[1].re).sqrt();
+        let s = [-k[1] / length, k[0] / length, Complex64::default()];
+        let p = cross(k, s).map(|c| c / n);
+        [s, p].map(|electric| ([electric, cross(k, electric)], k[2]))
+    }
+
+    /// Amplitudes of the first order of a relief of height `exp(iK·x)`, `K` what leads from `wi` to `wo`, per `kh`, from the
+    /// boundary conditions expanded to first order: the tangential fields of both sides, on the surface as it is. `[out][in]`.
+    fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[Complex64; 2]; 2] {
+        type Fields = nalgebra::Vector4<Complex64>;
+        let tangential = |fields: &[Vector; 2]| Fields::new(fields[0][0], fields[0][1], fields[1][0], fields[1][1]);
+        let one = Complex64::new(1.0, 0.0);
+        let wave = |x: f64, y: f64, sign: f64, n: Complex64| {
+            let z = sign * (n * n - x * x - y * y).sqrt();
+            [Complex64::new(x, 0.0), Complex64::new(y, 0.0), z]
+        };
+        // Reflected and transmitted states along one tangential direction; amplitudes that make up for given fields.
+        let outgoing = |x: f64, y: f64| (states(wave(x, y, 1.0, one), one), states(wave(x, y, -1.0, n), n));
+        let solved = |x: f64, y: f64, jump: Fields| {
+            let (up, down) = outgoing(x, y);
+            let columns =
+                [tangential(&up[0].0), tangential(&up[1].0), -tangential(&down[0].0), -tangential(&down[1].0)];
+            nalgebra::Matrix4::from_columns(&columns).lu().solve(&jump).unwrap()
+        };
+        let (from, to) = ([-wi[0], -wi[1]], [wo[0], wo[1]]);
+        let arriving = states(wave(from[0], from[1], -1.0, one), one);
+        let (up, down) = outgoing(from[0], from[1]);
+        let of_state = |state: usize| {
+            let flat = solved(from[0], from[1], -tangential(&arriving[state].0));
+            let waves =
+                [(arriving[state], one), (up[0], flat[0]), (up[1], flat[1]), (down[0], -flat[2]), (down[1], -flat[3])];
+            // The jump that the flat solution leaves at the height of the relief, and across its slope.
+            let mut jump = Fields::zeros();
+            for ((fields, kz), amplitude) in waves {
+                jump -= tangential(&fields) * (Complex64::i() * kz * amplitude);
+                for (i, field) in fields.iter().enumerate() {
+                    for axis in 0..2 {
+                        jump[2 * i + axis] -= Complex64::i() * (to[axis] - from[axis]) * field[2] * amplitude;
+                    }
+                }
+            }
+            solved(to[0], to[1], jump)
+        };
+        let [s, p] = [of_state(0), of_state(1)];
+        [[s[0], p[0]], [s[1], p[1]]]
+    }
+
+    /// Rice's perturbation theory, from the boundary conditions themselves: with their phases and for any azimuth, the amplitudes
+    /// are those of the first order of a shallow relief. With `c = iκh` its power is `|a|²(q + q0)²(kh)²`, which is that of the
+    /// perturbation times `q/q0`.
+    #[test]
+    fn it_is_the_first_order_of_a_shallow_relief() {
+        // Roundings of the solved system.
+        const ROUNDING: f64 = 1e-9;
+        let mut random = Random::new(10);
+        for (eta, k) in INDICES {
+            let mut judged = 0;
+            while judged < 200 {
+                let [wi, wo] = directions(&mut random);
+                if wi[2].max(wo[2]) > 0.999 {
+                    continue;
+                }
+                judged += 1;
+                let found = small_slope_amplitudes(wi, wo, Some(ComplexIndex { eta, k }));
+                let expected = first_order(wi, wo, Complex64::new(eta, k));
+                let scale = Complex64::i() * (wo[2] / wi[2]).sqrt() / (wi[2] + wo[2]);
+                for (found, expected) in [
+                    (found.ss, expected[0][0]),
+                    (found.sp, expected[0][1]),
+                    (found.ps, expected[1][0]),
+                    (found.pp, expected[1][1]),
+                ] {
+                    let off = (found - scale * expected).norm();
+                    assert!(
+                        off < ROUNDING * (1.0 + found.norm()),
+                        "{eta} {k} {wi:?} {wo:?}: {found} {}",
+                        scale * expected
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn it_is_reciprocal() {
+        // Roundings.
+        const ROUNDING: f64 = 1e-12;
+        let mut random = Random::new(8);
+        for index in indices() {
+            for _ in 0..500 {
+                let [wi, wo] = directions(&mut random);
+                let there = small_slope_amplitudes(wi, wo, index);
+                let back = small_slope_amplitudes(wo, wi, index);
+                let size = there.unpolarised() + 1.0;
+                for (a, b) in [(there.ss, back.ss), (there.pp, back.pp), (there.sp, back.ps), (there.ps, back.sp)] {
+                    assert!((a.norm() - b.norm()).abs() < ROUNDING * size, "{index:?} {wi:?} {wo:?}: {a} {b}");
+                }
+                let pair = |a, b| Pair::new(a, b).unwrap().interface(index, Obliquity::SmallSlope);
+                assert!((pair(wi, wo) - pair(wo, wi)).abs() < ROUNDING * size);
+            }
+        }
+    }
+
+    /// A metal without end is a perfect conductor, whose amplitudes are Rice's (1951): `−cosφ`, `sinφ/q0`, `sinφ/q` and
+    /// `(cosφ − κκ0)/(q q0)`.
+    #[test]
+    fn large_indices_tend_to_the_perfect_conductor() {
+        let mut random = Random::new(9);
+        for _ in 0..500 {
+            let [wi, wo] = [0, 1].map(|_| {
+                loop {
+                    let [w, _] = directions(&mut random);
+                    if w[2] > 0.05 {
+                        break w;
+                    }
+                }
+            });
+            let limit = small_slope_amplitudes(wi, wo, None);
+            let mut before = f64::INFINITY;
+            // What is left falls as 1/(|n| cosθ).
+            for size in [1e4, 1e5, 1e6] {
+                let found = small_slope_amplitudes(wi, wo, Some(ComplexIndex { eta: size, k: size }));
+                let off = [found.ss - limit.ss, found.sp - limit.sp, found.ps - limit.ps, found.pp - limit.pp]
+                    .map(Complex64::norm)
+                    .into_iter()
+                    .fold(0.0, f64::max);
+                assert!(off < 10.0 * limit.unpolarised().sqrt().max(1.0) / (size * wi[2] * wo[2]), "{size}: {off}");
+                assert!(off < 0.2 * before, "{size}: {off} after {before}");
+                before = off;
+            }
+        }
+    }
+
+    /// Nothing overflows or is none: no interface at all, directions along the horizon, an index as large and as small as is accepted.
+    #[test]
+    fn the_ends_of_every_range_are_finite() {
+        let grazing = [1.0 - 0.5e-14, 0.0, COSINE_MIN];
+        let directions = [[0.0, 0.0, 1.0], grazing, [-grazing[0], 0.0, grazing[2]], [0.6, 0.0, 0.8]];
+        let ends = [(1.0, 0.0), (1e-3, 0.0), (1e3, 0.0), (1e3, 1e3), (1e-3, 1e3), (1.0 + 1e-9, 0.0), (1e-3, 1.0)];
+        for index in ends.map(|(eta, k)| Some(ComplexIndex { eta, k })).into_iter().chain([None]) {
+            for (wi, wo) in directions.iter().flat_map(|wi| directions.iter().map(move |wo| (*wi, *wo))) {
+                let pair = Pair::new(wi, wo).unwrap();
+                let double = pair.interface(index, Obliquity::SmallSlope);
+                let sum = [pair.u as f32, pair.v as f32, pair.w as f32];
+                let single = small_slope(sum, [pair.cos_i as f32, pair.cos_o as f32], index);
+                assert!(
+                    double.is_finite() && double >= 0.0 && single.is_finite() && single >= 0.0,
+                    "{index:?} {wi:?} {wo:?}"
+                );
+            }
+        }
+        assert_eq!(small_slope([0.0f32, 0.0, 1.0], [0.5, 0.5], Some(ComplexIndex { eta: 1.0, k: 0.0 })), 0.0);
+    }
+}

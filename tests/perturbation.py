@@ -1,0 +1,66 @@
+"""Light on a slightly rough interface, from Maxwell's boundary conditions to first order in the height (Rice 1951).
+
+Shares nothing with the closed forms that it judges: the tangential fields of both sides are equated on the surface,
+expanded about the plane, and the outgoing waves are solved for. Time goes as exp(-iωt); directions point away from the
+surface.
+"""
+
+import numpy as np
+
+
+def states(k, n):
+    """Electric and magnetic vectors of s and p of plane waves `k` `[..., 3]`, in units of free space."""
+    flat = np.linalg.norm(k[..., :2].real, axis=-1)
+    s = np.stack([-k[..., 1], k[..., 0], np.zeros_like(flat)], -1) / flat[..., None]
+    p = np.cross(k, s) / n
+    return [(e, np.cross(k, e)) for e in (s, p)]
+
+
+def wave(flat, n, sign):
+    """The wave vector with these tangential components `[..., 2]` that leaves upwards or downwards."""
+    return np.concatenate([flat, sign * np.sqrt(n * n - (flat**2).sum(-1, keepdims=True) + 0j)], -1)
+
+
+def tangential(fields):
+    return np.concatenate([fields[0][..., :2], fields[1][..., :2]], -1)
+
+
+def outgoing(flat, n, jump):
+    """Amplitudes of reflected and transmitted s and p that make up for a jump of the fields, and these waves."""
+    up, down = wave(flat, 1.0, 1), wave(flat, n, -1)
+    waves = [(f, up) for f in states(up, 1.0)] + [((-e, -h), down) for e, h in states(down, n)]
+    matrix = np.stack([tangential(f) for f, _ in waves], -1)
+    return np.linalg.solve(matrix, jump[..., None])[..., 0], waves
+
+
+def first_order(wi, wo, n):
+    """Jones matrices `[..., out, in]` of s and p for the light that a relief of height a·exp(iK·x) sends from `wi` to
+    `wo`, by ka; their squares are power. s is z × k and p is k × s, with k where the light travels to. No direction may
+    be the normal."""
+    wi, wo = np.asarray(wi, float), np.asarray(wo, float)
+    start, end = -wi[..., :2], wo[..., :2]
+    down = wave(start, 1.0, -1)
+    columns = []
+    for arriving in states(down, 1.0):
+        amplitudes, waves = outgoing(start, n, -tangential(arriving))
+        jump = 0
+        for (e, h), k, amplitude in [(arriving, down, np.ones_like(start[..., 0]))] + [
+            (fields, k, amplitudes[..., i]) for i, (fields, k) in enumerate(waves)
+        ]:
+            slope = np.concatenate([(end - start) * e[..., 2:], (end - start) * h[..., 2:]], -1)
+            jump = jump - 1j * (k[..., 2:] * tangential((e, h)) + slope) * amplitude[..., None]
+        columns.append(outgoing(end, n, jump)[0][..., :2])
+    return np.stack(columns, -1) * np.sqrt(wo[..., 2] / wi[..., 2])[..., None, None]
+
+
+def fresnel(cos, n):
+    """Jones matrices of a plane mirror, in the same states."""
+    inside = np.sqrt(n * n - 1 + cos**2 + 0j)
+    s, p = (cos - inside) / (cos + inside), (n * n * cos - inside) / (n * n * cos + inside)
+    return np.stack([np.stack([s, 0 * s], -1), np.stack([0 * p, p], -1)], -2)
+
+
+def mueller(jones):
+    """Mueller matrices `[..., 4, 4]` of Jones matrices, of Stokes components whose fourth is 2 Im(x y*)."""
+    pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
+    return 0.5 * np.einsum("iab,...bc,jcd,...ad->...ij", pauli, jones, pauli, jones.conj()).real

@@ -1,0 +1,269 @@
+"""Polarised variants: the diffracted light is polarised as the interface does it, and none of it is depolarised."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+from batches import direction, eval_alone, interactions, is_scalar, one_by_one, random_directions
+from conftest import built, use_variant
+from perturbation import first_order, mueller
+
+POLARISED = ["scalar_spectral_polarized", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized"]
+WAVELENGTHS = [450.0, 520.0, 590.0, 660.0]
+# Elements over the first: some twenty roundings of single precision, in which the frames are turned as well.
+ROUNDING = 3e-5
+# The same where the formula differs, and with it which digits cancel.
+FORMULA = 5e-4
+# An order is so wide that light is found in all directions.
+EVERYWHERE = {"preset": "blazed", "coherence_length": 1.0, "conserve_energy": False}
+ALUMINIUM = {"eta": 1.0, "k": 6.9}
+GOLD = {"eta": 0.2, "k": 3.4}
+KERATIN = {"eta": 1.56}
+
+
+def elements(spectrum):
+    """A Mueller matrix as an array `[channel, row, column]`, or `[..., row, column]` of many."""
+    # At once, since every element by itself would be a kernel of its own.
+    dr.eval(spectrum)
+    rows = [[np.array(spectrum[i, j]) for j in range(4)] for i in range(4)]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1)).astype(float)
+
+
+def evaluated(bsdf, wi, wo, mode=None):
+    """Mueller matrices `[pair, channel, row, column]` of light from `wo` to `wi`."""
+    ctx = mi.BSDFContext() if mode is None else mi.BSDFContext(mode)
+    nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
+    if is_scalar():
+        return np.array([elements(bsdf.eval(ctx, si, o)) for si, o in zip(one_by_one(wi, nm), wo.tolist())])
+    found = elements(bsdf.eval(ctx, interactions(wi, nm), mi.Vector3f(np.ascontiguousarray(wo.T))))
+    return np.moveaxis(found, 0, 1)
+
+
+def mirrored(bsdf, wi):
+    """What a smooth mirror gives, `[pair, channel, row, column]`."""
+    ctx, nm = mi.BSDFContext(), np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
+    if is_scalar():
+        return np.array([elements(bsdf.sample(ctx, si, 0.5, [0.5, 0.5])[1]) for si in one_by_one(wi, nm)])
+    return np.moveaxis(elements(bsdf.sample(ctx, interactions(wi, nm), 0.5, mi.Point2f(0.5, 0.5))[1]), 0, 1)
+
+
+def normalised(matrices):
+    return matrices / matrices[..., :1, :1]
+
+
+def basis(forward):
+    """Mitsuba's frame of reference for light that travels along `forward` `[..., 3]`."""
+    x, y, z = np.moveaxis(np.asarray(forward, float), -1, 0)
+    sign = np.where(z >= 0, 1.0, -1.0)
+    a = -1 / (sign + z)
+    return np.stack([1 + sign * x * x * a, sign * x * y * a, -sign * x], -1)
+
+
+def turned(forward, start, end):
+    """Matrices that take Stokes vectors from one frame to another."""
+    angle = np.arctan2((forward * np.cross(start, end)).sum(-1), (start * end).sum(-1))
+    c, s, zero, one = np.cos(2 * angle), np.sin(2 * angle), 0 * angle, 1 + 0 * angle
+    rows = [[one, zero, zero, zero], [zero, c, s, zero], [zero, -s, c, zero], [zero, zero, zero, one]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def between_states(matrices, start, end):
+    """Matrices `[pair, channel, 4, 4]` of light from `start` to `end`, in the frames of s and p."""
+    across = [np.stack([-k[:, 1], k[:, 0], 0 * k[:, 0]], -1) for k in (-start, end)]
+    s = [v / np.linalg.norm(v, axis=-1, keepdims=True) for v in across]
+    into, out = turned(-start, basis(-start), s[0]), turned(end, basis(end), s[1])
+    return out[:, None] @ matrices @ np.swapaxes(into, -1, -2)[:, None]
+
+
+def pairs(count, seed=5, lowest=0.02):
+    rng = np.random.default_rng(seed)
+    both = [random_directions(rng, 2 * count) for _ in range(2)]
+    kept = np.minimum(both[0][:, 2], both[1][:, 2]) > lowest
+    return [w[kept][:count] for w in both]
+
+
+SURFACES = [
+    {"obliquity": "stam", "material": "Au"},
+    {"obliquity": "unit", "eta": 1.56},
+    {"eta": 1.56, "rotation": 25.0},
+    {"obliquity": "small_slope", "material": "Al"},
+    {"obliquity": "stam"},
+]
+
+
+@pytest.mark.parametrize("surface", SURFACES, ids=str)
+@pytest.mark.parametrize("variant", POLARISED)
+def test_a_flat_relief_polarises_as_a_mirror_does(variant, surface):
+    """At every azimuth, against Mitsuba's `conductor`."""
+    use_variant(variant)
+    rng = np.random.default_rng(3)
+    wi = random_directions(rng, 40 if is_scalar() else 400)
+    wi = np.concatenate([wi, np.float32([[0, 0, 1], direction(89, 10), direction(1e-3, 200)])])
+    wo = wi * np.float32([-1, -1, 1])
+    flat = built(variant, preset="flat", conserve_energy=False, **surface)
+    optics = {name: surface[name] for name in ("material", "eta") if name in surface}
+    judge = mi.load_dict({"type": "conductor", **optics, **({"k": 0.0} if "eta" in optics else {})})
+    found, expected = evaluated(flat, wi, wo), mirrored(judge, wi)
+    np.testing.assert_allclose(normalised(found), normalised(expected), atol=ROUNDING)
+    if mi.is_spectral:
+        # Its power is Fresnel's times what a perfect reflector's relief reflects.
+        relief = evaluated(built(variant, preset="flat", conserve_energy=False, obliquity="unit"), wi, wo)[..., 0, 0]
+        np.testing.assert_allclose(found[..., 0, 0] / relief, expected[..., 0, 0], rtol=1e-4)
+    # The mirror's answer for another direction is told apart.
+    another = np.roll(normalised(expected), 1, axis=0)
+    assert np.abs(normalised(found) - another).max() > 100 * ROUNDING
+
+
+@pytest.mark.parametrize("optics", [KERATIN, GOLD, ALUMINIUM], ids=str)
+def test_amplitudes_are_those_of_maxwells_equations_to_first_order(optics):
+    """The matrix of any pair of directions, with the phases and what is crossed, and the grating turned."""
+    bsdf = built("llvm_ad_spectral_polarized", obliquity="small_slope", rotation=33.0, **EVERYWHERE, **optics)
+    wi, wo = pairs(4000)
+    found = evaluated(bsdf, wi, wo)[:, :1]
+    lit = found[:, 0, 0, 0] > 0
+    assert lit.mean() > 0.9
+    wi, wo, found = wi[lit].astype(float), wo[lit].astype(float), found[lit]
+    expected = mueller(first_order(wo, wi, optics["eta"] + 1j * optics.get("k", 0.0)))[:, None]
+    found = normalised(between_states(found, wo, wi))
+    expected = normalised(expected)
+    error = np.abs(found - expected).max(axis=(1, 2, 3))
+    assert np.quantile(error, 0.999) < FORMULA, np.quantile(error, 0.999)
+    # The signs of what is crossed matter, and of the phases.
+    for i, j in ((0, 2), (2, 0), (1, 2), (2, 3)):
+        wrong = expected.copy()
+        wrong[..., i, j] *= -1
+        assert np.abs(found - wrong).max() > 10 * FORMULA or np.abs(expected[..., i, j]).max() < FORMULA
+
+
+@pytest.mark.parametrize("surface", SURFACES[:4], ids=str)
+def test_intensity_is_that_of_variants_without_polarisation(surface):
+    wi, wo = pairs(2000)
+    nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
+    plain = eval_alone(built("llvm_ad_spectral", **EVERYWHERE, **surface), wi, wo, nm)
+    polarised = eval_alone(built("llvm_ad_spectral_polarized", **EVERYWHERE, **surface), wi, wo, nm)
+    # Two forms of the same formula; the second knows the azimuth better.
+    np.testing.assert_allclose(polarised, plain, rtol=FORMULA, atol=1e-7)
+
+
+def coherency(matrices):
+    """Hermitian matrices whose eigenvalues are not negative where a matrix is a mixture of Jones matrices."""
+    pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
+    kron = np.einsum("iab,jcd->ijacbd", pauli, pauli.conj()).reshape(4, 4, 4, 4)
+    return 0.25 * np.einsum("...ij,ijab->...ab", matrices, kron)
+
+
+@pytest.mark.parametrize("surface", [SURFACES[0], SURFACES[2], {"eta": 1.56, "diffuse_reflectance": 0.3}], ids=str)
+def test_matrices_are_physical(surface):
+    wi, wo = pairs(10_000, lowest=0.0)
+    found = evaluated(built("llvm_ad_spectral_polarized", **EVERYWHERE, **surface), wi, wo).reshape(-1, 4, 4)
+    found = normalised(found[found[:, 0, 0] > 1e-20])
+    values = np.linalg.eigvalsh(coherency(found))
+    assert np.all(np.isfinite(values))
+    assert len(values) > 25_000
+    assert values.min() > -1e-6
+    if "diffuse_reflectance" not in surface:
+        # All in one Jones matrix: nothing is depolarised.
+        assert values[:, :3].max() < 1e-6
+        # A matrix that is a thousandth off would show.
+        found[:, 1, 1] += 1e-3
+        assert np.linalg.eigvalsh(coherency(found[:1000])).min() < -1e-4
+
+
+@pytest.mark.parametrize("surface", [SURFACES[0], SURFACES[3]], ids=str)
+def test_light_that_returns_is_treated_alike(surface):
+    """Reciprocity of both transverse states: a matrix is the other's transpose, in frames seen from behind."""
+    bsdf = built("llvm_ad_spectral_polarized", **EVERYWHERE, **surface)
+    wi, wo = pairs(2000)
+    there, back = evaluated(bsdf, wi, wo), evaluated(bsdf, wo, wi)
+    lit = (there[..., 0, 0] > 0).all(axis=1)
+    wi, wo = wi[lit].astype(float), wo[lit].astype(float)
+    there, back = normalised(there[lit]), normalised(back[lit])
+    # Into the frames that the light has on its way there.
+    into, out = turned(-wi, basis(-wi), basis(wi)), turned(wo, basis(wo), basis(-wo))
+    back = out[:, None] @ back @ np.swapaxes(into, -1, -2)[:, None]
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    expected = flip @ np.swapaxes(there, -1, -2) @ flip
+    np.testing.assert_allclose(back, expected, atol=FORMULA)
+
+
+@pytest.mark.parametrize("variant", POLARISED)
+def test_weight_is_value_over_density(variant):
+    bsdf = built(variant, **EVERYWHERE, eta=1.56, diffuse_reflectance=0.3, rotation=20.0)
+    ctx = mi.BSDFContext()
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.wi = mi.Vector3f(direction(50, 20))
+    if mi.is_spectral:
+        si.wavelengths = WAVELENGTHS
+    for sample1 in (0.3, 0.999):
+        bs, weight = bsdf.sample(ctx, si, sample1, [0.4, 0.6])
+        value, pdf = bsdf.eval_pdf(ctx, si, bs.wo)
+        np.testing.assert_allclose(elements(weight) * np.array(pdf).ravel()[0], elements(value), rtol=1e-4, atol=1e-7)
+        assert np.array(pdf).ravel()[0] > 0
+    # Alone, the pigment depolarises.
+    ctx.component = 1
+    below = elements(bsdf.eval(ctx, si, mi.Vector3f(direction(30, 100)))).reshape(-1, 4, 4)
+    assert np.all(below[:, 0, 0] > 0)
+    below[:, 0, 0] = 0
+    assert np.all(below == 0)
+
+
+def test_light_from_the_camera_is_treated_as_light_to_it():
+    """Importance travels the other way, so that both directions change places."""
+    bsdf = built("llvm_ad_spectral_polarized", **EVERYWHERE, eta=1.56)
+    wi, wo = pairs(500)
+    radiance = evaluated(bsdf, wi, wo) / wo[:, 2, None, None, None]
+    importance = evaluated(bsdf, wo, wi, mi.TransportMode.Importance) / wi[:, 2, None, None, None]
+    lit = radiance[..., 0, 0] > 0
+    np.testing.assert_allclose(importance[lit] / radiance[lit][..., :1, :1], normalised(radiance[lit]), atol=FORMULA)
+
+
+def test_both_sides_of_twosided_polarise_as_a_mirrors():
+    use_variant("llvm_ad_spectral_polarized")
+    nested = {"flat": built("llvm_ad_spectral_polarized", preset="flat", conserve_energy=False, material="Au")}
+    both = mi.load_dict({"type": "twosided", **nested})
+    judge = mi.load_dict({"type": "twosided", "nested": {"type": "conductor", "material": "Au"}})
+    wi = random_directions(np.random.default_rng(8), 300)
+    for side in (1, -1):
+        seen = wi * np.float32([1, 1, side])
+        found = evaluated(both, seen, seen * np.float32([-1, -1, 1]))
+        np.testing.assert_allclose(normalised(found), normalised(mirrored(judge, seen)), atol=ROUNDING)
+
+
+def stokes_of(bsdf):
+    """Stokes components of a sphere under an even sky, `[row, column, component]` of one channel."""
+    scene = mi.load_dict(
+        {
+            "type": "scene",
+            "integrator": {"type": "stokes", "nested": {"type": "path", "max_depth": 2}},
+            "sensor": {
+                "type": "perspective",
+                "fov": 25,
+                "to_world": mi.ScalarTransform4f().look_at([0, 0, 5], [0, 0, 0], [0, 1, 0]),
+                "film": {"type": "hdrfilm", "width": 8, "height": 8, "rfilter": {"type": "box"}},
+                "sampler": {"type": "multijitter"},
+            },
+            "light": {"type": "constant", "radiance": 1.0},
+            "shape": {"type": "sphere", "bsdf": bsdf},
+        }
+    )
+    image = np.array(mi.render(scene, spp=1024, seed=3))
+    # Red, green and blue of the picture, and of each component.
+    return image[..., 3:].reshape(8, 8, 4, 3)[..., 1]
+
+
+@pytest.mark.parametrize("obliquity", ["stam", "small_slope"])
+def test_a_smooth_sphere_is_as_polarised_as_a_mirrors(obliquity):
+    """Rendered by the integrator `stokes`: narrow orders of a flat relief against `conductor`.
+
+    In a scalar variant, since compiling the renderer takes longer than the picture.
+    """
+    use_variant("scalar_spectral_polarized")
+    optics = {"eta": 1.56, "k": 0.0}
+    flat = {"type": "diffraction", "preset": "flat", "obliquity": obliquity, "conserve_energy": False, **optics}
+    found, expected = stokes_of(flat), stokes_of({"type": "conductor", **optics})
+    # Inside, where a pixel sees the sphere alone. 256 samples of weights that deviate by a few per cent.
+    inside = (slice(2, 6), slice(2, 6))
+    brightest = expected[inside][..., 0].max()
+    np.testing.assert_allclose(found[inside], expected[inside], atol=0.03 * brightest)
+    polarised = np.hypot(expected[inside][..., 1], expected[inside][..., 2])
+    assert polarised.max() > 0.2 * brightest

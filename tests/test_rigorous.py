@@ -1,0 +1,145 @@
+"""Gratings by Maxwell's equations in Mitsuba: samples, energy, reciprocity, and that every interface answers alike."""
+
+import json
+import subprocess
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+from batches import direction, eval_pdf
+from conftest import REPOSITORY, built, use_variant
+from test_chi2 import SIGNIFICANCE, vectorised
+
+# Of the tests of samples below.
+ANGLES = [(0, 0), (0, 70), (30, 0), (30, 70), (60, 0), (60, 70), (80, 0), (80, 70)]
+VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
+# Small periods are quick to solve; a short coherence length makes orders wide enough for the test's cells.
+METAL = {
+    "preset": "sinusoidal",
+    "period": 0.9,
+    "height": 0.15,
+    "theory": "rigorous",
+    "eta": 0.96,
+    "k": 6.69,
+    "coherence_length": 8.0,
+}
+PERFECT = {"preset": "lamellar", "period": 0.9, "theory": "rigorous", "coherence_length": 8.0}
+# Interpolation of the tables in single precision beside the square roots at passing-off lines.
+SINGLE = 2e-3
+
+
+def arguments(parameters):
+    """Parameters of the plugin as arguments of the command."""
+    return [word for name, value in parameters.items() for word in (f"--{name.replace('_', '-')}", value)]
+
+
+def asked(*words, lines=""):
+    """What the command answers."""
+    tool = REPOSITORY / "target" / "release" / "sunbeam"
+    return subprocess.run([tool, *map(str, words)], input=lines, capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+@pytest.mark.parametrize("angles", ANGLES)
+def test_samples_have_the_density_that_is_told(variant, angles):
+    bsdf = built(variant, **METAL)
+    test = vectorised(bsdf, direction(*angles))
+    assert test.run(SIGNIFICANCE, len(ANGLES) * len(VARIANTS), quiet=True), test.messages
+
+
+def pairs(count, seed):
+    """Directions over the hemisphere and, for each, one near an order of the grating at a random wavelength."""
+    rng = np.random.default_rng(seed)
+    xy = np.sqrt(rng.random((2, count))) * [np.cos(t := 2 * np.pi * rng.random(count)), np.sin(t)]
+    wi = np.stack([*xy, np.sqrt(np.maximum(1 - (xy**2).sum(0), 1e-4))], axis=-1)
+    nm = rng.uniform(400, 700, (count, 4))
+    order = rng.integers(-3, 4, count)
+    to = np.stack([order * nm[:, 0] * 1e-3 / METAL["period"] - wi[:, 0], -wi[:, 1]], axis=-1)
+    to += rng.normal(0, 0.02, to.shape)
+    inside = (to**2).sum(-1) < 0.999
+    wo = np.concatenate([to, np.sqrt(np.maximum(1 - (to**2).sum(-1), 1e-4))[:, None]], axis=-1)
+    return wi[inside], wo[inside], nm[inside]
+
+
+@pytest.mark.parametrize("variant", VARIANTS)
+def test_exchanging_the_directions_changes_nothing(variant):
+    bsdf = built(variant, **METAL)
+    wi, wo, nm = pairs(4000, 1)
+    there, _ = eval_pdf(bsdf, wi, wo, nm)
+    back, _ = eval_pdf(bsdf, wo, wi, nm)
+    there, back = there / wo[:, 2:], back / wi[:, 2:]
+    assert np.isfinite(there).all()
+    assert (np.abs(there) > 0.01).mean() > 0.1
+    assert np.abs(there - back).max() < SINGLE * np.abs(there).max()
+
+
+def test_the_plugin_the_command_and_the_oracle_answer_alike():
+    bsdf = built("scalar_spectral", **METAL)
+    wi, wo, nm = pairs(60, 2)
+    plugin, _ = eval_pdf(bsdf, wi, wo, nm)
+    lines = "".join(
+        json.dumps({"wi": list(a), "wo": list(b), "wavelength": list(c)}) + "\n" for a, b, c in zip(wi, wo, nm)
+    )
+
+    def answered(method):
+        answers = asked("eval", "--method", method, *arguments(METAL), lines=lines)
+        return np.array([json.loads(line)["f"] for line in answers.splitlines()])
+
+    table, exact = answered("table"), answered("exact")
+    largest = exact.max()
+    assert largest > 1
+    assert np.abs(plugin / wo[:, 2:] - table).max() < SINGLE * largest
+    # In units of an order that has all of the light, at its middle: 4πs²/λ². Of the efficiencies 99 % are off by less
+    # than 0.015, and the rest lies beside a plasmon.
+    off = np.abs(table - exact) * (nm * 1e-3) ** 2 / (4 * np.pi * (METAL["coherence_length"] / 4) ** 2)
+    assert np.quantile(off, 0.98) < 0.015
+    assert off.max() < 0.06
+    assert off.max() > 0, "the oracle solves anew"
+
+
+@pytest.mark.parametrize("grating", [PERFECT, METAL])
+def test_what_is_reflected_is_the_sum_of_the_orders(grating):
+    # Of a sum of orders: what the table is off by, and what changes over an order's width beside a plasmon.
+    absolute = 0.02
+    narrow = {**grating, "coherence_length": 65.0}
+    bsdf = built("llvm_ad_spectral", **narrow)
+    rng, nm, count = np.random.default_rng(3), [450, 520, 590, 650], 100_000
+    for theta in (0, 20, 45):
+        si = dr.zeros(mi.SurfaceInteraction3f, count)
+        si.wi = mi.Vector3f(direction(theta, 30))
+        si.wavelengths = mi.Spectrum(nm)
+        u = rng.random((3, count)).astype(np.float32)
+        _, weight = bsdf.sample(mi.BSDFContext(), si, mi.Float(u[0]), mi.Point2f(u[1:]))
+        weight = np.array(weight)
+        error = 4 * weight.std(axis=1) / np.sqrt(count)
+        for k, wavelength in enumerate(nm):
+            light = ["--theta-i", theta, "--phi-i", 30, "--wavelength", wavelength, "--json"]
+            orders = json.loads(asked("orders", *light, *arguments(narrow)))["orders"]
+            assert abs(weight[k].mean() - sum(order["mean"] for order in orders)) < absolute + error[k], (theta, k)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "named"),
+    [
+        ({"preset": "elaphe"}, "preset"),
+        ({"preset": "blazed", "model": "patch"}, "model"),
+        ({"preset": "blazed", "obliquity": "stam"}, "obliquity"),
+        ({"preset": "blazed", "period": 900.0}, "building the tables"),
+        ({"preset": "blazed", "eta": {"type": "checkerboard"}}, "theory"),
+    ],
+)
+def test_what_it_cannot_do_is_said_in_one_line(parameters, named):
+    use_variant("scalar_rgb")
+    with pytest.raises(RuntimeError, match=named):
+        mi.load_dict({"type": "diffraction", "theory": "rigorous", **parameters})
+
+
+def test_the_material_stays_as_it_is():
+    use_variant("llvm_ad_rgb")
+    bsdf = mi.load_dict({"type": "diffraction", **METAL})
+    parameters = mi.traverse(bsdf)
+    parameters["eta.value"] = 1.2
+    with pytest.raises(RuntimeError, match="not changed later"):
+        parameters.update()
+    assert "Maxwell" in str(mi.load_dict({"type": "diffraction", **METAL}))
