@@ -105,8 +105,10 @@ def ratios():
 
 def surfaces():
     made = data("tables")
-    rows = {f"`{name}`": made["surfaces"][name] for name in ("blazed", "cd", "elaphe", "xenopeltis")}
-    for name, row in {**rows, "a scan that stands alone": made["scan"]}.items():
+    rows = {f"AFM scan of *{species}*, alone": f"scan of {species.lower()}" for species in ("Elaphe", "Xenopeltis")}
+    rows |= {"`blazed`": "blazed", "`cd`": "cd"}
+    rows |= {f"`{skin}` (procedural)": skin for skin in ("elaphe", "xenopeltis")}
+    for name, row in ((name, made["surfaces"][key]) for name, key in rows.items()):
         pixels = " × ".join(str(count) for count in row["pixels"])
         size = f"{row['extent_um'][0]:.3g} µm, {pixels}"
         taps = " × ".join(str(count) for count in row["taps"])
@@ -114,6 +116,13 @@ def surfaces():
             "README.md",
             f"| {name} | {size} | {row['mb']:.2g} MB | {row['build_s']:.1f} s | {row['error']:.0e} | {taps} |",
         )
+    shares = {key: 1 - made["surfaces"][key]["bare_s"] / made["surfaces"][key]["build_s"] for key in rows.values()}
+    skins = sorted(shares.pop(key) for key in ("cd", "elaphe", "xenopeltis"))
+    assert min(shares.values()) > 0.9
+    yield (
+        "README.md",
+        f"90 % or more of the time of `blazed` and of the scans, and {100 * skins[0]:.0f} to {100 * skins[-1]:.0f} %",
+    )
     kept = {name: (row["albedo"], row["albedo_kept"]) for name, row in made["surfaces"].items()}
     yield (
         "README.md",

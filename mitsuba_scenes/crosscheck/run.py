@@ -22,7 +22,7 @@ CLOSER = View(48, 32, fov_deg=4.0)
 # The whole snake, as in the demonstration.
 WHOLE = View(72, 48)
 # Azimuth and elevation in degrees; each of them lights an order of the blazed grating in the close view.
-LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-90.0, 40.0), (-30.0, 25.0)))
+LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-60.0, 40.0), (-30.0, 25.0)))
 # Samples a pixel of path-traced pictures: of the patch model, and of the ensemble, which has no speckle.
 SPP_PATCH, SPP_ENSEMBLE = 2304, 1024
 # What the methods are compared on: a grating of few orders, and a skin.
