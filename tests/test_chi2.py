@@ -82,7 +82,7 @@ def vectorised(bsdf, wi, pdf_of=None, nm=WAVELENGTHS, **resolution):
         # Opaque, so that one kernel serves all directions.
         si.wi = mi.Vector3f([dr.opaque(mi.Float, c) for c in wi])
         if mi.is_spectral:
-            si.wavelengths = mi.Spectrum([dr.opaque(mi.Float, c) for c in nm])
+            si.wavelengths = type(si.wavelengths)([dr.opaque(mi.Float, c) for c in nm])
         return si
 
     def sample_func(u):

@@ -11,7 +11,7 @@ mod shared;
 
 use crate::colour_table::ColourTableError;
 #[cfg(feature = "rigorous")]
-use crate::grating::{GratingColourSurface, GratingError, GratingSurface, Profile};
+use crate::grating::{GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile};
 use crate::height_field::HeightField;
 use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
 use crate::table::{Progress, TableError};
@@ -224,6 +224,23 @@ impl Cache {
             let (grating, origin) = self.tables(|| key, build)?;
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })
+    }
+
+    /// How the orders of [`Cache::shared_grating`] polarise.
+    ///
+    /// # Errors
+    /// As [`JonesTable::new`].
+    #[cfg(feature = "rigorous")]
+    pub fn shared_jones(
+        &self,
+        profile: &Profile,
+        index: Option<&SpectralIndex>,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Arc<(JonesTable, Origin)>, GratingError> {
+        static TABLES: Shared<Key, (JonesTable, Origin)> = Shared::new();
+        let key = Key::of_grating("polarisation of a grating", profile, index);
+        TABLES.get(key, || self.tables(|| key, || JonesTable::new(profile, index, build_limit, progress)))
     }
 
     /// Tables: read if they are kept, else built, and kept.

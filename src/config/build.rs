@@ -1,7 +1,9 @@
 use super::{BuiltSurface, ConfigError, MAX_LENGTH_UM, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
-use crate::grating::{GratingColourSurface, GratingError, GratingSurface, Profile, preset_profile, profile_of};
+use crate::grating::{
+    GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile, preset_profile, profile_of,
+};
 use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions, Regions};
 use crate::reflectance::{ColourSurface, Obliquity, Options, SpectralIndex, Surface};
 use crate::table::{Progress, TableError, Tiling};
@@ -164,6 +166,19 @@ impl SurfaceConfig {
     ) -> Result<Arc<(GratingColourSurface, Origin)>, BuildError> {
         let coherence_um = self.coherence_length;
         Ok(cache.shared_grating_colours(&self.profile()?, index, coherence_um, self.build_limit, progress)?)
+    }
+
+    /// How the orders of [`SurfaceConfig::build_shared_grating`] polarise.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn build_shared_jones(
+        &self,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Arc<(JonesTable, Origin)>, BuildError> {
+        Ok(cache.shared_jones(&self.profile()?, index, self.build_limit, progress)?)
     }
 
     /// The surface by the theory that the configuration names, with its own index.

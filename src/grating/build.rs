@@ -61,7 +61,7 @@ pub(super) struct EfficiencyTable {
 }
 
 /// A place of a cell by its fractions `x` of `t − b` and `t + b`: what is solved there.
-fn node(cell: usize, x: [f64; 2]) -> (f64, f64) {
+pub(super) fn node(cell: usize, x: [f64; 2]) -> (f64, f64) {
     let (p, q) = ((cell / 2) as f64 + x[0], (cell - cell / 2) as f64 + x[1]);
     (0.5 * (p + q), 0.5 * (q - p))
 }
@@ -127,14 +127,14 @@ impl EfficiencyTable {
     ) -> Result<Self, GratingError> {
         let (nm, cells_of) = wavelengths(period_um, fineness.step_nm);
         let count = cells_of[0];
-        let mut solved = 0;
+        let (mut step, mut solved) = (0, 0);
         // Of each wavelength, cell after cell.
         let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); nm.len()];
         let work: usize = (1..=count).sum();
         let mut done = 0;
         for s in 0..count {
             let longest = cells_of.iter().rposition(|&cells| s < cells).map_or(0, |last| last + 1);
-            let cell = Cell::solve(s, orders, &nm[..longest], fineness.tolerance, &mut solved)?;
+            let cell = Cell::solve(s, orders, &nm[..longest], fineness.tolerance, &mut step, &mut solved)?;
             for (j, packed) in packed.iter_mut().enumerate().take(longest) {
                 packed.push(cell.packed(j, fineness.stored as usize));
             }
@@ -209,25 +209,28 @@ struct Cell {
 }
 
 impl Cell {
-    /// Solves a cell at as many nodes as leave its highest terms below the tolerance, or at the most there are. Adds the places
-    /// solved to `solved`.
+    /// Solves a cell at as many nodes as leave its highest terms below the tolerance, or at the most there are. `step` is the
+    /// step of [`SOLVED`] to begin with, and becomes that for the next cell, which is much like this one. Adds the places solved to
+    /// `solved`.
     fn solve(
         index: usize,
         orders: &impl Orders,
         wavelengths_nm: &[f64],
         tolerance: f64,
+        step: &mut usize,
         solved: &mut usize,
     ) -> Result<Self, GratingError> {
-        let mut cell = Self::solve_at(index, orders, wavelengths_nm, SOLVED[0])?;
-        *solved += cell.matrices.len();
-        for &nodes in &SOLVED[1..] {
-            if cell.highest_terms() <= tolerance {
-                break;
-            }
-            cell = Self::solve_at(index, orders, wavelengths_nm, nodes)?;
+        loop {
+            let cell = Self::solve_at(index, orders, wavelengths_nm, SOLVED[*step])?;
             *solved += cell.matrices.len();
+            let left = cell.highest_terms();
+            if left <= tolerance || *step + 1 == SOLVED.len() {
+                // Fewer nodes may do again.
+                *step -= usize::from(*step > 0 && left <= 0.25 * tolerance);
+                return Ok(cell);
+            }
+            *step += 1;
         }
-        Ok(cell)
     }
 
     fn solve_at(
@@ -332,12 +335,12 @@ fn matrix_of(rows: usize, columns: usize, value: impl Fn(usize, usize) -> f64) -
 }
 
 /// Angles of the Chebyshev nodes over [0, π].
-fn chebyshev_angles(count: usize) -> impl Iterator<Item = f64> {
+pub(super) fn chebyshev_angles(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| 0.5 * PI * (1.0 + (PI * (k as f64 + 0.5) / count as f64).cos()))
 }
 
 /// The matrix from values at Chebyshev nodes to those at the table's: `[stored][solved]`.
-fn resampling(solved: usize, stored: usize) -> Vec<Vec<f64>> {
+pub(super) fn resampling(solved: usize, stored: usize) -> Vec<Vec<f64>> {
     matrix_of(stored, solved, |g, k| {
         let x = unstretched(g as f64 / (stored - 1) as f64);
         // The node's place over [−1, 1] and its angle there.

@@ -10,12 +10,16 @@ use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, PROPOSED, SPREADS, 
 use super::efficiencies::EfficiencyView;
 use super::lobe::{REACH, across};
 use super::place::Place;
+use super::polarisation::JonesView;
 use crate::numeric::math::{SQUARE_PDF, lerp, normal_quantile, square_to_hemisphere};
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::reflectance::{Gamut, UNIFORM_SHARE, above, desaturated};
+use crate::reflectance::{Gamut, UNIFORM_SHARE, above, desaturated, luminance};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
+
+/// The wavelength in nm, in the middle of what is seen, at which order 0 is taken to polarise.
+const ORDER_ZERO_NM: f64 = 550.0;
 
 /// A grating's lobe in colours over the words of its tables; as [`GratingLobe`](super::GratingLobe).
 #[derive(Clone, Copy)]
@@ -48,6 +52,44 @@ impl<N: Numbers> GratingColourLobe<N> {
     /// the surface.
     #[inline(always)]
     pub fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        let colour = self.values(wi, wo, active, |_, _, colour, _| colour, |colour, _| colour);
+        match self.gamut {
+            Gamut::Keep => colour,
+            Gamut::Desaturate => desaturated(colour),
+        }
+    }
+
+    /// The luminance of [`GratingColourLobe::eval`], whatever the gamut, as a Mueller matrix like that of
+    /// [`GratingLobe::matrix`](super::GratingLobe::matrix). An order polarises as it does in the middle of its colours, and order
+    /// 0 as at 550 nm.
+    #[inline(always)]
+    pub fn matrix(&self, jones: &JonesView<N>, from: [N::Real; 3], to: [N::Real; 3], active: N::Mask) -> [N::Real; 16] {
+        let along = (to[1] - from[1]) * N::Real::lit(0.5);
+        let of = |place: &Place<N>, (at, nm): (N::Index, N::Real), colour: [N::Real; 3], active| {
+            let power = luminance(colour);
+            jones.matrix(place, at, nm, along, active).map(|element| element * power)
+        };
+        self.values(from, to, active, of, |colour, active| {
+            let nm = N::Real::lit(ORDER_ZERO_NM);
+            let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
+            let half = periods * N::Double::lit(0.5);
+            let t = across::<N>(periods, (N::widen(from[1]) - N::widen(to[1])) * N::Double::lit(0.5));
+            let place = Place::<N>::new(t, (N::widen(to[0]) - N::widen(from[0])) * half);
+            of(&place, (place.incident, nm), colour, active & place.propagates)
+        })
+    }
+
+    /// The sum over orders of what `of` makes of a place, the order that leaves, its wavelength in nm and the colour that it adds
+    /// to `f_r`; and of what `of_zero` makes of that of order 0.
+    #[inline(always)]
+    fn values<const R: usize>(
+        &self,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
+        active: N::Mask,
+        of: impl Fn(&Place<N>, (N::Index, N::Real), [N::Real; 3], N::Mask) -> [N::Real; R],
+        of_zero: impl Fn([N::Real; 3], N::Mask) -> [N::Real; R],
+    ) -> [N::Real; R] {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
         let active = active & above::<N>(wi) & above::<N>(wo);
         let line = self.line(wi, wo);
@@ -58,7 +100,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let x = N::widen(wo[0]) - N::widen(wi[0]);
         let specular = self.weights(zero, tau, active);
         let unscattered = self.order_zero(N::narrow(x * half), N::narrow(y), active);
-        let start: [N::Real; 3] = array::from_fn(|c| specular[c] * unscattered[c]);
+        let start = of_zero(array::from_fn(|c| specular[c] * unscattered[c]), active);
         let (_, sum) = N::while_loop(
             c"orders",
             (line.first, start),
@@ -75,18 +117,13 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let counts = active & there & place.propagates & real(0.5).lt(order.abs());
                 let nm = real(1e3) / nu.clip(range[0], range[1]);
                 let efficiency = view.entry(&view.row(&place, nm, counts), at, counts) * kernel;
-                let weights = self.weights(nu, tau, counts);
-                let add = |c: usize| N::Real::select(counts, weights[c] * efficiency, zero);
-                (m + real(1.0), array::from_fn(|c| sum[c] + add(c)))
+                let colour = self.weights(nu, tau, counts).map(|weight| weight * efficiency);
+                let add = of(&place, (at, nm), colour, counts);
+                (m + real(1.0), array::from_fn(|i| sum[i] + N::Real::select(counts, add[i], zero)))
             },
         );
         let scale = real(1.0 / (TAU * line.sigma * line.sigma));
-        let colour = sum.map(|channel| channel * scale);
-        let colour = match self.gamut {
-            Gamut::Keep => colour,
-            Gamut::Desaturate => desaturated(colour),
-        };
-        colour.map(|channel| N::Real::select(active, channel, zero))
+        sum.map(|value| N::Real::select(active, value * scale, zero))
     }
 
     /// Density of [`GratingColourLobe::sample`] in 1/sr.

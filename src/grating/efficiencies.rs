@@ -43,9 +43,11 @@ pub(super) struct Row<N: Numbers> {
 }
 
 impl<N: Numbers> EfficiencyView<N> {
-    /// The rows of a wave at a wavelength in nm.
+    /// Where a wave at a wavelength in nm lies among the nodes of its cell: of each of the eight about it, those of the shorter
+    /// wavelength first, where the cell begins and which node it is; and where between them, along both coordinates and the
+    /// wavelength.
     #[inline(always)]
-    pub fn row(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> Row<N> {
+    fn nodes(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> ([[N::Index; 2]; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes } = self.layout;
         let along = |x: N::Real, count: u32| {
@@ -56,16 +58,39 @@ impl<N: Numbers> EfficiencyView<N> {
         let (shorter, to_longer) = along((nm - real(first_nm)) * real(1.0 / step_nm), wavelengths);
         let [(low_p, p), (low_q, q)] = place.stretched.map(|s| along(s * real(f64::from(nodes - 1)), nodes));
         let cell = place.cell.min(index(cells - 1));
-        let width = cell + index(1);
-        let (row, places) = (width + index(1), width * (width + index(1)));
         let begins = [0, 1].map(|j| {
             let [begin] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + cell, active);
-            [[0, 0], [0, 1], [1, 0], [1, 1]].map(|[i, j]| {
-                let node = (low_p + index(i)) * index(nodes) + low_q + index(j);
-                begin + node * places + place.incident.min(cell) * row
-            })
+            begin
         });
-        Row { begins, between: [p, q, to_longer] }
+        let nodes = std::array::from_fn(|corner| {
+            let [j, i, k] = [corner >> 2, corner >> 1 & 1, corner & 1];
+            [begins[j], (low_p + index(i as u32)) * index(nodes) + low_q + index(k as u32)]
+        });
+        (nodes, [p, q, to_longer])
+    }
+
+    /// [`EfficiencyView::nodes`] with the weight of each.
+    #[inline(always)]
+    pub fn weighted(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> [([N::Index; 2], N::Real); 8] {
+        let one = N::Real::lit(1.0);
+        let (nodes, between) = self.nodes(place, nm, active);
+        let [p, q, to_longer] = between.map(|x| [one - x, x]);
+        std::array::from_fn(|corner| (nodes[corner], to_longer[corner >> 2] * p[corner >> 1 & 1] * q[corner & 1]))
+    }
+
+    /// The rows of a wave at a wavelength in nm.
+    #[inline(always)]
+    pub fn row(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> Row<N> {
+        let index = N::Index::lit;
+        let (nodes, between) = self.nodes(place, nm, active);
+        let cell = place.cell.min(index(self.layout.cells - 1));
+        let width = cell + index(1);
+        let (row, places) = (width + index(1), width * (width + index(1)));
+        let of = |corner: usize| {
+            let [begin, node] = nodes[corner];
+            begin + node * places + place.incident.min(cell) * row
+        };
+        Row { begins: [0, 4].map(|j| std::array::from_fn(|corner| of(j + corner))), between }
     }
 
     /// An entry of the row: an order of [`Place::outgoing`], or the sum for one more than the last.

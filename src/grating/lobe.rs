@@ -3,10 +3,12 @@
 
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
 use super::place::Place;
+use super::polarisation::JonesView;
 use crate::numeric::math::{normal_quantile, square_to_hemisphere};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::reflectance::{UNIFORM_SHARE, above, mixed};
 use serde::{Deserialize, Serialize};
+use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
 /// Standard deviations beyond which nothing of an order counts.
@@ -62,6 +64,26 @@ impl<N: Numbers> GratingLobe<'_, N> {
         mixed::<N, L>(densities, active)
     }
 
+    /// [`GratingLobe::eval`] as a Mueller matrix, row by row, of light from `from` to `to`, in frames of reference whose first axis
+    /// is the grooves', made transverse to the light.
+    #[inline(always)]
+    pub fn matrix<const L: usize>(
+        &self,
+        jones: &JonesView<N>,
+        from: [N::Real; 3],
+        to: [N::Real; 3],
+        wavelengths_nm: [N::Real; L],
+        active: N::Mask,
+    ) -> [[N::Real; L]; 16] {
+        let active = active & above::<N>(from) & above::<N>(to);
+        let along = (to[1] - from[1]) * N::Real::lit(0.5);
+        N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
+            self.values(from, to, nm, active, |place, at, efficiency, active| {
+                jones.matrix(place, at, nm, along, active).map(|element| element * efficiency)
+            })
+        })
+    }
+
     /// [`GratingLobe::eval`] and [`GratingLobe::pdf`] together.
     #[inline(always)]
     pub fn eval_pdf<const L: usize>(
@@ -98,7 +120,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let drawn = self.direction(wi, hero, [chosen, u[1], u[2]], active & !even);
         let (evenly, there) = square_to_hemisphere::<N>([u[1], u[2]]);
         let zero = lit(0.0);
-        std::array::from_fn(|c| {
+        array::from_fn(|c| {
             let wo = N::Real::select(even, N::Real::select(there, evenly[c], zero), drawn[c]);
             N::Real::select(active, wo, zero)
         })
@@ -115,16 +137,16 @@ impl<N: Numbers> GratingLobe<'_, N> {
         N::Double::lit(1e3 * self.layout.period_um) / N::widen(nm)
     }
 
-    /// Sums `share(m)` times the density of the order m where a pair lies, over the direction cosines: `K/λ²`.
+    /// Sums `shares(m)` times the density of the order m where a pair lies, over the direction cosines: `K/λ²`.
     #[inline(always)]
-    fn over_orders(
+    fn over_orders<const R: usize>(
         &self,
         wi: [N::Real; 3],
         wo: [N::Real; 3],
         nm: N::Real,
         active: N::Mask,
-        share: impl Fn(N::Double, N::Mask) -> N::Real,
-    ) -> N::Real {
+        shares: impl Fn(N::Double, N::Mask) -> [N::Real; R],
+    ) -> [N::Real; R] {
         let (real, double) = (N::Real::lit, N::Double::lit);
         let periods = self.periods(nm);
         // In orders: the frequency times the period, and its standard deviation.
@@ -135,25 +157,40 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let first = (centre - reach).ceil();
         let last = (centre + reach).floor();
         let active = active & along.abs().lt(real(REACH));
-        let (_, sum) = N::while_loop(
+        let (_, sums) = N::while_loop(
             c"orders",
-            (first, real(0.0)),
+            (first, [real(0.0); R]),
             |(m, _)| active & m.le(last),
-            |(m, sum)| {
+            |(m, sums)| {
                 let off = N::narrow(centre - m) * real(deviations);
                 let density = (off * off * real(-0.5 * LOG2_E)).exp2();
-                (m + double(1.0), share(m, active).fma(density, sum))
+                let shares = shares(m, active);
+                (m + double(1.0), array::from_fn(|i| shares[i].fma(density, sums[i])))
             },
         );
         let across = (along * along * real(-0.5 * LOG2_E)).exp2();
         let scale = N::narrow(periods) * real(deviations);
-        sum * across * scale * scale * real(1.0 / TAU)
+        sums.map(|sum| sum * across * scale * scale * real(1.0 / TAU))
     }
 
-    /// `f_r` at a wavelength. Efficiencies are those at the pair moved onto the order, either direction by half of what is
-    /// missing: so swapping them changes nothing.
+    /// `f_r` at a wavelength.
     #[inline(always)]
     fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
+        let [value] = self.values(wi, wo, nm, active, |_, _, efficiency, _| [efficiency]);
+        value
+    }
+
+    /// The sum over orders of what `of` makes of a place, the order that leaves and its efficiency there. Efficiencies are those at
+    /// the pair moved onto the order, either direction by half of what is missing: so swapping them changes nothing.
+    #[inline(always)]
+    fn values<const R: usize>(
+        &self,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
+        nm: N::Real,
+        active: N::Mask,
+        of: impl Fn(&Place<N>, N::Index, N::Real, N::Mask) -> [N::Real; R],
+    ) -> [N::Real; R] {
         let half = N::Double::lit(0.5);
         let periods = self.periods(nm);
         let t = across::<N>(periods, (N::widen(wi[1]) - N::widen(wo[1])) * half);
@@ -164,7 +201,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
             let (at, there) = place.outgoing(m);
             let active = active & there & place.propagates;
             let efficiency = view.entry(&view.row(&place, nm, active), at, active);
-            N::Real::select(active, efficiency, N::Real::lit(0.0))
+            of(&place, at, efficiency, active).map(|value| N::Real::select(active, value, N::Real::lit(0.0)))
         })
     }
 
@@ -176,9 +213,9 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let view = self.view();
         let row = view.row(&place, nm, active);
         let total = view.entry(&row, place.cell + N::Index::lit(1), active);
-        let density = self.over_orders(wi, wo, nm, active, |m, active| {
+        let [density] = self.over_orders(wi, wo, nm, active, |m, active| {
             let (at, there) = place.outgoing(m);
-            N::Real::select(there, view.entry(&row, at, active & there), zero)
+            [N::Real::select(there, view.entry(&row, at, active & there), zero)]
         });
         N::Real::select(active & zero.lt(total), density / total * wo[2], zero)
     }

@@ -2,6 +2,7 @@
 
 use super::GratingError;
 use super::build::Orders;
+use super::polarisation::{Shape, shape};
 use crate::reflectance::{ComplexIndex, SpectralIndex};
 use std::sync::OnceLock;
 use sunbeam_rigorous::{Air, Amplitudes, Discretisation, Medium, MetalTable, Profile, Resolution};
@@ -106,6 +107,43 @@ impl<'a> Solved<'a> {
         Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
     }
 
+    /// What `of` makes of the orders at a place at each wavelength in nm and of the share `ky²/k²` there.
+    fn each_wavelength<T: Clone>(
+        &self,
+        t: f64,
+        b: f64,
+        wavelengths_nm: &[f64],
+        of: impl Fn(&Amplitudes, f64) -> Vec<T>,
+    ) -> Result<Vec<Vec<T>>, GratingError> {
+        let air = self.meshes.first.air(t, b)?;
+        // A perfect conductor knows no wavelength at given t and b.
+        let distinct = if self.index.is_some() { wavelengths_nm } else { &wavelengths_nm[..1] };
+        let mut matrices = Vec::with_capacity(wavelengths_nm.len());
+        for &nm in distinct {
+            let mut amplitudes = self.solve(&air, nm)?;
+            let share = self.ky_squared_share(t, nm);
+            // Where ky is imaginary no power is known that should be kept.
+            if share >= 0.0 && self.imbalance(&amplitudes, t, nm) > BALANCE {
+                amplitudes = self.solve_finer(t, b, nm)?;
+            }
+            matrices.push(of(&amplitudes, share));
+        }
+        matrices.resize(wavelengths_nm.len(), matrices.last().cloned().unwrap_or_default());
+        Ok(matrices)
+    }
+
+    /// The shapes of the orders' Jones matrices, as [`Orders::efficiencies`] has their efficiencies.
+    ///
+    /// # Errors
+    /// A place that cannot be solved well enough.
+    pub fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<Shape>>, GratingError> {
+        self.each_wavelength(t, b, wavelengths_nm, |amplitudes, share| {
+            let orders = amplitudes.orders();
+            let pairs = orders.iter().flat_map(|&from| orders.iter().map(move |&out| (out, from)));
+            pairs.map(|(out, from)| shape(amplitudes.jones(out, from), share)).collect()
+        })
+    }
+
     /// What [`BALANCE`] bounds.
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
         amplitudes.balance_error() * (t / self.periods(nm)).min(1.0)
@@ -124,21 +162,7 @@ impl<'a> Solved<'a> {
 
 impl Orders for Solved<'_> {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
-        let air = self.meshes.first.air(t, b)?;
-        // A perfect conductor knows no wavelength at given t and b.
-        let distinct = if self.index.is_some() { wavelengths_nm } else { &wavelengths_nm[..1] };
-        let mut matrices = Vec::with_capacity(wavelengths_nm.len());
-        for &nm in distinct {
-            let mut amplitudes = self.solve(&air, nm)?;
-            let real = self.ky_squared_share(t, nm) >= 0.0;
-            // Where ky is imaginary no power is known that should be kept.
-            if real && self.imbalance(&amplitudes, t, nm) > BALANCE {
-                amplitudes = self.solve_finer(t, b, nm)?;
-            }
-            matrices.push(efficiencies(&amplitudes, real));
-        }
-        matrices.resize(wavelengths_nm.len(), matrices.last().cloned().unwrap_or_default());
-        Ok(matrices)
+        self.each_wavelength(t, b, wavelengths_nm, |amplitudes, share| efficiencies(amplitudes, share >= 0.0))
     }
 }
 

@@ -4,6 +4,7 @@ use super::build::{EfficiencyTable, Fineness, GratingReport, Orders, wavelength_
 use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, GratingLobe, across};
 use super::place::Place;
+use super::polarisation::JonesTable;
 use super::solved::{Meshes, Solved, resolution};
 use crate::numeric::{Numbers, Plain};
 use crate::reflectance::{Answer, Pair, Sample, SpectralIndex, Vec3};
@@ -47,17 +48,9 @@ impl GratingSurface {
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
-        let resolution = resolution(profile, index)?;
-        estimate(period_um, resolution.nodes, index.is_some())
-            .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
-        let meshes = Meshes::new(profile, resolution)?;
-        let fineness = if index.is_some() {
-            let untabulated = Solved::new(&meshes, index, &[])?;
-            let step_nm = wavelength_step_nm(period_um, &untabulated, BETWEEN_WAVELENGTHS)?;
-            Fineness { stored: STORED[0], step_nm: Some(step_nm), tolerance: TERMS }
-        } else {
-            Fineness { stored: STORED[1], step_nm: None, tolerance: TERMS }
-        };
+        let meshes = meshes(profile, index, build_limit)?;
+        let stored = STORED[usize::from(index.is_none())];
+        let fineness = Fineness { stored, step_nm: step_nm(&meshes, period_um, index)?, tolerance: TERMS };
         let (wavelengths_nm, _) = wavelengths(period_um, fineness.step_nm);
         let solved = Solved::new(&meshes, index, &wavelengths_nm)?;
         Self::tabulate(period_um, coherence_length_um, &solved, fineness, progress)
@@ -167,6 +160,46 @@ impl GratingSurface {
         let wo = self.lobe::<f64>().sample(wi, [wavelengths_nm[hero]], u, wi[2] > 0.0);
         (wo[2] > 0.0).then_some(wo)
     }
+}
+
+/// How many times as far apart as those of efficiencies the wavelengths of polarisation may lie, and how far in nm: an anomaly is in the
+/// power above all.
+const STEPS: f64 = 2.0;
+const STEP_MAX_NM: f64 = 40.0;
+
+impl JonesTable {
+    /// Solves a grating and tabulates how its orders polarise.
+    ///
+    /// # Errors
+    /// As [`GratingSurface::new`].
+    pub fn new(
+        profile: &Profile,
+        index: Option<&SpectralIndex>,
+        build_limit: f64,
+        progress: &Progress,
+    ) -> Result<Self, GratingError> {
+        let period_um = profile.period_um();
+        let meshes = meshes(profile, index, build_limit)?;
+        let step_nm = step_nm(&meshes, period_um, index)?.map(|step| (STEPS * step).min(STEP_MAX_NM));
+        let (wavelengths_nm, _) = wavelengths(period_um, step_nm);
+        Self::build(period_um, &Solved::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
+    }
+}
+
+/// The nodes on a profile, if a table does not take more than the limit allows.
+fn meshes(profile: &Profile, index: Option<&SpectralIndex>, build_limit: f64) -> Result<Meshes, GratingError> {
+    let resolution = resolution(profile, index)?;
+    estimate(profile.period_um(), resolution.nodes, index.is_some())
+        .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
+    Meshes::new(profile, resolution)
+}
+
+/// From one wavelength of a table to the next in nm; `None` for a perfect conductor.
+fn step_nm(meshes: &Meshes, period_um: f64, index: Option<&SpectralIndex>) -> Result<Option<f64>, GratingError> {
+    if index.is_none() {
+        return Ok(None);
+    }
+    Ok(Some(wavelength_step_nm(period_um, &Solved::new(meshes, index, &[])?, BETWEEN_WAVELENGTHS)?))
 }
 
 /// Wavelengths of a table in an estimate, and places that are solved of a cell.

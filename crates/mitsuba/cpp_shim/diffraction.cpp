@@ -63,7 +63,7 @@
  *
  * Component 0 is the diffracted light (glossy), component 1 the pigment where it is given. In polarised variants the
  * diffracted light is polarised as the interface does it: by Fresnel's amplitudes at the half vector, or by the small
- * slope's. The pigment depolarises, and so do the orders of the rigorous theory.
+ * slope's; the orders of the rigorous theory have matrices of their own. The pigment depolarises.
  *
  *   J. Stam: Diffraction Shaders. SIGGRAPH 1999.
  *   D. S. Dhillon et al.: Interactive Diffraction from Biological Nanostructures. Comput. Graph. Forum 33(8), 2014.

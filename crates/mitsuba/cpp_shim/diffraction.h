@@ -226,14 +226,21 @@ private:
         if (lobes.diffraction) {
             const Vector3f wi_grating = local.to_grating(si.wi), wo_grating = local.to_grating(wo);
             UnpolarizedSpectrum relief(0.f);
-            if constexpr (Value && Density)
+            const bool orders_polarise = is_polarized_v<Spectrum> && m_lobe.surface().is_rigorous();
+            if (orders_polarise) {
+                if constexpr (Value)
+                    value = polarised_orders(local, ctx, si, wo, active);
+                if constexpr (Density)
+                    pdf = m_lobe.pdf(wi_grating, wo_grating, si.wavelengths, active);
+            } else if constexpr (Value && Density)
                 std::tie(relief, pdf) = m_lobe.eval_pdf(wi_grating, wo_grating, si.wavelengths, active);
             else if constexpr (Value)
                 relief = m_lobe.eval(wi_grating, wo_grating, si.wavelengths, active);
             else
                 pdf = m_lobe.pdf(wi_grating, wo_grating, si.wavelengths, active);
             if constexpr (Value)
-                value = reflected(local, relief * local.specular, ctx, si.wi, wo);
+                if (!orders_polarise)
+                    value = reflected(local, relief * local.specular, ctx, si.wi, wo);
             pdf *= local.prob_diffraction;
         }
         if (lobes.diffuse) {
@@ -246,9 +253,29 @@ private:
         return { value, pdf };
     }
 
+    /// What the orders by Maxwell's equations do to polarised light: zero in variants that carry none.
+    Spectrum polarised_orders([[maybe_unused]] const Local &local, [[maybe_unused]] const BSDFContext &ctx,
+                              [[maybe_unused]] const SurfaceInteraction3f &si, [[maybe_unused]] const Vector3f &wo,
+                              [[maybe_unused]] const Mask &active) const {
+        if constexpr (is_polarized_v<Spectrum>) {
+            const bool radiance  = ctx.mode == TransportMode::Radiance;
+            const Vector3f &from = radiance ? wo : si.wi, &to = radiance ? si.wi : wo;
+            const Spectrum matrix =
+                m_lobe.matrix(local.to_grating(from), local.to_grating(to), si.wavelengths, active) *
+                dr::detach(Frame3f::cos_theta(wo));
+            const Vector3f grooves = local.to_shading({ 0.f, 1.f, 0.f });
+            auto transverse        = [&](const Vector3f &w) {
+                const Vector3f across = dr::fnmadd(w, dr::dot(grooves, w), grooves);
+                return across * dr::rsqrt(dr::maximum(dr::squared_norm(across), 1e-12f));
+            };
+            return local.specular *
+                   Interface<Float, Spectrum>::in_stokes_bases(matrix, from, transverse(from), to, transverse(to));
+        }
+        return Spectrum(0.f);
+    }
+
     /// What becomes of the light that the relief sends from one direction to the other, by what the interface does to
-    /// it. It does so with all of that light alike, so nothing is depolarised; of Maxwell's orders the states are not
-    /// carried, so unpolarised light leaves.
+    /// it. It does so with all of that light alike, so nothing is depolarised.
     Spectrum reflected(const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
                        const Vector3f &wi, const Vector3f &wo) const {
         if (m_lobe.surface().is_rigorous())
@@ -300,8 +327,10 @@ private:
             copy(index->k, samples.k);
         }
         return checked([&] {
-            rust::Box<Surface> surface = is_spectral_v<Spectrum> ? new_surface(rust_str(json), samples)
-                                                                 : new_colour_surface(rust_str(json), samples);
+            constexpr bool polarised   = is_polarized_v<Spectrum>;
+            rust::Box<Surface> surface = is_spectral_v<Spectrum>
+                                             ? new_surface(rust_str(json), samples, polarised)
+                                             : new_colour_surface(rust_str(json), samples, polarised);
             // The small slope's factor of a perfect conductor is not in colours, which have no index to be for.
             m_reflectance_inside = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
                                                               !(m_perfect && surface->is_small_slope()));

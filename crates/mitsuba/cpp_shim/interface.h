@@ -50,8 +50,15 @@ public:
                                                mitsuba::coordinate_system(to).first);
             s_out                 = s_in;
         }
-        return mueller::rotate_mueller_basis(matrix, Vector3f(-from), s_in, mueller::stokes_basis(Vector3f(-from)), to,
-                                             s_out, mueller::stokes_basis(to));
+        return in_stokes_bases(matrix, from, s_in, to, s_out);
+    }
+
+    /// A matrix for light from `from` to `to`, given in frames of reference with these first axes, in Mitsuba's.
+    static Spectrum in_stokes_bases(const Spectrum &matrix, const Vector3f &from, const Vector3f &first_in,
+                                    const Vector3f &to, const Vector3f &first_out) {
+        namespace mueller = mitsuba::mueller;
+        return mueller::rotate_mueller_basis(matrix, Vector3f(-from), first_in, mueller::stokes_basis(Vector3f(-from)),
+                                             to, first_out, mueller::stokes_basis(to));
     }
 
 private:

@@ -45,6 +45,18 @@ public:
         return { value(answer, wo) + first_order(wi, wo, wavelengths, active), answer[4] };
     }
 
+    /// `eval` of a rigorous surface in a polarised variant, over the cosine, of light from `from` to `to`: a Mueller
+    /// matrix in frames of reference whose first axis is the grooves', made transverse to the light. Not
+    /// differentiable.
+    Spectrum matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths, const Mask &active) const {
+        const auto elements = ask_matrix(from, to, wavelengths, active);
+        Spectrum matrix;
+        for (size_t i = 0; i < 4; ++i)
+            for (size_t j = 0; j < 4; ++j)
+                matrix(i, j) = element(elements, 4 * i + j);
+        return matrix;
+    }
+
     /// A direction from three uniform variates. Zero where there is none.
     Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
                     const Mask &active) const {
@@ -69,31 +81,61 @@ private:
             return UnpolarizedSpectrum(answer[0], answer[1], answer[2]) * cos_theta_o;
     }
 
-    Answer ask(Question question, const Vector3f &wi, const Vector3f &other,
-               [[maybe_unused]] const Wavelength &wavelengths, [[maybe_unused]] const Mask &active) const {
-        Answer answer;
-        if constexpr (Traces) {
-            Traced arguments{};
-            arguments.backend = uint32_t(dr::backend_v<Float>);
-            for (size_t i = 0; i < 3; ++i) {
-                arguments.wi[i]    = wi[i].index();
-                arguments.other[i] = other[i].index();
-            }
-            arguments.active = active.index();
-            arguments.words  = m_buffers.indices();
-            if constexpr (IsSpectral)
-                for (size_t i = 0; i < 4; ++i)
-                    arguments.wavelengths_nm[i] = wavelengths[i].index();
-            const auto indices = m_surface->trace(question, arguments);
-            std::transform(indices.begin(), indices.end(), answer.begin(), [](uint32_t i) { return Float::steal(i); });
-        } else {
-            const std::array<float, 3> from = { wi.x(), wi.y(), wi.z() }, to = { other.x(), other.y(), other.z() };
-            std::array<float, 4> nm{};
-            if constexpr (IsSpectral)
-                nm = { wavelengths[0], wavelengths[1], wavelengths[2], wavelengths[3] };
-            answer = m_surface->ask(question, from, to, nm);
+    static std::array<float, 3> by_value(const Vector3f &w) { return { w.x(), w.y(), w.z() }; }
+
+    static std::array<float, 4> by_value([[maybe_unused]] const Wavelength &wavelengths) {
+        if constexpr (IsSpectral)
+            return { wavelengths[0], wavelengths[1], wavelengths[2], wavelengths[3] };
+        else
+            return {};
+    }
+
+    /// What a tracing surface is asked with.
+    Traced arguments(const Vector3f &wi, const Vector3f &other, [[maybe_unused]] const Wavelength &wavelengths,
+                     const Mask &active) const {
+        Traced arguments{};
+        arguments.backend = uint32_t(dr::backend_v<Float>);
+        for (size_t i = 0; i < 3; ++i) {
+            arguments.wi[i]    = wi[i].index();
+            arguments.other[i] = other[i].index();
         }
+        arguments.active = active.index();
+        arguments.words  = m_buffers.indices();
+        if constexpr (IsSpectral)
+            for (size_t i = 0; i < 4; ++i)
+                arguments.wavelengths_nm[i] = wavelengths[i].index();
+        return arguments;
+    }
+
+    Answer ask(Question question, const Vector3f &wi, const Vector3f &other, const Wavelength &wavelengths,
+               [[maybe_unused]] const Mask &active) const {
+        if constexpr (Traces)
+            return taken(m_surface->trace(question, arguments(wi, other, wavelengths, active)));
+        else
+            return m_surface->ask(question, by_value(wi), by_value(other), by_value(wavelengths));
+    }
+
+    /// Elements of matrices, as the bridge has them.
+    auto ask_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
+                    [[maybe_unused]] const Mask &active) const {
+        if constexpr (Traces)
+            return taken(m_surface->trace_matrix(arguments(from, to, wavelengths, active)));
+        else
+            return m_surface->ask_matrix(by_value(from), by_value(to), by_value(wavelengths));
+    }
+
+    /// Variables that are the caller's from now on.
+    template <size_t N> static std::array<Float, N> taken(const std::array<uint32_t, N> &indices) {
+        std::array<Float, N> answer;
+        std::transform(indices.begin(), indices.end(), answer.begin(), [](uint32_t i) { return Float::steal(i); });
         return answer;
+    }
+
+    template <size_t N> static UnpolarizedSpectrum element(const std::array<Float, N> &elements, size_t i) {
+        if constexpr (IsSpectral)
+            return UnpolarizedSpectrum(elements[4 * i], elements[4 * i + 1], elements[4 * i + 2], elements[4 * i + 3]);
+        else
+            return UnpolarizedSpectrum(elements[4 * i]);
     }
 
     /// Zero, with the derivatives of the value by the components of both directions, from central differences.

@@ -3,16 +3,17 @@
 
 use super::describe;
 use super::log::logged;
-use super::scope::{Owned, TraceError, trace};
+use super::scope::{Owned, Scope, TraceError, trace};
 use super::traced::{Traced, Var, WordsVar};
 use ffi::Question;
 pub use ffi::log_info;
 use std::any::Any;
+use std::array;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use sunbeam::cache::{Cache, Origin};
 use sunbeam::config::{BuildError, ObliquityChoice, SurfaceConfig, Theory};
-use sunbeam::grating::{GratingColourSurface, GratingLobe, GratingSurface};
+use sunbeam::grating::{GratingColourSurface, GratingLobe, GratingSurface, JonesTable};
 use sunbeam::numeric::{Lanes, Numbers, Plain, Real};
 use sunbeam::reflectance::{
     self, ColourSurface, ComplexIndex, Gamut, SpectralIndex, SpectralIndexError, SpectralLobe, luminance,
@@ -70,11 +71,12 @@ mod ffi {
         /// A surface with its tables.
         type Surface;
 
-        /// Builds a surface from a JSON object whose keys are the plugin's parameters, for variants that carry wavelengths.
-        fn new_surface(config_json: &str, index: &IndexSamples) -> Result<Box<Surface>>;
+        /// Builds a surface from a JSON object whose keys are the plugin's parameters, for variants that carry wavelengths;
+        /// `polarised` where they carry Stokes vectors.
+        fn new_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
         /// The same for variants that carry colours, with what the interface does to light inside if the index is known and has
         /// samples.
-        fn new_colour_surface(config_json: &str, index: &IndexSamples) -> Result<Box<Surface>>;
+        fn new_colour_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
         /// The same surface with another coherence length.
         fn with_coherence_length(self: &Surface, coherence_length_um: f32) -> Result<Box<Surface>>;
         /// The same surface without what the interface does to light inside.
@@ -91,7 +93,8 @@ mod ffi {
 
         /// The same number for surfaces that share their tables, and no other in this process.
         fn identity(self: &Surface) -> u64;
-        /// The array of words of that number, below three: table, sampler, albedo. It may be empty.
+        /// The array of words of that number, below three: table, sampler, albedo; or efficiencies, colours, polarisation. It may
+        /// be empty.
         fn words(self: &Surface, which: usize) -> &[u32];
         /// See [`Steps`].
         fn steps(self: &Surface) -> Steps;
@@ -107,6 +110,12 @@ mod ffi {
         ) -> Result<[f32; 5]>;
         /// Answers by tracing: variables that the caller owns.
         fn trace(self: &Surface, question: Question, arguments: &Traced) -> Result<[u32; 5]>;
+        /// `f_r` as Mueller matrices of light from `wi` to `other`, in frames of reference whose first axis is the grooves', made
+        /// transverse: an element at four wavelengths, then the next of the row; or of the luminance, four times. Only of rigorous
+        /// surfaces that were made polarised.
+        fn ask_matrix(self: &Surface, wi: &[f32; 3], other: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 64]>;
+        /// The same by tracing.
+        fn trace_matrix(self: &Surface, arguments: &Traced) -> Result<[u32; 64]>;
 
         /// Refuses to run in a Mitsuba (`running`, empty when unknown) that was not compiled against (`compiled`).
         fn check_version(compiled: &str, running: &str) -> Result<()>;
@@ -138,6 +147,8 @@ enum PluginError {
          and not changed later; {other:?} does not"
     )]
     UnknownIndex { parameter: &'static str, value: &'static str, other: &'static str },
+    #[error("the surface was made without what its orders do to polarised light")]
+    NoMatrix,
     #[error(transparent)]
     Trace(#[from] TraceError),
     #[error(transparent)]
@@ -148,6 +159,8 @@ enum PluginError {
 struct Surface {
     recipe: Recipe,
     tables: Tables,
+    /// How the orders of a rigorous surface polarise, where that is carried.
+    jones: Option<Arc<(JonesTable, Origin)>>,
     identity: u64,
 }
 
@@ -159,6 +172,17 @@ struct Recipe {
     index: Option<SpectralIndex>,
     /// Whether colours contain what the interface does to light.
     inside: bool,
+    /// Whether Stokes vectors are carried.
+    polarised: bool,
+}
+
+/// Handles of what C++ asks with.
+struct Arguments<'s> {
+    words: [WordsVar<'s>; 3],
+    /// The second are three random numbers where a direction is asked for.
+    directions: [[Var<'s, f32>; 3]; 2],
+    nm: [Var<'s, f32>; 4],
+    active: Var<'s, bool>,
 }
 
 enum Tables {
@@ -170,7 +194,7 @@ enum Tables {
 
 impl Recipe {
     /// What JSON and samples amount to. Whatever becomes of the index later, the obliquity factor is that of the one given here.
-    fn new(config_json: &str, samples: &ffi::IndexSamples) -> Result<Self, PluginError> {
+    fn new(config_json: &str, samples: &ffi::IndexSamples, polarised: bool) -> Result<Self, PluginError> {
         let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
         let index = spectral_index(samples)?;
         let small_slope = config.obliquity == ObliquityChoice::SmallSlope;
@@ -183,7 +207,7 @@ impl Recipe {
         if config.theory == Theory::Scalar {
             config.obliquity = config.obliquity.resolved(index.as_ref()).into();
         }
-        Ok(Self { config, index, inside: samples.known })
+        Ok(Self { config, index, inside: samples.known, polarised })
     }
 }
 
@@ -192,33 +216,52 @@ impl Recipe {
 const STEP: f64 = 0.05;
 
 impl Surface {
+    /// For variants that carry wavelengths.
     fn spectral(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
         let Recipe { config, index, .. } = &recipe;
-        let tables = logged(|progress| config.build_shared(index.as_ref(), &cache, progress))?;
-        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::Spectral(tables) }))
+        let index = index.as_ref();
+        let tables = match config.theory {
+            Theory::Scalar => Tables::Spectral(logged(|progress| config.build_shared(index, &cache, progress))?),
+            Theory::Rigorous => {
+                Tables::Grating(logged(|progress| config.build_shared_grating(index, &cache, progress))?)
+            }
+        };
+        Self::with_tables(recipe, tables, &cache)
     }
 
+    /// For variants that carry colours.
     fn colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
-        let Recipe { config, index, inside } = &recipe;
+        let Recipe { config, index, inside, .. } = &recipe;
         let (index, inside) = (index.as_ref(), index.as_ref().filter(|_| *inside));
-        let tables = logged(|progress| config.build_shared_colours(index, inside, &cache, progress))?;
-        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::Colours(tables) }))
+        let tables = match config.theory {
+            Theory::Scalar => {
+                Tables::Colours(logged(|progress| config.build_shared_colours(index, inside, &cache, progress))?)
+            }
+            Theory::Rigorous => {
+                Tables::GratingColours(logged(|progress| config.build_shared_grating_colours(index, &cache, progress))?)
+            }
+        };
+        Self::with_tables(recipe, tables, &cache)
     }
 
-    fn grating(recipe: Recipe) -> Result<Box<Self>, PluginError> {
-        let cache = Cache::from_env().map_err(BuildError::from)?;
-        let Recipe { config, index, .. } = &recipe;
-        let tables = logged(|progress| config.build_shared_grating(index.as_ref(), &cache, progress))?;
-        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::Grating(tables) }))
-    }
-
-    fn grating_colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
-        let cache = Cache::from_env().map_err(BuildError::from)?;
-        let Recipe { config, index, .. } = &recipe;
-        let tables = logged(|progress| config.build_shared_grating_colours(index.as_ref(), &cache, progress))?;
-        Ok(Box::new(Self { recipe, identity: identity(tables.clone()), tables: Tables::GratingColours(tables) }))
+    fn with_tables(recipe: Recipe, tables: Tables, cache: &Cache) -> Result<Box<Self>, PluginError> {
+        let Recipe { config, index, polarised, .. } = &recipe;
+        let jones = if *polarised && config.theory == Theory::Rigorous {
+            Some(logged(|progress| config.build_shared_jones(index.as_ref(), cache, progress))?)
+        } else {
+            None
+        };
+        let shared: Arc<dyn Any + Send + Sync> = match &tables {
+            Tables::Spectral(tables) => tables.clone(),
+            Tables::Colours(tables) => tables.clone(),
+            Tables::Grating(tables) => tables.clone(),
+            Tables::GratingColours(tables) => tables.clone(),
+        };
+        // The same tables go with the same polarisation, if with any.
+        let identity = 2 * identity(shared) + u64::from(jones.is_some());
+        Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
 
     fn is_rigorous(&self) -> bool {
@@ -240,10 +283,8 @@ impl Surface {
             let mut recipe = self.recipe.clone();
             recipe.config.coherence_length = coherence_length;
             match &self.tables {
-                Tables::Spectral(_) => Self::spectral(recipe),
-                Tables::Colours(_) => Self::colours(recipe),
-                Tables::Grating(_) => Self::grating(recipe),
-                Tables::GratingColours(_) => Self::grating_colours(recipe),
+                Tables::Spectral(_) | Tables::Grating(_) => Self::spectral(recipe),
+                Tables::Colours(_) | Tables::GratingColours(_) => Self::colours(recipe),
             }
         })
     }
@@ -264,8 +305,12 @@ impl Surface {
             let tables = match &self.tables {
                 Tables::Spectral(tables) => describe::tables(tables.0.report(), &tables.1),
                 Tables::Colours(tables) => describe::colours(&tables.0, &tables.1),
-                Tables::Grating(tables) => describe::grating(&tables.0, tables.0.report().bytes, &tables.1),
-                Tables::GratingColours(tables) => describe::grating(tables.0.grating(), tables.0.bytes(), &tables.1),
+                Tables::Grating(tables) => {
+                    describe::grating(&tables.0, tables.0.report().bytes + 4 * self.jones_words().len(), &tables.1)
+                }
+                Tables::GratingColours(tables) => {
+                    describe::grating(tables.0.grating(), tables.0.bytes() + 4 * self.jones_words().len(), &tables.1)
+                }
             };
             Ok(format!("{}; {tables}", describe::config(&self.recipe.config)))
         })
@@ -283,12 +328,16 @@ impl Surface {
         match &self.tables {
             Tables::Spectral(tables) => tables.0.words(),
             Tables::Colours(tables) => tables.0.words(),
-            Tables::Grating(tables) => [tables.0.words(), &[], &[]],
+            Tables::Grating(tables) => [tables.0.words(), &[], self.jones_words()],
             Tables::GratingColours(tables) => {
                 let [efficiencies, colours] = tables.0.words();
-                [efficiencies, colours, &[]]
+                [efficiencies, colours, self.jones_words()]
             }
         }
+    }
+
+    fn jones_words(&self) -> &[u32] {
+        self.jones.as_ref().map_or(&[], |jones| jones.0.words())
     }
 
     fn steps(&self) -> ffi::Steps {
@@ -357,19 +406,72 @@ impl Surface {
     fn trace(&self, question: Question, arguments: &ffi::Traced) -> Result<[u32; 5], PluginError> {
         guard(|| {
             let owned = trace(arguments.backend, |scope| {
-                let words = arguments.words.map(|index| WordsVar::borrowed(scope, index));
-                let real = |index| Var::borrowed(scope, index);
-                let (wi, other) = (arguments.wi.map(real), arguments.other.map(real));
-                let nm = match &self.tables {
-                    Tables::Spectral(_) | Tables::Grating(_) => arguments.wavelengths_nm.map(real),
-                    Tables::Colours(_) | Tables::GratingColours(_) => [wi[0]; 4],
-                };
-                let active = Var::borrowed(scope, arguments.active);
-                self.answer::<Traced>(words, Gamut::Keep, question, [wi, other], nm, active)
+                let Arguments { words, directions, nm, active } = self.arguments(scope, arguments);
+                self.answer::<Traced>(words, Gamut::Keep, question, directions, nm, active)
                     .map(|variable| variable.owned(scope))
             })?;
             Ok(owned.map(Owned::into_index))
         })
+    }
+
+    fn ask_matrix(&self, wi: &[f32; 3], other: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 64], PluginError> {
+        guard(|| {
+            let jones = self.jones()?;
+            Ok(self.matrix::<Plain<f32>>(jones, self.all_words(), [*wi, *other], *wavelengths_nm, true))
+        })
+    }
+
+    fn trace_matrix(&self, arguments: &ffi::Traced) -> Result<[u32; 64], PluginError> {
+        guard(|| {
+            let jones = self.jones()?;
+            let owned = trace(arguments.backend, |scope| {
+                let Arguments { words, directions, nm, active } = self.arguments(scope, arguments);
+                self.matrix::<Traced>(jones, words, directions, nm, active).map(|variable| variable.owned(scope))
+            })?;
+            Ok(owned.map(Owned::into_index))
+        })
+    }
+
+    fn jones(&self) -> Result<&JonesTable, PluginError> {
+        self.jones.as_ref().map(|jones| &jones.0).ok_or(PluginError::NoMatrix)
+    }
+
+    /// Handles of what C++ asks with.
+    fn arguments<'s>(&self, scope: Scope<'s>, arguments: &ffi::Traced) -> Arguments<'s> {
+        let real = |index| Var::borrowed(scope, index);
+        let directions = [arguments.wi.map(real), arguments.other.map(real)];
+        let nm = match &self.tables {
+            Tables::Spectral(_) | Tables::Grating(_) => arguments.wavelengths_nm.map(real),
+            Tables::Colours(_) | Tables::GratingColours(_) => [directions[0][0]; 4],
+        };
+        let words = arguments.words.map(|index| WordsVar::borrowed(scope, index));
+        Arguments { words, directions, nm, active: Var::borrowed(scope, arguments.active) }
+    }
+
+    /// Asks the lobe for matrices, as `ask_matrix` says.
+    #[inline(always)]
+    fn matrix<N: Numbers>(
+        &self,
+        jones: &JonesTable,
+        words: [N::Words; 3],
+        [from, to]: [[N::Real; 3]; 2],
+        wavelengths_nm: [N::Real; 4],
+        active: N::Mask,
+    ) -> [N::Real; 64] {
+        let view = jones.view::<N>(words[2]);
+        let rows = match &self.tables {
+            Tables::Grating(tables) => {
+                let lobe = GratingLobe::<N> { layout: tables.0.layout(), words: words[0] };
+                lobe.matrix(&view, from, to, wavelengths_nm.map(within_range), active)
+            }
+            Tables::GratingColours(tables) => {
+                let lobe = tables.0.lobe_over::<N>([words[0], words[1]]);
+                lobe.matrix(&view, from, to, active).map(|element| [element; 4])
+            }
+            // These have no such table.
+            Tables::Spectral(_) | Tables::Colours(_) => [[N::Real::lit(0.0); 4]; 16],
+        };
+        array::from_fn(|i| rows[i / 4][i % 4])
     }
 
     /// Asks the lobe.
@@ -485,22 +587,16 @@ fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
     *last
 }
 
-fn new_surface(config_json: &str, index: &ffi::IndexSamples) -> Result<Box<Surface>, PluginError> {
-    guard(|| {
-        let recipe = Recipe::new(config_json, index)?;
-        if recipe.config.theory == Theory::Rigorous { Surface::grating(recipe) } else { Surface::spectral(recipe) }
-    })
+fn new_surface(config_json: &str, index: &ffi::IndexSamples, polarised: bool) -> Result<Box<Surface>, PluginError> {
+    guard(|| Surface::spectral(Recipe::new(config_json, index, polarised)?))
 }
 
-fn new_colour_surface(config_json: &str, index: &ffi::IndexSamples) -> Result<Box<Surface>, PluginError> {
-    guard(|| {
-        let recipe = Recipe::new(config_json, index)?;
-        if recipe.config.theory == Theory::Rigorous {
-            Surface::grating_colours(recipe)
-        } else {
-            Surface::colours(recipe)
-        }
-    })
+fn new_colour_surface(
+    config_json: &str,
+    index: &ffi::IndexSamples,
+    polarised: bool,
+) -> Result<Box<Surface>, PluginError> {
+    guard(|| Surface::colours(Recipe::new(config_json, index, polarised)?))
 }
 
 /// The index of both parts, at the wavelengths of either.

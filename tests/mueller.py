@@ -1,0 +1,90 @@
+"""Mueller matrices of a BSDF of Mitsuba's, and the frames of reference that they are given in."""
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+from batches import interactions, is_scalar, one_by_one, random_directions
+
+WAVELENGTHS = [450.0, 520.0, 590.0, 660.0]
+# Elements over the first: some twenty roundings of single precision, in which the frames are turned as well.
+ROUNDING = 3e-5
+# The same where the formula differs, and with it which digits cancel.
+FORMULA = 5e-4
+
+
+def elements(spectrum):
+    """A Mueller matrix as an array `[channel, row, column]`, or `[..., row, column]` of many."""
+    # At once, since every element by itself would be a kernel of its own.
+    dr.eval(spectrum)
+    rows = [[np.array(spectrum[i, j]) for j in range(4)] for i in range(4)]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1)).astype(float)
+
+
+def evaluated(bsdf, wi, wo, mode=None):
+    """Mueller matrices `[pair, channel, row, column]` of light from `wo` to `wi`."""
+    ctx = mi.BSDFContext() if mode is None else mi.BSDFContext(mode)
+    nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
+    if is_scalar():
+        return np.array([elements(bsdf.eval(ctx, si, o)) for si, o in zip(one_by_one(wi, nm), wo.tolist())])
+    found = elements(bsdf.eval(ctx, interactions(wi, nm), mi.Vector3f(np.ascontiguousarray(wo.T))))
+    return np.moveaxis(found, 0, 1)
+
+
+def mirrored(bsdf, wi):
+    """What a smooth mirror gives, `[pair, channel, row, column]`."""
+    ctx, nm = mi.BSDFContext(), np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
+    if is_scalar():
+        return np.array([elements(bsdf.sample(ctx, si, 0.5, [0.5, 0.5])[1]) for si in one_by_one(wi, nm)])
+    return np.moveaxis(elements(bsdf.sample(ctx, interactions(wi, nm), 0.5, mi.Point2f(0.5, 0.5))[1]), 0, 1)
+
+
+def normalised(matrices):
+    return matrices / matrices[..., :1, :1]
+
+
+def basis(forward):
+    """Mitsuba's frame of reference for light that travels along `forward` `[..., 3]`."""
+    x, y, z = np.moveaxis(np.asarray(forward, float), -1, 0)
+    sign = np.where(z >= 0, 1.0, -1.0)
+    a = -1 / (sign + z)
+    return np.stack([1 + sign * x * x * a, sign * x * y * a, -sign * x], -1)
+
+
+def turned(forward, start, end):
+    """Matrices that take Stokes vectors from one frame to another."""
+    angle = np.arctan2((forward * np.cross(start, end)).sum(-1), (start * end).sum(-1))
+    c, s, zero, one = np.cos(2 * angle), np.sin(2 * angle), 0 * angle, 1 + 0 * angle
+    rows = [[one, zero, zero, zero], [zero, c, s, zero], [zero, -s, c, zero], [zero, zero, zero, one]]
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+
+
+def between_states(matrices, start, end):
+    """Matrices `[pair, channel, 4, 4]` of light from `start` to `end`, in the frames of s and p."""
+    across = [np.stack([-k[:, 1], k[:, 0], 0 * k[:, 0]], -1) for k in (-start, end)]
+    s = [v / np.linalg.norm(v, axis=-1, keepdims=True) for v in across]
+    into, out = turned(-start, basis(-start), s[0]), turned(end, basis(end), s[1])
+    return out[:, None] @ matrices @ np.swapaxes(into, -1, -2)[:, None]
+
+
+def pairs(count, seed=5, lowest=0.02):
+    rng = np.random.default_rng(seed)
+    both = [random_directions(rng, 2 * count) for _ in range(2)]
+    kept = np.minimum(both[0][:, 2], both[1][:, 2]) > lowest
+    return [w[kept][:count] for w in both]
+
+
+def coherency(matrices):
+    """Hermitian matrices whose eigenvalues are not negative where a matrix is a mixture of Jones matrices."""
+    pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
+    kron = np.einsum("iab,jcd->ijacbd", pauli, pauli.conj()).reshape(4, 4, 4, 4)
+    return 0.25 * np.einsum("...ij,ijab->...ab", matrices, kron)
+
+
+def reversed_path(matrices, wi, wo):
+    """What reciprocity of both transverse states makes of matrices of light from `wo` to `wi`: those of light from `wi`
+    to `wo`, in the frames that Mitsuba has for these."""
+    flip = np.diag([1.0, 1.0, -1.0, 1.0])
+    seen = flip @ np.swapaxes(matrices, -1, -2) @ flip
+    # From the frames that the light has on its way there.
+    into, out = turned(-wi, basis(-wi), basis(wi)), turned(wo, basis(wo), basis(-wo))
+    return np.swapaxes(out, -1, -2)[:, None] @ seen @ into[:, None]
