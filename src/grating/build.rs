@@ -3,6 +3,7 @@
 use super::GratingError;
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, UNIT};
 use super::place::{Place, unstretched};
+use super::wavelengths::{Spacing, at_all_wavelengths, solved_wavelengths, wavelengths, wavelengths_of};
 use crate::numeric::{Index, Plain};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rand::{RngExt, SeedableRng};
@@ -27,8 +28,8 @@ pub(super) trait Orders: Sync {
 pub(super) struct Fineness {
     /// Nodes along either side of a cell in the table.
     pub stored: u32,
-    /// From one wavelength to the next in nm; `None` where nothing depends on the wavelength.
-    pub step_nm: Option<f64>,
+    /// The wavelengths; `None` where nothing depends on them.
+    pub spacing: Option<Spacing>,
     /// Root mean square of an efficiency's highest Chebyshev terms, above which a cell is solved at more nodes.
     pub tolerance: f64,
 }
@@ -66,54 +67,6 @@ pub(super) fn node(cell: usize, x: [f64; 2]) -> (f64, f64) {
     (0.5 * (p + q), 0.5 * (q - p))
 }
 
-/// Cells that are read up to this wavelength in nm.
-fn cells(period_um: f64, wavelength_nm: f64) -> usize {
-    (2e3 * period_um / wavelength_nm) as usize + 1
-}
-
-/// The wavelengths of a table and how many cells each has: those of the wavelength before it, which is interpolated with it.
-pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
-    let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
-    let steps = step_nm.map_or(1.0, |step| (range / step).ceil());
-    let nm: Vec<f64> = (0..=steps as usize).map(|j| WAVELENGTH_MIN_NM + j as f64 * range / steps).collect();
-    let cells = (0..nm.len()).map(|j| cells(period_um, nm[j.saturating_sub(1)])).collect();
-    (nm, cells)
-}
-
-/// Steps between wavelengths in nm that a table may have.
-const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
-/// Places at which the step is chosen: parts of the largest t there, and Bloch phases; and wavelengths in nm.
-const STEP_PLACES: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
-const STEP_WAVELENGTHS_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
-
-/// The longest step between wavelengths, halfway through which efficiencies that are taken to be linear are off by `tolerance` at
-/// most, in root mean square over the orders of a place.
-///
-/// # Errors
-/// A place that cannot be solved.
-pub(super) fn wavelength_step_nm(period_um: f64, orders: &impl Orders, tolerance: f64) -> Result<f64, GratingError> {
-    let questions: Vec<_> =
-        STEP_PLACES.iter().flat_map(|&place| STEP_WAVELENGTHS_NM.iter().map(move |&nm| (place, nm))).collect();
-    for step in &STEPS_NM[..STEPS_NM.len() - 1] {
-        let errors = questions
-            .par_iter()
-            .map(|&([share, b], nm)| {
-                let wavelengths_nm = [nm - 0.5 * step, nm, nm + 0.5 * step];
-                let t = share * 1e3 * period_um / wavelengths_nm[2];
-                // Folded to where orders propagate.
-                let b = b.min(0.9 * t);
-                let [before, at, after] = &orders.efficiencies(t, b, &wavelengths_nm)?[..] else { return Ok(0.0) };
-                let squares = (0..at.len()).map(|i| (0.5 * (before[i] + after[i]) - at[i]).powi(2)).sum::<f64>();
-                Ok((squares / at.len() as f64).sqrt())
-            })
-            .collect::<Result<Vec<f64>, GratingError>>()?;
-        if errors.iter().all(|&error| error <= tolerance) {
-            return Ok(*step);
-        }
-    }
-    Ok(STEPS_NM[STEPS_NM.len() - 1])
-}
-
 impl EfficiencyTable {
     /// Solves the nodes and tabulates them.
     ///
@@ -125,7 +78,8 @@ impl EfficiencyTable {
         fineness: Fineness,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
-        let (nm, cells_of) = wavelengths(period_um, fineness.step_nm);
+        let (nm, cells_of) = wavelengths(period_um, fineness.spacing.map(|spacing| spacing.step_nm));
+        let every = fineness.spacing.map_or(1, |spacing| spacing.solved_every);
         let count = cells_of[0];
         let (mut step, mut solved) = (0, 0);
         // Of each wavelength, cell after cell.
@@ -133,8 +87,13 @@ impl EfficiencyTable {
         let work: usize = (1..=count).sum();
         let mut done = 0;
         for s in 0..count {
-            let longest = cells_of.iter().rposition(|&cells| s < cells).map_or(0, |last| last + 1);
-            let cell = Cell::solve(s, orders, &nm[..longest], fineness.tolerance, &mut step, &mut solved)?;
+            let longest = wavelengths_of(s, &cells_of);
+            let solved_at = solved_wavelengths(longest, every);
+            let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
+            let mut cell = Cell::solve(s, orders, &solved_nm, fineness.tolerance, &mut step, &mut solved)?;
+            for matrices in &mut cell.matrices {
+                *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
+            }
             for (j, packed) in packed.iter_mut().enumerate().take(longest) {
                 packed.push(cell.packed(j, fineness.stored as usize));
             }

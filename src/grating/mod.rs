@@ -16,6 +16,7 @@ mod polarisation;
 mod relief;
 mod solved;
 mod surface;
+mod wavelengths;
 
 pub use build::GratingReport;
 pub use colour_lobe::GratingColourLobe;

@@ -2,10 +2,11 @@
 //! (docs/model.md#gratings-by-maxwells-equations).
 
 use super::GratingError;
-use super::build::{chebyshev_angles, node, resampling, wavelengths};
+use super::build::{chebyshev_angles, node, resampling};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
 use super::place::Place;
 use super::solved::Solved;
+use super::wavelengths::{wavelengths, wavelengths_of};
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::table::Progress;
@@ -65,7 +66,7 @@ impl JonesTable {
         let work: usize = (1..=count).sum();
         let mut done = 0;
         for s in 0..count {
-            let longest = cells_of.iter().rposition(|&cells| s < cells).map_or(0, |last| last + 1);
+            let longest = wavelengths_of(s, &cells_of);
             let cell = Cell::solve(s, orders, &nm[..longest])?;
             let of_wavelengths: Vec<_> = (0..longest).into_par_iter().map(|j| cell.packed(j)).collect();
             for (packed, cell) in packed.iter_mut().zip(of_wavelengths) {

@@ -13,7 +13,7 @@ const BALANCE: f64 = 1e-3;
 /// Largest share of ky² over k², below zero, that a metal's table covers.
 const CONTINUED: f64 = 0.35;
 /// Times as many nodes as at first that are tried where they do not do.
-const FINER: [usize; 2] = [2, 4];
+const FINER: [usize; 3] = [2, 4, 8];
 
 /// Wavelengths in nm at which it is asked how many nodes a medium takes.
 const RESOLVED_NM: [f64; 6] = [360.0, 420.0, 500.0, 590.0, 700.0, 830.0];

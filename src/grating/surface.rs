@@ -1,11 +1,12 @@
 //! A grating that answers from its table.
 
-use super::build::{EfficiencyTable, Fineness, GratingReport, Orders, wavelength_step_nm, wavelengths};
+use super::build::{EfficiencyTable, Fineness, GratingReport, Orders};
 use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, GratingLobe, across};
 use super::place::Place;
 use super::polarisation::JonesTable;
 use super::solved::{Meshes, Solved, resolution};
+use super::wavelengths::{Spacing, ever_solved, wavelengths};
 use crate::numeric::{Numbers, Plain};
 use crate::reflectance::{Answer, Pair, Sample, SpectralIndex, Vec3};
 use crate::table::{Estimate, Progress, TableError, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
@@ -17,12 +18,18 @@ use sunbeam_rigorous::Profile;
 /// Places and wavelengths between the nodes at which a table is held against what it was made of.
 const HELD_BACK: usize = 60;
 
-/// Nodes of a table along either side of a cell: of a real medium, and of a perfect conductor, whose table has no wavelengths.
+/// The fewest and the most nodes of a table along either side of a cell, of a real medium; and those of a perfect conductor, whose
+/// table has no wavelengths.
 const STORED: [u32; 2] = [18, 32];
-/// Root mean square of an efficiency's highest terms that may be left out.
+const STORED_PERFECT: u32 = 32;
+/// Bytes that a table may have for more than the fewest nodes.
+const ROOM: f64 = 4e6;
+/// Root mean square of an efficiency's highest terms that may be left out, with [`TERMS_CELLS`] or more cells. With fewer, fewer
+/// orders share the light.
 const TERMS: f64 = 6e-3;
+const TERMS_CELLS: f64 = 14.0;
 /// Root mean square error of an efficiency halfway between two wavelengths.
-const BETWEEN_WAVELENGTHS: f64 = 8e-4;
+const BETWEEN_WAVELENGTHS: f64 = 1.6e-3;
 
 /// A diffracting grating that answers from a table of efficiencies.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -49,9 +56,8 @@ impl GratingSurface {
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
         let meshes = meshes(profile, index, build_limit)?;
-        let stored = STORED[usize::from(index.is_none())];
-        let fineness = Fineness { stored, step_nm: step_nm(&meshes, period_um, index)?, tolerance: TERMS };
-        let (wavelengths_nm, _) = wavelengths(period_um, fineness.step_nm);
+        let fineness = fineness(period_um, spacing(&meshes, period_um, index)?);
+        let wavelengths_nm = ever_solved(period_um, fineness.spacing);
         let solved = Solved::new(&meshes, index, &wavelengths_nm)?;
         Self::tabulate(period_um, coherence_length_um, &solved, fineness, progress)
     }
@@ -180,7 +186,8 @@ impl JonesTable {
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
         let meshes = meshes(profile, index, build_limit)?;
-        let step_nm = step_nm(&meshes, period_um, index)?.map(|step| (STEPS * step).min(STEP_MAX_NM));
+        let spacing = spacing(&meshes, period_um, index)?;
+        let step_nm = spacing.map(|spacing| (STEPS * spacing.step_nm).min(STEP_MAX_NM));
         let (wavelengths_nm, _) = wavelengths(period_um, step_nm);
         Self::build(period_um, &Solved::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
     }
@@ -194,12 +201,28 @@ fn meshes(profile: &Profile, index: Option<&SpectralIndex>, build_limit: f64) ->
     Meshes::new(profile, resolution)
 }
 
-/// From one wavelength of a table to the next in nm; `None` for a perfect conductor.
-fn step_nm(meshes: &Meshes, period_um: f64, index: Option<&SpectralIndex>) -> Result<Option<f64>, GratingError> {
+/// How finely the nodes of a table lie.
+fn fineness(period_um: f64, spacing: Option<Spacing>) -> Fineness {
+    let cells = 2e3 * period_um / WAVELENGTH_MIN_NM + 1.0;
+    let stored = spacing.map_or(STORED_PERFECT, |spacing| {
+        let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
+        let fitting = (0.5 * ROOM / entries(cells, wavelengths)).sqrt();
+        (fitting as u32).clamp(STORED[0], STORED[1])
+    });
+    Fineness { stored, spacing, tolerance: TERMS * (cells / TERMS_CELLS).min(1.0) }
+}
+
+/// Efficiencies of a table at each pair of nodes. Longer wavelengths have fewer cells, a third of the entries in the mean.
+fn entries(cells: f64, wavelengths: f64) -> f64 {
+    cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0)
+}
+
+/// The wavelengths of a table; `None` for a perfect conductor, which knows none.
+fn spacing(meshes: &Meshes, period_um: f64, index: Option<&SpectralIndex>) -> Result<Option<Spacing>, GratingError> {
     if index.is_none() {
         return Ok(None);
     }
-    Ok(Some(wavelength_step_nm(period_um, &Solved::new(meshes, index, &[])?, BETWEEN_WAVELENGTHS)?))
+    Ok(Some(Spacing::choose(period_um, &Solved::new(meshes, index, &[])?, BETWEEN_WAVELENGTHS)?))
 }
 
 /// Wavelengths of a table in an estimate, and places that are solved of a cell.
@@ -214,10 +237,8 @@ fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
     let wavelengths = if has_wavelengths { ESTIMATED[0] } else { 1.0 };
     let nodes = nodes as f64;
     let place = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
-    let stored = f64::from(STORED[usize::from(!has_wavelengths)]).powi(2);
-    // Longer wavelengths have fewer cells, a third of the entries in the mean.
-    let entries = stored * cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0);
-    Estimate { bytes: 2.0 * entries, seconds: 0.5 * cells * ESTIMATED[1] * place }
+    let stored = f64::from(if has_wavelengths { STORED[0] } else { STORED_PERFECT }).powi(2);
+    Estimate { bytes: 2.0 * stored * entries(cells, wavelengths), seconds: 0.5 * cells * ESTIMATED[1] * place }
 }
 
 /// Standard deviation of an order in cycles/µm.

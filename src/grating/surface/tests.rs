@@ -6,7 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const PERIOD_UM: f64 = 1.6;
-const FINENESS: Fineness = Fineness { stored: 17, step_nm: Some(47.0), tolerance: 1e-3 };
+const FINENESS: Fineness =
+    Fineness { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
 /// Orders with a closed form, of the kind that gratings have: reciprocal, with a square root where one passes off, and
 /// changing with the wavelength. They are no solution of anything.
