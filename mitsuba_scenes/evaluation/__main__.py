@@ -28,6 +28,7 @@ PAGES = (
     "periodicity",
     "lab",
     "crosscheck",
+    "gratings",
     "validity",
     "stability",
     "peers",
