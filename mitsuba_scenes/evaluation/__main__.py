@@ -30,6 +30,7 @@ PAGES = (
     "crosscheck",
     "gratings",
     "validity",
+    "skins-validity",
     "stability",
     "peers",
     # Gathers numbers of those before it.
