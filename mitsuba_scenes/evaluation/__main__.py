@@ -29,6 +29,7 @@ PAGES = (
     "lab",
     "crosscheck",
     "gratings",
+    "polarisation",
     "validity",
     "skins-validity",
     "stability",
