@@ -28,7 +28,10 @@ PAGES = (
     "periodicity",
     "lab",
     "crosscheck",
+    "gratings",
+    "polarisation",
     "validity",
+    "skins-validity",
     "stability",
     "peers",
     # Gathers numbers of those before it.

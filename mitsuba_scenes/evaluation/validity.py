@@ -20,6 +20,7 @@ from ..gratings.scalar import (
     propagating,
 )
 from ..tool import sunbeam
+from . import validity_metals as metals
 from . import validity_plots as plots
 from . import validity_sweeps as sweeps
 from .page import images
@@ -164,4 +165,5 @@ def figures() -> dict:
         "sweeps": {"slope": slopes, "facets_away": away, "facets_facing": facing, "period": by_period},
         "limiting": limiting(),
         "surfaces": surfaces(),
+        "metals": metals.figures(folder / "metals.svg", BOUND, REACHES_DEG),
     }

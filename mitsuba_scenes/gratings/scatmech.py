@@ -11,8 +11,8 @@ import numpy as np
 from ..environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
-# Orders beyond these do not propagate for periods of up to four waves.
-ORDERS = 9
+# Orders beyond these do not propagate for periods of up to nine waves.
+ORDERS = 18
 
 
 def lamellar(

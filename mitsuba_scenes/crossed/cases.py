@@ -1,0 +1,116 @@
+"""What the judge of skins is asked, and its answers as they are kept in `answers/`.
+
+Scans are not part of the project, and neither are heights that come of them: what is kept is the power of orders.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .crops import CROPS, Crop
+from .model import Light
+from .solver import Orders
+
+ANSWERS = Path(__file__).parent / "answers"
+# Powers are kept as whole numbers of this.
+UNIT = 1e-7
+# Keratin (docs/height-fields.md).
+KERATIN = 1.56
+SMOOTHING = 1.0
+WAVELENGTHS_NM = (450.0, 550.0, 650.0)
+ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
+AZIMUTHS_DEG = (0.0, 90.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One relief of a crop: smoothed by so many pixels, its heights times a factor, of a dielectric of this index."""
+
+    crop: Crop
+    smoothing: float = SMOOTHING
+    factor: float = 1.0
+    eta: float = KERATIN
+
+    @property
+    def key(self) -> str:
+        return f"{self.crop.skin} {self.crop.name}, {self.smoothing} px, height × {self.factor}, η {self.eta}"
+
+
+LIGHTS = [Light(nm, theta, phi) for nm in WAVELENGTHS_NM for theta in ANGLES_DEG for phi in AZIMUTHS_DEG]
+# What else changes is asked at one wavelength.
+FEWER_LIGHTS = [light for light in LIGHTS if light.wavelength_nm == 550.0]
+BASE = [Case(crop) for crop in CROPS]
+VARIED = [
+    Case(crop, **change)
+    for crop in CROPS
+    if crop.name == "A"
+    for change in ({"smoothing": 0.5}, {"smoothing": 2.0}, {"factor": 0.5}, {"eta": 1.33}, {"eta": 2.0})
+]
+# Of the made-up relief of `relief.synthetic`.
+SYNTHETIC_LIGHTS = [
+    Light(nm, theta, phi)
+    for nm in (450.0, 650.0)
+    for theta in (0.0, 40.0, 70.0)
+    for phi in ((0.0, 35.0) if theta else (0.0,))
+]
+
+
+def kept(light: Light, orders: Orders) -> dict:
+    """The answer to one light, to be written as JSON."""
+    return {
+        "light": [light.wavelength_nm, light.theta_deg, light.phi_deg],
+        "balance": float(f"{orders.balance:.1e}"),
+        "residual": float(f"{orders.residual:.1e}"),
+        "jx": orders.jx.tolist(),
+        "jy": orders.jy.tolist(),
+        "s": np.rint(orders.s / UNIT).astype(int).tolist(),
+        "p": np.rint(orders.p / UNIT).astype(int).tolist(),
+    }
+
+
+@dataclass(frozen=True)
+class Answer:
+    """A kept answer: powers of orders for s and p polarised light."""
+
+    light: Light
+    jx: np.ndarray
+    jy: np.ndarray
+    s: np.ndarray
+    p: np.ndarray
+    balance: float
+    residual: float
+
+    @property
+    def unpolarised(self) -> np.ndarray:
+        return 0.5 * (self.s + self.p)
+
+
+def answers(name: str) -> dict[str, list[Answer]]:
+    """Kept answers by case."""
+    found = {}
+    for key, rows in json.loads((ANSWERS / f"{name}.json").read_text(encoding="utf-8")).items():
+        found[key] = [
+            Answer(
+                Light(*row["light"]),
+                *(np.array(row[axis]) for axis in ("jx", "jy")),
+                *(np.array(row[state]) * UNIT for state in "sp"),
+                row["balance"],
+                row["residual"],
+            )
+            for row in rows
+        ]
+    return found
+
+
+def write(name: str, cases: dict[str, list[dict]]) -> None:
+    """A line a light, so that changes can be read."""
+    blocks = []
+    for key, rows in cases.items():
+        lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows)
+        blocks.append(f"{json.dumps(key, ensure_ascii=False)}: [\n{lines}\n]")
+    ANSWERS.mkdir(exist_ok=True)
+    (ANSWERS / f"{name}.json").write_text("{\n" + ",\n".join(blocks) + "\n}\n", encoding="utf-8")

@@ -1,0 +1,67 @@
+"""Polynomials over two panels, one in each medium, that are collocated at Gauss points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+
+
+@dataclass(frozen=True)
+class Panels:
+    """The lower panel [−below, 0] and the upper [0, above], lengths in um.
+
+    Each has `nodes` values at Chebyshev's extrema, the lower panel's first, in rising order; the ends are nodes. It is
+    collocated at `nodes − 1` Gauss points. `value` and `slope` take the values at all nodes to those at all points.
+    """
+
+    below: float
+    above: float
+    nodes: int
+    points: np.ndarray
+    value: np.ndarray
+    slope: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Points of both panels."""
+        return len(self.points)
+
+    @property
+    def upper(self) -> np.ndarray:
+        """Which points lie in the upper panel."""
+        return self.points > 0
+
+
+def panels(below: float, above: float, nodes: int) -> Panels:
+    at = -np.cos(np.pi * np.arange(nodes) / (nodes - 1))
+    gauss, _ = leggauss(nodes - 1)
+    value, slope = lagrange(at, gauss)
+    zero = np.zeros_like(value)
+    points = np.concatenate([below * (gauss - 1) / 2, above * (gauss + 1) / 2])
+    return Panels(
+        below,
+        above,
+        nodes,
+        points,
+        np.block([[value, zero], [zero, value]]),
+        np.block([[slope * 2 / below, zero], [zero, slope * 2 / above]]),
+    )
+
+
+def lagrange(nodes: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values and derivatives at `x` of the polynomials that are 1 at one node and 0 at the others, `[x, node]`.
+
+    By barycentric weights (Berrut and Trefethen, SIAM Review 46, 2004); no `x` may be a node.
+    """
+    apart = nodes[:, None] - nodes[None, :]
+    np.fill_diagonal(apart, 1.0)
+    weights = 1 / apart.prod(axis=1)
+    away = x[:, None] - nodes[None, :]
+    terms = weights / away
+    total = terms.sum(axis=1, keepdims=True)
+    value = terms / total
+    # d/dx of a quotient whose numerator and denominator are sums of w/(x − node).
+    slope = value * ((terms / away).sum(axis=1, keepdims=True) / total - 1 / away)
+    return value, slope

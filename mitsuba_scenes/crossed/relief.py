@@ -1,0 +1,75 @@
+"""Reliefs that repeat along x and y, as trigonometric polynomials through their samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Relief:
+    """Heights over one period in um, `[iy, ix]`, and the periods along x and y in um."""
+
+    heights: np.ndarray
+    period: tuple[float, float]
+
+    def sampled(self, nx: int, ny: int) -> Relief:
+        """The same polynomial at other steps, its mean taken off; of fewer samples the lower harmonics alone."""
+        old_y, old_x = self.heights.shape
+        spectrum = np.fft.fft2(self.heights - self.heights.mean()) / self.heights.size
+        jx, jy = harmonics(old_x), harmonics(old_y)
+        # The highest harmonic of an even count would count for both of its signs.
+        keep_x = np.abs(jx) <= (min(nx, old_x) - 1) // 2
+        keep_y = np.abs(jy) <= (min(ny, old_y) - 1) // 2
+        finer = np.zeros((ny, nx), complex)
+        finer[np.ix_(jy[keep_y] % ny, jx[keep_x] % nx)] = spectrum[np.ix_(keep_y, keep_x)]
+        return Relief(np.fft.ifft2(finer).real * nx * ny, self.period)
+
+    def slopes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Along x and y at the samples."""
+        ny, nx = self.heights.shape
+        spectrum = np.fft.fft2(self.heights)
+        found = []
+        for rate in (harmonics(nx)[None, :] / self.period[0], harmonics(ny)[:, None] / self.period[1]):
+            found.append(np.fft.ifft2(2j * np.pi * rate * spectrum).real)
+        return found[0], found[1]
+
+    def rms_slopes(self) -> tuple[float, float]:
+        """Along x and y, of the polynomial."""
+        ny, nx = self.heights.shape
+        x, y = self.sampled(4 * nx + 1, 4 * ny + 1).slopes()
+        return float(np.sqrt((x**2).mean())), float(np.sqrt((y**2).mean()))
+
+    def scaled(self, factor: float) -> Relief:
+        """Of other heights."""
+        return Relief(self.heights * factor, self.period)
+
+
+def harmonics(count: int) -> np.ndarray:
+    """Numbers of the harmonics of so many samples in the order of the fast Fourier transform."""
+    return np.rint(np.fft.fftfreq(count, 1 / count)).astype(int)
+
+
+# A made-up skin: harmonics (jx, jy), amplitudes in nm and phases in turns.
+SYNTHETIC_UM = (1.7, 1.9)
+SYNTHETIC = (
+    (1, 0, 26.0, 0.10),
+    (0, 1, 48.0, 0.35),
+    (1, 1, 24.0, 0.80),
+    (1, -1, 16.0, 0.55),
+    (2, 1, 11.0, 0.20),
+    (0, 2, 30.0, 0.65),
+    (1, 3, 10.0, 0.40),
+    (2, -2, 7.0, 0.95),
+    (0, 4, 6.0, 0.15),
+)
+
+
+def synthetic() -> Relief:
+    """A relief of a skin's kind that is no skin's, with pixels of 50 nm: what tests have where there is no scan."""
+    columns, rows = (round(length / 0.05) for length in SYNTHETIC_UM)
+    x = np.arange(columns)[None, :] / columns
+    y = np.arange(rows)[:, None] / rows
+    waves = [1e-3 * nm * np.cos(2 * np.pi * (jx * x + jy * y + turns)) for jx, jy, nm, turns in SYNTHETIC]
+    return Relief(np.sum(waves, axis=0), SYNTHETIC_UM)

@@ -1,0 +1,95 @@
+"""The plots of the page `gratings`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+POLARISATIONS = (("te", "tab:blue", "TE"), ("tm", "tab:red", "TM"))
+
+plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
+
+
+def save(figure, path: Path) -> None:
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+def littrow(ax, curves: dict, passing_off: tuple, title: str) -> None:
+    """TE and TM of the order that goes back: in aluminium as lines, in a perfect conductor dotted."""
+    for key, colour, name in POLARISATIONS:
+        ax.plot(curves["Al"]["ratio"], curves["Al"][key], color=colour, lw=1.4, label=f"{name}, aluminium")
+        ax.plot(curves["perfect"]["ratio"], curves["perfect"][key], ":", color=colour, lw=1.2, label=f"{name}, perfect")
+    for ratio in passing_off:
+        ax.axvline(ratio, color="0.7", lw=0.8, zorder=0)
+    ax.set(title=title, xlabel="λ/d", ylim=(0, 1.03), xlim=(0.3, 1.9))
+
+
+def blazed(path: Path, made: dict, passing_off: tuple) -> None:
+    figure, ax = plt.subplots(figsize=(7, 3.8))
+    littrow(ax, made["curves"], passing_off, f"echelette of {made['slope_deg']:.1f}°, Littrow")
+    ax.axvline(made["blaze_ratio"], color="0.3", lw=0.8, ls="--", zorder=0, label="blaze, λ/d = 2 sin b")
+    ax.set_ylabel("efficiency of the order that goes back")
+    ax.legend(fontsize=8, frameon=False, loc="lower right")
+    save(figure, path)
+
+
+def sinusoidal(path: Path, made: dict, passing_off: tuple) -> None:
+    depths = made["depths"]
+    figure, axes = plt.subplots(1, len(depths) + 1, figsize=(13, 3.6), sharey=True)
+    shallow = made["shallow"]
+    for key, colour, name in POLARISATIONS:
+        axes[0].plot(shallow["ratio"], shallow[key], ":", color=colour, lw=1.4, label=f"{name}, perfect")
+    axes[0].plot(shallow["ratio"], shallow["screen"], color="k", lw=1, label="phase screen, J₁²")
+    axes[0].set(
+        title=f"h/d = {depths[0]}", xlabel="λ/d", ylim=(0, 1.03), ylabel="efficiency of the order that goes back"
+    )
+    for ax, depth in zip(axes[1:], depths):
+        littrow(ax, made["curves"][str(depth)], passing_off, f"h/d = {depth}")
+    for ax in axes[:2]:
+        ax.legend(fontsize=8, frameon=False)
+    save(figure, path)
+
+
+def lamellar(path: Path, made: dict, passing_off: tuple) -> None:
+    figure, axes = plt.subplots(1, 3, figsize=(12, 3.6), sharey=True)
+    littrow(axes[0], made["curves"], passing_off, f"lamellar, h/d = {made['depth']}")
+    against = made["against_height"]
+    pair = made["equivalent"]["curves"]
+    for key, colour, name in POLARISATIONS:
+        axes[1].plot(against["height_ratio"], against[key], ":", color=colour, lw=1.4, label=f"{name}, perfect")
+        axes[2].plot(
+            pair["lamellar"]["ratio"], pair["lamellar"][key], ":", color=colour, lw=1.4, label=f"{name}, lamellar"
+        )
+        axes[2].plot(
+            pair["sinusoidal"]["ratio"], pair["sinusoidal"][key], color=colour, lw=0.8, label=f"{name}, sinusoidal"
+        )
+    axes[1].set(title=f"lamellar, λ/d = {made['ratio']}", xlabel="h/d")
+    axes[2].set(title="the same first harmonic, perfect", xlabel="λ/d")
+    axes[0].set_ylabel("efficiency of the order that goes back")
+    for ax in axes:
+        ax.legend(fontsize=7, frameon=False)
+    save(figure, path)
+
+
+def plasmons(path: Path, made: dict) -> None:
+    figure, axes = plt.subplots(1, 2, figsize=(10, 3.6), width_ratios=(2, 1))
+    shades = plt.colormaps["viridis"]
+    count = len(made["curves"])
+    for i, (height, curve) in enumerate(made["curves"].items()):
+        label = f"{1e3 * float(height):.0f} nm"
+        axes[0].plot(curve["theta_deg"], curve["tm"], color=shades(i / count), lw=1.2, label=label)
+    for angle in made["expected_deg"].values():
+        axes[0].axvline(angle, color="0.6", lw=0.8, zorder=0)
+    axes[0].set(xlabel="angle of incidence in degrees", ylabel="TM efficiency of order 0", ylim=(0, 1.03), xlim=(0, 45))
+    axes[0].legend(fontsize=8, frameon=False, loc="lower right", title="height")
+    heights = [1e3 * row["height_um"] for row in made["dips"]]
+    axes[1].plot(heights, [row["theta_deg"] for row in made["dips"]], "ko-", lw=1, ms=3)
+    axes[1].axhline(made["expected_deg"]["1"], color="0.6", lw=0.8)
+    axes[1].set(xlabel="height in nm", ylabel="angle of the first dip in degrees", xlim=(0, None))
+    save(figure, path)
