@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -144,22 +145,30 @@ def _interactions(wi: list[float], carried: list[float], count: int) -> Any:
 
 
 def use_variant(name: str) -> None:
-    """Selects a variant of Mitsuba, with one thread to compute on.
-
-    Workers have a process a core, so more threads would only wait for each other; and sums over a picture's blocks
-    come in one order then, which makes results the same bytes everywhere. Raises :class:`ReflectorError`.
-    """
-    import drjit as dr
-
+    """Selects a variant of Mitsuba. Raises :class:`ReflectorError` where it does not run here."""
     mi = mitsuba()
+    if mi.variant() == name:
+        return
+    try:
+        mi.set_variant(name)
+    except (ImportError, RuntimeError, AttributeError) as error:
+        raise ReflectorError(f"the variant {name} does not run here: {one_line(error)}") from error
 
-    if mi.variant() != name:
-        try:
-            mi.set_variant(name)
-        except (ImportError, RuntimeError, AttributeError) as error:
-            raise ReflectorError(f"the variant {name} does not run here: {one_line(error)}") from error
-    if dr.thread_count() != 1:
-        dr.set_thread_count(1)
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Mitsuba computes on one thread: a worker has a core to itself, and sums over a picture come in one order then.
+
+    Only for rendering: with so few threads Mitsuba's files in OpenEXR are never finished.
+    """
+    dr = importlib.import_module("drjit")
+    before = dr.thread_count()
+    dr.set_thread_count(1)
+    try:
+        yield
+    finally:
+        dr.sync_thread()
+        dr.set_thread_count(before)
 
 
 def bsdf_entries(parameters: Mapping[str, Value]) -> dict[str, Any]:

@@ -113,7 +113,7 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
     """The record of a case and its pictures. A figure that is refused leaves the others standing."""
     start, tables_before = time.perf_counter(), held.seconds
     parameters = with_full_path(case.parameters, job.folder)
-    errors: list[str] = []
+    errors: list[tuple[str, str]] = []
     figures: dict[str, Any] = {}
     pictures: dict[str, bytes] = {}
     thumbnails: dict[str, str] = {}
@@ -122,22 +122,22 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
         try:
             source = input_of(Path(str(parameters["filename"])))
         except OSError as error:
-            errors.append(f"{case.parameters['filename']}: cannot be read: {error.strerror}")
+            errors.append(("", f"{case.parameters['filename']}: cannot be read: {error.strerror}"))
     for want in job.wants if not errors else ():
         try:
             answer = want.compute(_Asked(parameters, held))
         except _REFUSALS as error:
-            errors.append(_told(str(error), case, parameters))
+            errors.append((want.name, _told(str(error), case, parameters)))
             continue
         except Exception as error:
-            errors.append(_told(f"{want.name}: a defect: {type(error).__name__}: {error}", case, parameters))
+            errors.append((want.name, _told(f"a defect: {type(error).__name__}: {error}", case, parameters)))
             continue
         figures.update({f"{want.name}_{name}": value for name, value in answer.figures.items()})
         for ending, content in answer.pictures.items():
             pictures[ending] = content
         for name, content in answer.thumbnails.items():
             thumbnails[name] = base64.b64encode(content).decode()
-    record = record_of(job, case, "; ".join(dict.fromkeys(errors)))
+    record = record_of(job, case, _joined(errors))
     spent = time.perf_counter() - start
     record.update(figures=figures, thumbnails=thumbnails, input=source)
     record["time"].update(seconds=round(spent, 4), tables_seconds=round(held.seconds - tables_before, 4))
@@ -163,6 +163,14 @@ def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
             "worker": f"{socket.gethostname()}:{os.getpid()}",
         },
     }
+
+
+def _joined(errors: list[tuple[str, str]]) -> str:
+    """The errors of all figures in one line: what all of them have in common once, else each with its figure's name."""
+    messages = {message for _, message in errors}
+    if len(messages) == 1:
+        return messages.pop() if len(errors) != 1 else ": ".join(part for part in errors[0] if part)
+    return "; ".join(f"{name}: {message}" for name, message in errors)
 
 
 def _told(message: str, case: Case, parameters: Mapping[str, Value]) -> str:

@@ -78,7 +78,7 @@ class BrdfMap(Want):
         pixels[inside] = np.concatenate(parts)
         bad = int(np.count_nonzero(~np.isfinite(pixels)))
         if bad:
-            raise WantError(f"map: {bad} of {pixels.size} values are not finite")
+            raise WantError(f"{bad} of {pixels.size} values are not finite")
         exposure = self.exposure or automatic_exposure(pixels)
         answer = Answer()
         answer.number("exposure", exposure)

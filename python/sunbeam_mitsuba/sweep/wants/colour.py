@@ -118,7 +118,7 @@ class Colour(Want):
         f = question.reflector().eval(question.wi(), wo.astype(np.float32), nm)
         bad = int(np.count_nonzero(~np.isfinite(f)))
         if bad:
-            raise WantError(f"colour: {bad} of {f.size} values over the angle of view are not finite")
+            raise WantError(f"{bad} of {f.size} values over the angle of view are not finite")
         seen = f.astype(np.float64).reshape(count, _WITHIN_DETECTOR, len(nm)).mean(axis=1)
         angles = np.degrees(views).reshape(count, _WITHIN_DETECTOR).mean(axis=1)
         xyz = weighted(seen, xyz_weights(self.illuminant, self.lambda_step_nm))

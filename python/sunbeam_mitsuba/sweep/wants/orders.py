@@ -49,7 +49,7 @@ class Orders(Want):
             for theory in self.theories
         ]
         listed = "theory, wavelength in nm, order, direction in degrees and efficiencies of each order"
-        return [*columns, Column("orders", "orders", listed)]
+        return [*columns, Column("list", "orders", listed)]
 
     def check_parameters(self, names: set[str], values: Any) -> None:
         for name in ("material", "rotation"):
@@ -73,5 +73,5 @@ class Orders(Want):
                     rows.append({"theory": theory, "wavelength_nm": nm, **kept})
                     total += order["mean"]
             answer.number(f"{theory}_reflected", total / len(self.wavelengths_nm))
-        answer.figures["orders"] = rows
+        answer.figures["list"] = rows
         return answer

@@ -94,7 +94,7 @@ class Peaks(Want):
             errors.append(peak - grating)
         if not rows:
             raise WantError(
-                f"peaks: no wavelength has a first order above the horizon for a period of {period_nm:g} nm and light "
+                f"no wavelength has a first order above the horizon for a period of {period_nm:g} nm and light "
                 f"from {question.theta_i_deg:g} degrees"
             )
         answer = Answer({"angles": rows})
@@ -111,8 +111,8 @@ class Peaks(Want):
         if given is not None:
             return float(given)
         if find_command() is None:
-            raise WantError("peaks: the period is not known without the command sunbeam; give want.peaks.period_um")
+            raise WantError("the period is not known without the command sunbeam; give want.peaks.period_um")
         along_x = describe(parameters)["periods"]["x"]
         if along_x is None:
-            raise WantError("peaks: the relief has no period along x; give want.peaks.period_um")
+            raise WantError("the relief has no period along x; give want.peaks.period_um")
         return float(along_x["period_um"])

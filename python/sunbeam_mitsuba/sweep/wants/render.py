@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import SweepError
 from ..limits import LIGHT, Numbers, Text, shown
 from ..pictures import automatic_exposure, encoded, exr, png, thumbnail
-from ..reflector import ReflectorError, mitsuba, one_line, use_variant
+from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_variant
 from .want import Answer, Column, Options, Question, Want, WantError
 
 # Which element says what a parameter is; all others are strings.
@@ -108,7 +108,7 @@ class Render(Want):
         pixels = self._rendered(question)
         bad = int(np.count_nonzero(~np.isfinite(pixels)))
         if bad:
-            raise WantError(f"render: {bad} of {pixels.size} values are not finite")
+            raise WantError(f"{bad} of {pixels.size} values are not finite")
         exposure = self.exposure or automatic_exposure(pixels)
         answer = Answer()
         answer.number("exposure", exposure)
@@ -136,7 +136,7 @@ class Render(Want):
             width, height = (int(side) for side in scene.sensors()[0].film().crop_size())
             if width * height * self.spp > _PATHS_MAX:
                 raise WantError(
-                    f"render: {width} × {height} pixels with {self.spp} samples are {width * height * self.spp:.2g} "
+                    f"{width} × {height} pixels with {self.spp} samples are {width * height * self.spp:.2g} "
                     f"paths; accepted are at most {_PATHS_MAX:.2g}"
                 )
             passes = max(1, -(-width * height * self.spp // _PATHS_PER_PASS))
@@ -144,10 +144,11 @@ class Render(Want):
             counts = [self.spp // passes + (number < self.spp % passes) for number in range(passes)]
             total: Any = 0.0
             for number, spp in enumerate(count for count in counts if count):
-                one = np.array(mi.render(scene, spp=spp, seed=self.seed + number)).astype(np.float64)
+                with one_thread():
+                    one = np.array(mi.render(scene, spp=spp, seed=self.seed + number)).astype(np.float64)
                 total = total + one * (spp / self.spp)
         except RuntimeError as error:
-            raise ReflectorError(f"render: {one_line(error)}") from error
+            raise ReflectorError(f"{one_line(error)}") from error
         finally:
             resolver.clear()
             for folder in before:
