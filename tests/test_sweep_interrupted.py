@@ -11,7 +11,7 @@ import time
 import psutil
 import pyarrow.parquet as pq
 import pytest
-from sweeps import begin, environment, one_line, results, sweep, wait_for, write_spec
+from sweeps import begin, environment, results, sweep, wait_for, write_spec
 
 CASES = 12
 # Long enough that there is a middle, short enough for twelve of them.
@@ -161,10 +161,10 @@ def test_ctrl_c_ends_soon_and_says_how_to_go_on(tmp_path, undisturbed):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """A file system of 64 kB, with room for some of the results."""
+    """A file system of 40 kB, with room for some of the results."""
     place = tmp_path / "out"
     place.mkdir()
-    words = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(place)]
+    words = ["mount", "-t", "tmpfs", "-o", "size=40k", "tmpfs", str(place)]
     mounted = subprocess.run(words, capture_output=True, text=True)
     if mounted.returncode != 0:
         pytest.skip(f"a full disk needs a small file system, and mounting one needs root: {mounted.stderr.strip()}")

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
+import asyncio
 import logging
 import os
+import sys
 import tempfile
 import uuid
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ from typing import Any
 import dask
 import psutil
 from distributed import Client, LocalCluster
+from distributed.comm import connect
 
 from .errors import SweepError
 from .tables import WORKER_BYTES
@@ -45,6 +47,8 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
     _quiet()
     # Dask counts how often a task was there when a worker died, and gives it up when that is more than this.
     settings: dict[str, Any] = {"distributed.scheduler.allowed-failures": KILLS - 1}
+    # After an interruption Python's tracker of shared resources cleans up behind the workers, and would tell of it.
+    sys.warnoptions.append("ignore:resource_tracker")
     with (
         tempfile.TemporaryDirectory(prefix="sunbeam-sweep-", ignore_cleanup_errors=True) as scratch,
         dask.config.set({**settings, "temporary-directory": scratch}),
@@ -56,7 +60,7 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
                 threads_per_worker=1,
                 processes=True,
                 memory_limit=int(memory_bytes),
-                dashboard_address=":0" if importlib.util.find_spec("bokeh") else None,
+                dashboard_address=":0",
                 silence_logs=logging.CRITICAL,
                 local_directory=scratch,
             )
@@ -66,13 +70,20 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
             cluster.close(timeout=5)
         finally:
             # After an interruption a worker may be in the middle of a minute's computation. Nothing is lost with it.
-            own = [child for child in psutil.Process().children(recursive=True) if child.pid not in before]
+            own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
             for child in own:
-                try:
+                with suppress(psutil.NoSuchProcess):
                     child.kill()
-                except psutil.NoSuchProcess:
-                    continue
             psutil.wait_procs(own, timeout=1)
+            sys.warnoptions.remove("ignore:resource_tracker")
+
+
+def _is_worker(child: psutil.Process, before: set[int]) -> bool:
+    """Whether it was spawned since, and is not Python's tracker of shared resources, which ends by itself."""
+    try:
+        return child.pid not in before and "spawn_main" in " ".join(child.cmdline())
+    except psutil.NoSuchProcess:
+        return False
 
 
 @contextmanager
@@ -85,6 +96,8 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
     """
     _quiet()
     try:
+        # A client that never connected cannot be closed in silence, so the address is tried before there is one.
+        asyncio.run(_reach(address))
         client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TimeoutError, RuntimeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
@@ -100,6 +113,11 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
         # The scheduler may be gone, which has been said.
         with suppress(Exception):
             client.close(timeout=1)
+
+
+async def _reach(address: str) -> None:
+    comm = await connect(address, timeout=_CONNECT_SECONDS)
+    comm.abort()
 
 
 def _probe_all(client: Client, job: Job) -> None:
@@ -125,8 +143,10 @@ def thread_count(client: Client) -> int:
 
 def _quiet() -> None:
     """Dask's own account of lost workers and connections goes unheard: the sweep says in one line what matters."""
-    for name in ("distributed", "tornado", "asyncio"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    for name in ["distributed", "tornado", "asyncio", *logging.root.manager.loggerDict]:
+        # Some of Dask's loggers have a level of their own.
+        if name.split(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 __all__ = ["KILLS", "local_client", "plan_workers", "remote_client", "thread_count"]

@@ -102,6 +102,8 @@ def run(
                 write_sheet(spec, read_rows(spec.output, cases), facts)
                 write_summary(spec, "finished", {**facts, "seconds": round(time.perf_counter() - start, 3)})
             except (SweepError, StoreError) as error:
+                if count.done == 0:
+                    raise SweepError(str(error)) from error
                 raise SweepError(
                     f"{error} ({count.done} of {count.total} cases are done; the same command goes on with the rest)"
                 ) from error
