@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
+import shutil
 import sys
 import tempfile
 import uuid
@@ -45,16 +46,16 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
     """A client of a cluster in processes of this machine, which end with the context, whatever they do."""
     before = {child.pid for child in psutil.Process().children(recursive=True)}
     _quiet()
-    # Dask counts how often a task was there when a worker died, and gives it up when that is more than this.
-    settings: dict[str, Any] = {"distributed.scheduler.allowed-failures": KILLS - 1}
+    scratch = tempfile.mkdtemp(prefix="sunbeam-sweep-")
+    settings: dict[str, Any] = {
+        # Dask counts how often a task was there when a worker died, and gives it up when that is more than this.
+        "distributed.scheduler.allowed-failures": KILLS - 1,
+        "temporary-directory": scratch,
+    }
     # After an interruption Python's tracker of shared resources cleans up behind the workers, and would tell of it.
     sys.warnoptions.append("ignore:resource_tracker")
-    with (
-        tempfile.TemporaryDirectory(prefix="sunbeam-sweep-", ignore_cleanup_errors=True) as scratch,
-        dask.config.set({**settings, "temporary-directory": scratch}),
-    ):
-        cluster = client = None
-        try:
+    try:
+        with dask.config.set(settings):
             cluster = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -68,14 +69,15 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
             yield client
             client.close(timeout=2)
             cluster.close(timeout=5)
-        finally:
-            # After an interruption a worker may be in the middle of a minute's computation. Nothing is lost with it.
-            own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
-            for child in own:
-                with suppress(psutil.NoSuchProcess):
-                    child.kill()
-            psutil.wait_procs(own, timeout=1)
-            sys.warnoptions.remove("ignore:resource_tracker")
+    finally:
+        # After an interruption a worker may be in the middle of a minute's computation. Nothing is lost with it.
+        own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
+        for child in own:
+            with suppress(psutil.NoSuchProcess):
+                child.kill()
+        psutil.wait_procs(own, timeout=1)
+        sys.warnoptions.remove("ignore:resource_tracker")
+        shutil.rmtree(scratch, ignore_errors=True)
 
 
 def _is_worker(child: psutil.Process, before: set[int]) -> bool:
