@@ -15,12 +15,12 @@ from ..environment import REPOSITORY, SetupError
 from .page import insist
 from .speed_error import processor
 from .sweeps_simulation import Costs, Storage, simulate
-from .sweeps_waiting import SECONDS
 
 PAGE = "sweeps-scale"
 PACKAGE = REPOSITORY / "python"
-# Cases of a second, of which there are so many; cases of no work; cases of a finished sweep that is begun again.
-CASES, TRIVIAL, FINISHED = 60, 100_000, 10_000
+# Cases of a second, of which there are so many; cases of no work; cases of a finished sweep that is begun again;
+# and batches of one case.
+CASES, TRIVIAL, FINISHED, BATCHES = 60, 100_000, 10_000, 1000
 WORKERS, SURFACES = (10, 100, 1000), 100_000
 # File systems that workers may share; nobody measured these, they are round numbers of fast and slow ones.
 STORAGES = (
@@ -105,18 +105,18 @@ def figures() -> dict:
         folder = Path(name)
         load_before = os.getloadavg()[0]
         waited = {workers: sweep(folder / f"wait{workers}", CASES, NOTHING, workers, 1.0) for workers in (1, 2)}
+        nearly = sweep(folder / "one", 1, NOTHING, 1, 0.0)
+        finished = sweep(folder / "finished", FINISHED, NOTHING, 2, 0.0)
+        resumed = sweep(folder / "finished", FINISHED, NOTHING, 2, 0.0)
+        trivial = sweep(folder / "trivial", TRIVIAL, NOTHING, 2, 0.0)
+        trivial_again = sweep(folder / "trivial", TRIVIAL, NOTHING, 2, 0.0)
+        empty = sweep(folder / "empty", BATCHES, NOTHING, 1, 0.0, batch=1)
         parts = asked(PARTS, write_spec(folder / "parts", CASES, MAP), env=environment())
         mapped = {workers: sweep(folder / f"map{workers}", CASES, MAP, workers) for workers in (1, 2)}
         small = asked(PARTS, write_spec(folder / "small", 500, NOTHING), env=environment())
         cache = environment(SUNBEAM_CACHE_DIR=str(folder / "cache"))
         tables = asked(TABLES, json.dumps(RELIEFS), env=cache)
-        finished = sweep(folder / "finished", FINISHED, NOTHING, 2)
-        resumed = sweep(folder / "finished", FINISHED, NOTHING, 2)
-        trivial = sweep(folder / "trivial", TRIVIAL, NOTHING, 2)
-        trivial_again = sweep(folder / "trivial", TRIVIAL, NOTHING, 2)
-        empty = sweep(folder / "empty", 2000, NOTHING, 1, 0.0, batch=1)
-        nearly = sweep(folder / "one", 1, NOTHING, 1, 0.0)
-    batch_seconds = (empty["seconds"] - nearly["seconds"]) / 2000
+    batch_seconds = (empty["seconds"] - nearly["seconds"]) / BATCHES
     costs = Costs(
         batch_seconds=batch_seconds,
         case_seconds=5.0,
@@ -199,7 +199,10 @@ def sweep(
     variables = {}
     if wait_seconds is not None:
         preload = Path(__file__).with_name("sweeps_waiting.py")
-        variables = {"DASK_DISTRIBUTED__WORKER__PRELOAD": json.dumps([str(preload)]), SECONDS: str(wait_seconds)}
+        variables = {
+            "DASK_DISTRIBUTED__WORKER__PRELOAD": json.dumps([str(preload)]),
+            "SUNBEAM_SWEEP_WAIT_SECONDS": str(wait_seconds),
+        }
     limit = f"import sunbeam_mitsuba.sweep.drive as d; d.BATCH_CASES_MAX = {batch or 'd.BATCH_CASES_MAX'}; "
     code = (
         limit

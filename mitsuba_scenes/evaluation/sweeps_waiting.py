@@ -10,13 +10,11 @@ import time
 
 from sunbeam_mitsuba.sweep import work
 
-SECONDS = "SUNBEAM_SWEEP_WAIT_SECONDS"
-
 
 def waiting(job, case, held):
     """A record like that of a case whose figures were all found."""
     start = time.perf_counter()
-    time.sleep(float(os.environ[SECONDS]))
+    time.sleep(float(os.environ["SUNBEAM_SWEEP_WAIT_SECONDS"]))
     record = work.record_of(job, case, "")
     record["time"]["seconds"] = time.perf_counter() - start
     return record, {}
