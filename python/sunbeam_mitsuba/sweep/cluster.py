@@ -16,7 +16,7 @@ from typing import Any
 import dask
 import psutil
 from distributed import Client, LocalCluster
-from distributed.comm import connect
+from distributed.comm.core import connect
 
 from .errors import SweepError
 from .tables import WORKER_BYTES
