@@ -20,6 +20,7 @@ PAGES = (
     "tables",
     "sampling",
     "batch",
+    "sweeps-scale",
     "renderings",
     "renderings-methods",
     "snake-mesh",

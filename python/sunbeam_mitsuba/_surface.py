@@ -64,6 +64,11 @@ def _library() -> ctypes.CDLL:
     return library
 
 
+def library_version() -> str:
+    """The version of the native library, such as ``0.1.0``."""
+    return cast("bytes", _library().sunbeam_version()).decode()
+
+
 def _check(status: int) -> None:
     if status != _OK:
         raise SunbeamError(_library().sunbeam_last_error().decode())
@@ -223,9 +228,15 @@ def _wavelengths(wavelength_nm: ArrayLike) -> tuple[Floats, bool]:
     return (nm.reshape(1), True) if nm.ndim == 0 else (nm, False)
 
 
+def _threads() -> int:
+    """As many threads as the library builds tables with: ``RAYON_NUM_THREADS``, or one a core."""
+    named = os.environ.get("RAYON_NUM_THREADS", "")
+    return int(named) if named.isdecimal() and int(named) > 0 else os.cpu_count() or 1
+
+
 def _in_parallel(work: Callable[[int, int], None], count: int, carried: int) -> None:
     """Does items ``[first, first + count)`` of a batch on all cores: the calls let other threads run."""
-    threads = min(os.cpu_count() or 1, max(1, count * carried // _WORTH_A_THREAD))
+    threads = min(_threads(), max(1, count * carried // _WORTH_A_THREAD))
     if threads == 1:
         work(0, count)
         return

@@ -1,0 +1,86 @@
+"""A sweep with any number of workers, by the measured costs of its parts: events, not equations.
+
+Three things serve one request at a time: the process that drives the sweep with its scheduler, and the file system that
+all share; workers compute side by side. A worker asks for a batch, computes its cases, and hands each result to the
+file system before it begins the next.
+"""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass
+
+# As `sunbeam_mitsuba.sweep.drive` has them.
+BATCH_SECONDS, BATCH_SECONDS_PER_THREAD, BATCH_CASES_MAX = 1.0, 0.01, 500
+# Above this share of its time, a thing that serves all is what limits.
+BUSY = 0.8
+
+
+@dataclass(frozen=True)
+class Costs:
+    """What was measured: seconds of the driver and scheduler for a batch, of a worker for a case with its tables, of
+    writing a result on a disk of one's own; bytes of a result and of a surface's tables."""
+
+    batch_seconds: float
+    case_seconds: float
+    write_seconds: float
+    result_bytes: float
+    table_bytes: float
+
+
+@dataclass(frozen=True)
+class Storage:
+    """A file system that all workers share: files a second for all of them together, and, where the cache of tables is
+    on it, too, its bytes a second."""
+
+    name: str
+    files_per_second: float
+    cache_bytes_per_second: float | None = None
+
+
+def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
+    """Hours of so many cases, each a surface of its own, and how busy what serves all of them is."""
+    target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * workers)
+    batch = max(1, min(int(target / costs.case_seconds), BATCH_CASES_MAX))
+    file_seconds = 1 / storage.files_per_second
+    if storage.cache_bytes_per_second is not None:
+        file_seconds += costs.table_bytes / storage.cache_bytes_per_second
+    left, driver_free, files_free, driver_busy, files_busy, end = cases, 0.0, 0.0, 0.0, 0.0, 0.0
+    # When each worker is free, and how many cases of its batch are still to do.
+    events = [(0.0, worker, 0) for worker in range(workers)]
+    heapq.heapify(events)
+    while events:
+        now, worker, remaining = heapq.heappop(events)
+        if remaining == 0:
+            if left == 0:
+                end = max(end, now)
+                continue
+            remaining = min(batch, left)
+            left -= remaining
+            driver_free = max(driver_free, now) + costs.batch_seconds
+            driver_busy += costs.batch_seconds
+            heapq.heappush(events, (driver_free + costs.case_seconds, worker, -remaining))
+            continue
+        # A case has been computed, and its result goes to the file system.
+        remaining = -remaining - 1
+        files_free = max(files_free, now) + file_seconds
+        files_busy += file_seconds
+        written = max(files_free, now + costs.write_seconds)
+        if remaining:
+            heapq.heappush(events, (written + costs.case_seconds, worker, -remaining))
+        else:
+            heapq.heappush(events, (written, worker, 0))
+    shares = {"scheduler": driver_busy / end, "file system": files_busy / end}
+    limit = max(shares, key=lambda one: shares[one])
+    return {
+        "workers": workers,
+        "storage": storage.name,
+        "hours": end / 3600,
+        "efficiency": cases * costs.case_seconds / (workers * end),
+        "batch": batch,
+        "scheduler_busy": shares["scheduler"],
+        "files_busy": shares["file system"],
+        "limit": limit if shares[limit] > BUSY else "none",
+        "results_gb": cases * costs.result_bytes / 1e9,
+        "tables_gb": cases * costs.table_bytes / 1e9,
+    }

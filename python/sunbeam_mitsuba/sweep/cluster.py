@@ -1,0 +1,154 @@
+"""Where the work is done: workers of this machine, or those of a scheduler that is named."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import shutil
+import sys
+import tempfile
+import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from typing import Any
+
+import dask
+import psutil
+from distributed import Client, LocalCluster
+from distributed.comm.core import connect
+
+from .errors import SweepError
+from .tables import WORKER_BYTES
+from .work import Job, probe
+
+#: A task that kills so many workers is not tried again.
+KILLS = 3
+#: Share of the machine's free memory that workers may take together.
+_MEMORY_SHARE = 0.9
+_CONNECT_SECONDS, _WAIT_SECONDS, _PROBE_SECONDS = 5, 60, 120
+
+
+def plan_workers(asked: int | None, memory_bytes: float | None, largest_bytes: float, cases: int) -> tuple[int, float]:
+    """How many workers this machine gets, and the memory limit of each in bytes.
+
+    A worker a core, but no more than there are cases, and only so many that the largest estimate fits into the memory
+    of each; ``asked`` and ``memory_bytes``, the memory of each worker, take the place of that.
+    """
+    free = psutil.virtual_memory().available * _MEMORY_SHARE
+    cores = len(os.sched_getaffinity(0))
+    workers = asked or max(1, min(cores, cases, int(free / (largest_bytes + WORKER_BYTES))))
+    return workers, memory_bytes or free / workers
+
+
+@contextmanager
+def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
+    """A client of a cluster in processes of this machine, which end with the context, whatever they do."""
+    before = {child.pid for child in psutil.Process().children(recursive=True)}
+    _quiet()
+    scratch = tempfile.mkdtemp(prefix="sunbeam-sweep-")
+    settings: dict[str, Any] = {
+        # Dask counts how often a task was there when a worker died, and gives it up when that is more than this.
+        "distributed.scheduler.allowed-failures": KILLS - 1,
+        "temporary-directory": scratch,
+    }
+    # After an interruption Python's tracker of shared resources cleans up behind the workers, and would tell of it.
+    sys.warnoptions.append("ignore:resource_tracker")
+    try:
+        with dask.config.set(settings):
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                memory_limit=int(memory_bytes),
+                dashboard_address=":0",
+                silence_logs=logging.CRITICAL,
+                local_directory=scratch,
+            )
+            client = Client(cluster, set_as_default=False)
+            yield client
+            client.close(timeout=2)
+            cluster.close(timeout=5)
+    finally:
+        # After an interruption a worker may be in the middle of a minute's computation. Nothing is lost with it.
+        own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
+        for child in own:
+            with suppress(psutil.NoSuchProcess):
+                child.kill()
+        psutil.wait_procs(own, timeout=1)
+        sys.warnoptions.remove("ignore:resource_tracker")
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _is_worker(child: psutil.Process, before: set[int]) -> bool:
+    """Whether it was spawned since, and is not Python's tracker of shared resources, which ends by itself."""
+    try:
+        return child.pid not in before and "spawn_main" in " ".join(child.cmdline())
+    except psutil.NoSuchProcess:
+        return False
+
+
+@contextmanager
+def remote_client(address: str, job: Job) -> Iterator[Client]:
+    """A client of the scheduler at an address such as ``tcp://host:8786``, whose workers were all asked whether they
+    can take part.
+
+    Raises :class:`SweepError` where it does not answer within 5 s, has no worker within a minute, or has one that
+    lacks what the sweep needs.
+    """
+    _quiet()
+    try:
+        # A client that never connected cannot be closed in silence, so the address is tried before there is one.
+        asyncio.run(_reach(address))
+        client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
+    except (OSError, ValueError, TimeoutError, RuntimeError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise SweepError(f"the scheduler {address} does not answer: {reason}") from error
+    try:
+        try:
+            client.wait_for_workers(1, timeout=_WAIT_SECONDS)
+        except TimeoutError as error:
+            raise SweepError(f"the scheduler {address} has had no worker for {_WAIT_SECONDS} s") from error
+        _probe_all(client, job)
+        yield client
+    finally:
+        # The scheduler may be gone, which has been said.
+        with suppress(Exception):
+            client.close(timeout=1)
+
+
+async def _reach(address: str) -> None:
+    comm = await connect(address, timeout=_CONNECT_SECONDS)
+    comm.abort()
+
+
+def _probe_all(client: Client, job: Job) -> None:
+    token, place = uuid.uuid4().hex, job.output / ".token"
+    place.write_text(token)
+    try:
+        answers = client.run(probe, job, token, on_error="return")
+    except Exception as error:
+        raise SweepError(f"the workers cannot be asked: {type(error).__name__}: {error}") from error
+    finally:
+        place.unlink(missing_ok=True)
+    for worker, answer in answers.items():
+        if isinstance(answer, BaseException):
+            raise SweepError(f"the worker {worker} cannot take part: {type(answer).__name__}: {answer}")
+        if answer:
+            raise SweepError(answer)
+
+
+def thread_count(client: Client) -> int:
+    """Threads of all workers that there are now."""
+    return sum(client.nthreads().values())
+
+
+def _quiet() -> None:
+    """Dask's own account of lost workers and connections goes unheard: the sweep says in one line what matters."""
+    for name in ["distributed", "tornado", "asyncio", *logging.root.manager.loggerDict]:
+        # Some of Dask's loggers have a level of their own.
+        if name.split(".")[0] in ("distributed", "tornado", "asyncio"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+
+
+__all__ = ["KILLS", "local_client", "plan_workers", "remote_client", "thread_count"]

@@ -1,0 +1,83 @@
+"""The command ``sunbeam``, for what only it knows: statistics, periods, and orders by both theories."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, cast
+
+from .errors import SweepError
+from .limits import SOURCE, SURFACE, Value
+
+_BUILT = Path(__file__).resolve().parents[3] / "target" / "release" / "sunbeam"
+_MISSING = "the command sunbeam is missing: put it on PATH, or name it in the environment variable SUNBEAM_COMMAND"
+
+
+class CommandError(ValueError):
+    """The command refused; the message is its line."""
+
+
+def find_command() -> str | None:
+    """The command's path: ``SUNBEAM_COMMAND``, or on ``PATH``, or that of the checkout which the package is used from.
+
+    Raises :class:`SweepError` where the variable names something that cannot be run.
+    """
+    named = os.environ.get("SUNBEAM_COMMAND")
+    if named:
+        if shutil.which(named) is None:
+            raise SweepError(f"SUNBEAM_COMMAND names {named}, which cannot be run")
+        return named
+    return shutil.which("sunbeam") or (str(_BUILT) if _BUILT.exists() else None)
+
+
+def require_command() -> str:
+    """The command's path. Raises :class:`SweepError` where there is none."""
+    found = find_command()
+    if found is None:
+        raise SweepError(_MISSING)
+    return found
+
+
+def surface_words(parameters: Mapping[str, Value]) -> list[str]:
+    """The arguments that describe a surface, without those parameters that the command does not know."""
+    words = []
+    for name, value in parameters.items():
+        if name in SOURCE or name in SURFACE:
+            option = "height-field" if name == "filename" else name.replace("_", "-")
+            text = str(value).lower() if isinstance(value, bool) else str(value)
+            words.append(f"--{option}={text}")
+    return words
+
+
+def ask(*words: str) -> dict[str, Any]:
+    """Runs the command and reads the JSON that it prints.
+
+    Raises :class:`CommandError` with its one line where it refuses.
+    """
+    done = subprocess.run([require_command(), *words], capture_output=True, text=True)
+    if done.returncode != 0:
+        lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
+        raise CommandError(lines[-1].removeprefix("sunbeam: "))
+    return cast("dict[str, Any]", json.loads(done.stdout))
+
+
+@lru_cache(maxsize=64)
+def _described(words: tuple[str, ...], changed_ns: int) -> dict[str, Any]:
+    return ask("height-field", *words)
+
+
+def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
+    """The report of ``sunbeam height-field``, kept for the next setting of the same surface.
+
+    Raises :class:`CommandError` where the surface is refused.
+    """
+    name = parameters.get("filename")
+    changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
+    # The index has no part in the report, so that surfaces which differ in it alone are asked once.
+    relief = {key: value for key, value in parameters.items() if key not in ("eta", "k", "obliquity")}
+    return _described(tuple(surface_words(relief)), changed_ns)

@@ -1,0 +1,52 @@
+"""How far a sweep has come: a bar on a terminal, a line now and then elsewhere."""
+
+from __future__ import annotations
+
+import sys
+import time
+from types import TracebackType
+
+from tqdm import tqdm
+
+# A sweep that ends sooner shows nothing.
+_DELAY_SECONDS = 2.0
+_LINE_SECONDS = 30.0
+
+
+class Progress:
+    """Counts cases. On a terminal a bar with rate and time left; in a file a line every half a minute."""
+
+    def __init__(self, total: int, done: int, failed: int, shown: bool):
+        self.total, self.done, self.failed = total, done, failed
+        self._shown, self._line_at = shown, time.monotonic() + _LINE_SECONDS
+        self._start, self._done_before = time.monotonic(), done
+        self._bar: tqdm[object] | None = None
+        if shown and sys.stderr.isatty():
+            self._bar = tqdm(total=total, initial=done, unit="case", delay=_DELAY_SECONDS, file=sys.stderr, leave=False)
+
+    def __enter__(self) -> Progress:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def advance(self, done: int, failed: int) -> None:
+        """Counts so many more cases, and how many of them failed."""
+        self.done += done
+        self.failed += failed
+        if self._bar is not None:
+            if self.failed:
+                self._bar.set_postfix_str(f"{self.failed} failed", refresh=False)
+            self._bar.update(done)
+        elif self._shown and time.monotonic() > self._line_at:
+            self._line_at = time.monotonic() + _LINE_SECONDS
+            rate = (self.done - self._done_before) / (time.monotonic() - self._start)
+            left = (self.total - self.done) / rate if rate > 0 else float("inf")
+            print(
+                f"{self.done} of {self.total} cases, {self.failed} failed, {rate:.3g} cases/s, about {left:.0f} s left",
+                file=sys.stderr,
+                flush=True,
+            )

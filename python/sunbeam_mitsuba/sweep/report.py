@@ -1,0 +1,148 @@
+"""The table of settings and figures, the table of times, and the summary."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from .limits import PARAMETERS, Numbers, Truth
+from .spec import Case, Spec
+from .store import SUMMARY, TABLE, TIMES, StoreError, picture_name, read_result, write_whole
+from .wants import Column
+
+#: Arrow's types of the kinds of columns.
+KINDS: dict[str, pa.DataType] = {
+    "number": pa.float64(),
+    "whole": pa.int64(),
+    "text": pa.string(),
+    "truth": pa.bool_(),
+    "angles": pa.list_(
+        pa.struct([("wavelength_nm", pa.float64()), ("peak_deg", pa.float64()), ("grating_deg", pa.float64())])
+    ),
+    "orders": pa.list_(
+        pa.struct(
+            [
+                ("theory", pa.string()),
+                ("wavelength_nm", pa.float64()),
+                ("order", pa.int64()),
+                ("theta_deg", pa.float64()),
+                ("phi_deg", pa.float64()),
+                ("te", pa.float64()),
+                ("tm", pa.float64()),
+                ("mean", pa.float64()),
+            ]
+        )
+    ),
+    "gamut": pa.list_(pa.struct([("view_deg", pa.float64()), ("u", pa.float64()), ("v", pa.float64())])),
+}
+# Rows of a group of the Parquet file; so many are in memory at a time.
+_GROUP_ROWS = 10_000
+
+
+def columns_of(spec: Spec) -> list[Column]:
+    """The columns of the table, in order: the case, its parameters, how it went, and what was wanted."""
+    found = [
+        Column("row", "whole", "place in the order of the specification, from 0"),
+        Column("identity", "text", "names the case's files"),
+        Column("surface", "text", "the surface's name, or its file's or preset's"),
+    ]
+    for name in spec.parameter_names:
+        accepted = PARAMETERS[name]
+        kind = "number" if isinstance(accepted, Numbers) else "truth" if isinstance(accepted, Truth) else "text"
+        unit = f", {accepted}" if isinstance(accepted, Numbers) else ""
+        found.append(Column(name, kind, f"parameter {name}{unit}; none where it has its default"))
+    found += [
+        Column("input_sha256", "text", "checksum of the height field's file; none for a preset"),
+        Column("version", "text", "versions of the package, its library and Mitsuba"),
+        Column("status", "text", "done or failed"),
+        Column("error", "text", "in one line, what is wrong; none where all was found"),
+    ]
+    for want in spec.wants:
+        found += [Column(f"{want.name}_{column.name}", column.kind, column.meaning) for column in want.columns()]
+    return found
+
+
+def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
+    """Each case's row of the table, and its record.
+
+    Raises :class:`StoreError` where a result has gone since it was written.
+    """
+    for case in cases:
+        record = read_result(folder, case.identity)
+        if record is None:
+            raise StoreError(f"the result of row {case.row} is no longer in {folder}; the same command makes it anew")
+        row = {
+            "row": case.row,
+            "identity": case.identity,
+            "surface": case.surface,
+            **case.parameters,
+            "input_sha256": (record["input"] or {}).get("sha256"),
+            "version": record["version"],
+            "status": record["status"],
+            "error": record["error"] or None,
+            **record["figures"],
+        }
+        for ending in record["pictures"]:
+            # map.exr is in the column map_exr, strip.png in colour_strip.
+            name = "colour_strip" if ending == "strip.png" else ending.replace(".", "_")
+            row[name] = picture_name(case.identity, ending)
+        yield row, record
+
+
+def write_tables(spec: Spec, cases: list[Case]) -> None:
+    """Writes ``sweep.parquet``, the same bytes for the same results, and ``times.parquet``.
+
+    Raises :class:`StoreError`.
+    """
+    fields = [
+        pa.field(column.name, KINDS[column.kind], metadata={"meaning": column.meaning}) for column in columns_of(spec)
+    ]
+    timed = [("row", pa.int64()), ("identity", pa.string()), ("seconds", pa.float64())]
+    timed += [("tables_seconds", pa.float64()), ("finished", pa.string()), ("worker", pa.string())]
+    table, times = _Written(pa.schema(fields)), _Written(pa.schema(timed))
+    for row, record in read_rows(spec.output, cases):
+        table.add(row)
+        times.add({"row": row["row"], "identity": row["identity"], **record["time"]})
+    write_whole(spec.output / TABLE, table.finish())
+    write_whole(spec.output / TIMES, times.finish())
+
+
+class _Written:
+    """A Parquet file in memory, a group of rows at a time."""
+
+    def __init__(self, schema: pa.Schema):
+        self._schema, self._rows, self._buffer = schema, list[dict[str, Any]](), io.BytesIO()
+        self._writer = pq.ParquetWriter(self._buffer, schema, compression="zstd")
+
+    def add(self, row: dict[str, Any]) -> None:
+        self._rows.append(row)
+        if len(self._rows) >= _GROUP_ROWS:
+            self._flush()
+
+    def finish(self) -> bytes:
+        if self._rows:
+            self._flush()
+        self._writer.close()
+        return self._buffer.getvalue()
+
+    def _flush(self) -> None:
+        self._writer.write_table(pa.Table.from_pylist(self._rows, schema=self._schema))
+        self._rows = []
+
+
+def write_summary(spec: Spec, state: str, facts: dict[str, Any]) -> None:
+    """Writes ``sweep.json``: the state, the facts, what the columns hold, and the specification."""
+    content = {
+        "state": state,
+        **facts,
+        "wants": [want.identity() for want in spec.wants],
+        "columns": {column.name: column.meaning for column in columns_of(spec)},
+        "specification": spec.source,
+    }
+    write_whole(spec.output / SUMMARY, (json.dumps(content, indent=1, default=str) + "\n").encode())

@@ -1,0 +1,165 @@
+"""Combinations of values: a product, a list or a seeded sample."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from .errors import SweepError
+from .limits import PARAMETERS, Numbers, Value, check_keys, check_value, shown
+
+#: Most combinations of one sweep; a larger one is refused with its number before anything is expanded.
+ROWS_MAX = 1_000_000
+#: What a table of values may say besides its parameters.
+KEYS = ("combine", "count", "seed")
+_KINDS = ("product", "list", "sample")
+_RANGE = ("from", "to", "count", "step", "scale")
+
+
+@dataclass(frozen=True)
+class Span:
+    """Numbers from ``first`` to ``last``, evenly spaced, or evenly in their logarithm."""
+
+    first: float
+    last: float
+    logarithmic: bool
+
+    def at(self, share: float) -> float:
+        """The number at a share of the way, 0 to 1, to twelve digits, so that 0.1 · 3 is 0.3."""
+        if self.logarithmic:
+            value = self.first * (self.last / self.first) ** share
+        else:
+            value = self.first + (self.last - self.first) * share
+        return float(f"{value:.12g}")
+
+
+@dataclass(frozen=True)
+class Combinations:
+    """Values of parameters and how they are combined. ``count`` is how many combinations there are."""
+
+    names: tuple[str, ...]
+    count: int
+    _kind: str
+    _values: tuple[tuple[Value, ...] | Span, ...]
+    _seed: int = 0
+
+    def __iter__(self) -> Iterator[dict[str, Value]]:
+        """The combinations; of a product, the last parameter changes fastest."""
+        if self._kind == "sample":
+            yield from self._drawn()
+            return
+        lists = [values for values in self._values if not isinstance(values, Span)]
+        rows = itertools.product(*lists) if self._kind == "product" else zip(*lists)
+        for row in rows if self.names else [()]:
+            yield dict(zip(self.names, row))
+
+    def listed(self) -> dict[str, tuple[Value, ...]]:
+        """The values of each parameter; of a range that is drawn from, its two ends."""
+        return {
+            name: (values.first, values.last) if isinstance(values, Span) else values
+            for name, values in zip(self.names, self._values)
+        }
+
+    def _drawn(self) -> Iterator[dict[str, Value]]:
+        # Python promises that random() gives the same numbers for a seed in every version.
+        source = random.Random(self._seed)
+        for _ in range(self.count):
+            row: dict[str, Value] = {}
+            for name, values in zip(self.names, self._values):
+                share = source.random()
+                row[name] = values.at(share) if isinstance(values, Span) else values[int(share * len(values))]
+            yield row
+
+
+def read_combinations(where: str, table: dict[str, object], accepted: list[str]) -> Combinations:
+    """Reads a table of parameters, each a value, a list, or a range ``{from, to, count}`` or ``{from, to, step}``.
+
+    ``combine`` is ``product`` (the default), ``list`` (the first values together, then the second, …; single values
+    serve all) or ``sample`` (``count`` combinations drawn at random with ``seed``, 0 unless given; of a range any
+    number in it). ``scale = "log"`` spaces or draws a range evenly in its logarithm.
+
+    Raises :class:`SweepError` for what is unknown, contradictory, or outside of what a parameter accepts.
+    """
+    check_keys(where, table, [*KEYS, *accepted])
+    kind = table.get("combine", "product")
+    if kind not in _KINDS:
+        raise SweepError(f"{where}: combine is {shown(kind)}, but must be one of {', '.join(_KINDS)}")
+    is_sample = kind == "sample"
+    for key in ("count", "seed"):
+        if key in table and not is_sample:
+            raise SweepError(f'{where}: {key} needs combine = "sample"')
+    names = tuple(name for name in accepted if name in table)
+    values = tuple(_values(where, name, table[name], is_sample) for name in names)
+    lengths = [1 if isinstance(listed, Span) else len(listed) for listed in values]
+    if is_sample:
+        count = _whole(f"{where}: count", table.get("count"), 1, ROWS_MAX)
+        seed = _whole(f"{where}: seed", table.get("seed", 0), 0, 2**63)
+        return Combinations(names, count, "sample", values, seed)
+    if kind == "list":
+        longest = max(lengths, default=1)
+        for name, length in zip(names, lengths):
+            if length not in (1, longest):
+                raise SweepError(f"{where}: {name} has {length} values, but a list needs 1 or {longest}")
+        repeated = [
+            listed * longest if len(listed) == 1 else listed for listed in values if not isinstance(listed, Span)
+        ]
+        return Combinations(names, longest, "list", tuple(repeated))
+    return Combinations(names, math.prod(lengths), "product", values)
+
+
+def _values(where: str, name: str, given: object, is_sample: bool) -> tuple[Value, ...] | Span:
+    if isinstance(given, dict):
+        return _range(f"{where}: {name}", name, given, is_sample)
+    if isinstance(given, list):
+        if not given:
+            raise SweepError(f"{where}: {name} is an empty list; give at least one value")
+        return tuple(check_value(where, name, value) for value in given)
+    return (check_value(where, name, given),)
+
+
+def _range(where: str, name: str, given: dict[str, object], is_sample: bool) -> tuple[Value, ...] | Span:
+    check_keys(where, given, list(_RANGE))
+    if not isinstance(PARAMETERS[name], Numbers):
+        raise SweepError(f"{where} is a range, but must be {PARAMETERS[name]}")
+    ends = []
+    for key in ("from", "to"):
+        if key not in given:
+            raise SweepError(f"{where}: a range needs from and to")
+        ends.append(float(check_value(f"{where}: {key}", name, given[key])))
+    if given.get("scale", "linear") not in ("linear", "log"):
+        raise SweepError(f"{where}: scale is {shown(given['scale'])}, but must be one of linear, log")
+    logarithmic = given.get("scale") == "log"
+    if logarithmic and min(ends) <= 0:
+        raise SweepError(f'{where}: a range with scale = "log" must be above 0, but begins at {min(ends):g}')
+    span = Span(ends[0], ends[1], logarithmic)
+    if is_sample:
+        if "count" in given or "step" in given:
+            raise SweepError(f"{where}: a sample draws from a range; leave out its count and step")
+        return span
+    if ("count" in given) == ("step" in given):
+        raise SweepError(f"{where}: a range needs one of count and step")
+    if "count" in given:
+        count = _whole(f"{where}: count", given["count"], 2, ROWS_MAX)
+        return tuple(span.at(i / (count - 1)) for i in range(count))
+    return _stepped(where, given["step"], span)
+
+
+def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
+    if isinstance(step, bool) or not isinstance(step, (int, float)) or not 0 < step < math.inf or span.logarithmic:
+        raise SweepError(f"{where}: step is {shown(step)}, but must be a number above 0, and is for linear ranges")
+    if span.last < span.first:
+        raise SweepError(f"{where}: a range with a step must rise, but goes from {span.first:g} to {span.last:g}")
+    steps = (span.last - span.first) / step
+    if steps > ROWS_MAX:
+        raise SweepError(f"{where}: the range has {steps:.3g} values; accepted are at most {ROWS_MAX}")
+    # A last step that rounding puts beyond the end is one of the range.
+    return tuple(float(f"{span.first + i * step:.12g}") for i in range(int(steps * (1 + 1e-12) + 1e-9) + 1))
+
+
+def _whole(where: str, given: object, low: int, high: int) -> int:
+    if isinstance(given, bool) or not isinstance(given, int) or not low <= given <= high:
+        raise SweepError(f"{where} is {shown(given)}, but must be a whole number from {low} to {high}")
+    return given

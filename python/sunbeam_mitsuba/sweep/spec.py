@@ -1,0 +1,187 @@
+"""What a sweep is asked for: a TOML file or a dictionary, read and checked before anything is computed."""
+
+from __future__ import annotations
+
+import glob
+import hashlib
+import json
+import os
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .errors import SweepError
+from .limits import LIGHT, SCENE, SOURCE, SURFACE, Text, Value, check_keys, shown
+from .sampling import KEYS, ROWS_MAX, Combinations, read_combinations
+from .wants import WANTS, Want
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_TOP = ("output", "surface", "settings", "want")
+_SURFACE_KEYS = ("name", "files")
+#: The light of a setting that does not name it: along the normal.
+_LIGHT_DEFAULTS: dict[str, Value] = {"theta_i_deg": 0.0, "phi_i_deg": 0.0}
+
+
+@dataclass(frozen=True)
+class Case:
+    """One row of the table to be: a surface, a setting and where both came from.
+
+    ``parameters`` are the plugin's and the light's, file names as the specification has them, below its folder.
+    """
+
+    row: int
+    identity: str
+    surface: str
+    parameters: dict[str, Value]
+
+
+@dataclass(frozen=True)
+class SurfaceSpec:
+    """A ``[[surface]]``: its name in the table, or nothing where the relief's own name serves, and its variations."""
+
+    name: str
+    combinations: Combinations
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A specification. ``folder`` is what its file names are relative to, ``output`` where results go."""
+
+    folder: Path
+    output: Path
+    surfaces: tuple[SurfaceSpec, ...]
+    settings: Combinations
+    wants: tuple[Want, ...]
+    source: dict[str, Any]
+
+    @property
+    def count(self) -> int:
+        """The number of cases, before those that are alike are made one."""
+        return sum(surface.combinations.count for surface in self.surfaces) * self.settings.count
+
+    @property
+    def parameter_names(self) -> list[str]:
+        """All parameters that some case has, in the order of the table's columns."""
+        used = set(self.settings.names) | set(_LIGHT_DEFAULTS)
+        for surface in self.surfaces:
+            used |= set(surface.combinations.names)
+        return [name for name in (*SOURCE, *SURFACE, *SCENE, *LIGHT) if name in used]
+
+    def cases(self, version: str) -> Iterator[Case]:
+        """The cases, each once, in the order of the table: by surface, then by setting.
+
+        The identity is a hash of the case's parameters, of what is wanted, and of ``version``; cases that are alike
+        have one, and only the first is given.
+        """
+        wanted = [want.identity() for want in self.wants]
+        seen: set[str] = set()
+        for surface in self.surfaces:
+            for relief in surface.combinations:
+                name = surface.name or str(relief.get("filename") or relief["preset"])
+                for setting in self.settings:
+                    parameters = {**_LIGHT_DEFAULTS, **relief, **setting}
+                    text = json.dumps([name, parameters, wanted, version], sort_keys=True)
+                    identity = hashlib.sha256(text.encode()).hexdigest()[:20]
+                    if identity not in seen:
+                        seen.add(identity)
+                        yield Case(len(seen) - 1, identity, name, parameters)
+
+
+def read_spec(path: str | os.PathLike[str], output: str | os.PathLike[str] | None = None) -> Spec:
+    """Reads a specification from a TOML file; paths in it are relative to its folder.
+
+    ``output`` takes the place of the specification's own. Raises :class:`SweepError` in one line for a file that
+    cannot be read, for what is unknown, contradictory or out of range, and for a glob that no file matches.
+    """
+    path = Path(path)
+    try:
+        source = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SweepError(f"{path} cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise SweepError(f"{path} is not TOML: {error}") from error
+    return make_spec(source, path.resolve().parent, output)
+
+
+def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[str] | None = None) -> Spec:
+    """The same from a dictionary, with file names relative to ``folder``."""
+    check_keys("the specification", source, _TOP)
+    surfaces = source.get("surface")
+    if not isinstance(surfaces, list) or not surfaces:
+        raise SweepError("the specification needs at least one [[surface]]")
+    settings = _settings(source.get("settings", {}))
+    read = tuple(
+        _surface(f"surface {number}", table, folder, settings) for number, table in enumerate(surfaces, start=1)
+    )
+    where = output if output is not None else source.get("output")
+    if where is None:
+        raise SweepError('the specification needs an output, a folder: output = "…" in it, or --output')
+    if not isinstance(where, (str, os.PathLike)):
+        raise SweepError(f"output is {shown(where)}, but must be a folder's name")
+    place = Path(where) if output is not None else folder / where
+    wants = _wants(source.get("want"), folder)
+    spec = Spec(folder, place.resolve(), read, settings, wants, source)
+    if spec.count > ROWS_MAX:
+        raise SweepError(f"the specification has {spec.count} cases; accepted are at most {ROWS_MAX}")
+    for want in wants:
+        want.check_parameters(set(spec.parameter_names), _values_of(spec))
+    return spec
+
+
+def _values_of(spec: Spec) -> dict[str, set[Value]]:
+    """The values that each parameter of the settings takes, as far as they are listed."""
+    found: dict[str, set[Value]] = {}
+    for combinations in (spec.settings, *(surface.combinations for surface in spec.surfaces)):
+        for name, values in combinations.listed().items():
+            found.setdefault(name, set()).update(values)
+    return found
+
+
+def _settings(table: object) -> Combinations:
+    accepted = [*SURFACE, *SCENE, *LIGHT]
+    return read_combinations("settings", check_keys("settings", table, [*KEYS, *accepted]), accepted)
+
+
+def _surface(where: str, table: object, folder: Path, settings: Combinations) -> SurfaceSpec:
+    accepted = [*SOURCE, *SURFACE, *SCENE]
+    given = dict(check_keys(where, table, [*_SURFACE_KEYS, *KEYS, *accepted]))
+    name = given.pop("name", "")
+    if "name" in dict(table) and not Text().accepts(name):  # type: ignore[call-overload]
+        raise SweepError(f"{where}: name is {shown(name)}, but must be a text")
+    if "files" in given:
+        if "filename" in given:
+            raise SweepError(f"{where}: filename and files are both given; give one of the two")
+        given["filename"] = _matching(where, given.pop("files"), folder)
+    if ("preset" in given) == ("filename" in given):
+        raise SweepError(f"{where}: give one of preset, filename and files")
+    for parameter in given:
+        if parameter in settings.names:
+            raise SweepError(f"{where}: {parameter} is given here and in settings; give it in one of the two")
+    return SurfaceSpec(str(name), read_combinations(where, given, accepted))
+
+
+def _matching(where: str, patterns: object, folder: Path) -> list[str]:
+    """The files that globs find, sorted, by names below the folder where they are below it."""
+    listed = [patterns] if isinstance(patterns, str) else patterns
+    if not isinstance(listed, list) or not listed or not all(isinstance(one, str) for one in listed):
+        raise SweepError(f"{where}: files is {shown(patterns)}, but must be a glob or a list of globs")
+    found: set[str] = set()
+    for pattern in listed:
+        paths = [path for path in glob.glob(str(folder / pattern), recursive=True) if os.path.isfile(path)]
+        if not paths:
+            raise SweepError(f"{where}: no file matches {pattern!r} in {folder}")
+        found.update(os.path.relpath(path, folder) if not os.path.isabs(pattern) else path for path in paths)
+    return sorted(found)
+
+
+def _wants(table: object, folder: Path) -> tuple[Want, ...]:
+    if not isinstance(table, dict) or not table:
+        raise SweepError(f"the specification needs at least one [want.NAME]; there are {', '.join(WANTS)}")
+    check_keys("want", table, list(WANTS))
+    return tuple(WANTS[name].read(table[name], folder) for name in WANTS if name in table)

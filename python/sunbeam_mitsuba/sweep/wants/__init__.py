@@ -1,0 +1,16 @@
+"""The kinds of figures that a sweep can be asked for, one file each."""
+
+from __future__ import annotations
+
+from .brdf_map import BrdfMap
+from .colour import Colour
+from .orders import Orders
+from .peaks import Peaks
+from .render import Render
+from .statistics import Statistics
+from .want import Answer, Column, Question, Want, WantError
+
+#: By the name in ``[want.NAME]``, in the order of the table's columns.
+WANTS: dict[str, type[Want]] = {kind.name: kind for kind in (Statistics, Peaks, Orders, Colour, BrdfMap, Render)}
+
+__all__ = ["WANTS", "Answer", "Column", "Question", "Want", "WantError"]

@@ -1,0 +1,77 @@
+"""The orders of a grating by both theories, as ``sunbeam orders`` tells them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..command import ask, require_command, surface_words
+from ..errors import SweepError
+from ..limits import SCENE, shown
+from .want import Answer, Column, Options, Question, Want
+
+_THEORIES = ("scalar", "rigorous")
+# The phase screen knows these, Maxwell's equations need none of them.
+_SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
+
+
+@dataclass(frozen=True)
+class Orders(Want):
+    """``[want.orders]``: ``wavelengths_nm`` (450, 550, 650) and ``theories`` (both).
+
+    For reliefs that vary along x alone. ``theory`` of the surface is set aside: each theory that is asked for answers.
+    """
+
+    wavelengths_nm: tuple[float, ...]
+    theories: tuple[str, ...]
+
+    name = "orders"
+    needs_command = True
+
+    @classmethod
+    def read(cls, table: object, folder: Path) -> Orders:
+        options = Options(cls.name, table, ["wavelengths_nm", "theories"])
+        theories = options.table.get("theories", list(_THEORIES))
+        if not isinstance(theories, list) or not theories or any(one not in _THEORIES for one in theories):
+            raise SweepError(
+                f"want.orders: theories is {shown(theories)}, but must be a list of {', '.join(_THEORIES)}"
+            )
+        chosen = tuple(theory for theory in _THEORIES if theory in theories)
+        return cls(options.wavelengths_nm((450.0, 550.0, 650.0), 401), chosen)
+
+    def identity(self) -> dict[str, Any]:
+        return {"want": self.name, "wavelengths_nm": list(self.wavelengths_nm), "theories": list(self.theories)}
+
+    def columns(self) -> list[Column]:
+        columns = [
+            Column(f"{theory}_reflected", "number", f"{theory}: share of unpolarised light in all orders, mean over λ")
+            for theory in self.theories
+        ]
+        listed = "theory, wavelength in nm, order, direction in degrees and efficiencies of each order"
+        return [*columns, Column("list", "orders", listed)]
+
+    def check_parameters(self, names: set[str], values: Any) -> None:
+        for name in ("material", "rotation"):
+            if name in names and name in SCENE:
+                raise SweepError(f"want.orders: {name} is not known to it; give eta and k, and phi_i_deg")
+
+    def check_here(self) -> None:
+        require_command()
+
+    def compute(self, question: Question) -> Answer:
+        answer, rows = Answer(), []
+        for theory in self.theories:
+            left_out = ("theory", *(_SCALAR_ONLY if theory == "rigorous" else ()))
+            parameters = {name: value for name, value in question.parameters.items() if name not in left_out}
+            words = [f"--theta-i={question.theta_i_deg!r}", f"--phi-i={question.phi_i_deg!r}", f"--theory={theory}"]
+            total = 0.0
+            for nm in self.wavelengths_nm:
+                solved = ask("orders", "--json", *words, f"--wavelength={nm!r}", *surface_words(parameters))
+                for order in solved["orders"]:
+                    kept = {key: order.get(key) for key in ("order", "theta_deg", "phi_deg", "te", "tm", "mean")}
+                    rows.append({"theory": theory, "wavelength_nm": nm, **kept})
+                    total += order["mean"]
+            answer.number(f"{theory}_reflected", total / len(self.wavelengths_nm))
+        answer.figures["list"] = rows
+        return answer

@@ -1,0 +1,68 @@
+"""Sizes, roughness and periods of the relief, as ``sunbeam height-field`` tells them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ..command import describe, require_command
+from .want import Answer, Column, Options, Question, Want
+
+# The column, its kind, where it stands in the report, and what it is.
+_FIGURES = (
+    ("pixels_x", "whole", ("pixels", 0), "pixels along x"),
+    ("pixels_y", "whole", ("pixels", 1), "pixels along y"),
+    ("extent_x_um", "number", ("extent_um", 0), "extent along x in µm"),
+    ("extent_y_um", "number", ("extent_um", 1), "extent along y in µm"),
+    ("peak_to_valley_um", "number", ("peak_to_valley_um",), "highest minus lowest height in µm"),
+    ("rms_um", "number", ("rms_um",), "root mean square height in µm"),
+    ("rms_slope_x", "number", ("rms_slope", 0), "root mean square slope along x"),
+    ("rms_slope_y", "number", ("rms_slope", 1), "root mean square slope along y"),
+    ("sa_um", "number", ("roughness", "sa_um"), "ISO 25178 Sa in µm"),
+    ("ssk", "number", ("roughness", "ssk"), "ISO 25178 Ssk; none for a flat relief"),
+    ("sku", "number", ("roughness", "sku"), "ISO 25178 Sku; none for a flat relief"),
+    ("sdq", "number", ("roughness", "sdq"), "ISO 25178 Sdq"),
+    ("period_x_um", "number", ("periods", "x", "period_um"), "strongest period along x in µm; none without one"),
+    ("period_x_direction_deg", "number", ("periods", "x", "direction_deg"), "direction of its waves in degrees"),
+    ("period_x_share", "number", ("periods", "x", "power_share"), "its share of the variance"),
+    ("period_y_um", "number", ("periods", "y", "period_um"), "strongest period along y in µm; none without one"),
+    ("period_y_direction_deg", "number", ("periods", "y", "direction_deg"), "direction of its waves in degrees"),
+    ("period_y_share", "number", ("periods", "y", "power_share"), "its share of the variance"),
+)
+
+
+class Statistics(Want):
+    """``[want.statistics]``: no options. The same for all settings of a surface but those that change its heights."""
+
+    name = "statistics"
+    needs_command = True
+
+    @classmethod
+    def read(cls, table: object, folder: Path) -> Statistics:
+        """There is nothing to choose."""
+        Options(cls.name, table, [])
+        return cls()
+
+    def identity(self) -> dict[str, Any]:
+        return {"want": self.name}
+
+    def columns(self) -> list[Column]:
+        return [Column(name, kind, meaning) for name, kind, _, meaning in _FIGURES]
+
+    def check_here(self) -> None:
+        require_command()
+
+    def compute(self, question: Question) -> Answer:
+        report = describe(question.parameters)
+        answer = Answer()
+        for name, kind, place, _ in _FIGURES:
+            value: Any = report
+            for key in place:
+                value = value[key] if value is not None else None
+            if value is None:
+                continue
+            if kind == "whole":
+                answer.figures[name] = int(value)
+            else:
+                answer.number(name, value)
+        return answer

@@ -1,0 +1,102 @@
+"""What the tests of sweeps share: specifications that take moments, and the command line in a process of its own."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+# Tables that are built in some milliseconds.
+QUICK = 'coherence_length = 10\nconserve_energy = false\ntolerance = 0.01\nobliquity = "stam"\n'
+# Twelve cases of six surfaces.
+SPEC = f"""
+output = "out"
+
+[[surface]]
+preset = "blazed"
+period = {{ from = 1.0, to = 2.0, count = 6 }}
+
+[settings]
+theta_i_deg = [0, 30]
+{QUICK}
+[want.colour]
+samples = 64
+gamut = false
+"""
+# Makes cases slow, and marks those that are begun, so that there is a middle in which to kill.
+SLOW = """
+import os, signal, time
+from sunbeam_mitsuba.sweep import work
+def compute(job, case, held, computed=work.compute):
+    if os.environ.get("DEADLY_ROW") == str(case.row):
+        os.kill(os.getpid(), signal.SIGKILL)
+    time.sleep(float(os.environ.get("CASE_SECONDS", "0")))
+    return computed(job, case, held)
+# A worker may run this more than once.
+if work.compute.__module__ == work.__name__:
+    work.compute = compute
+"""
+
+
+def environment(folder, slow=None, **more):
+    """For a process that finds the package in the checkout; `slow` are seconds that every case takes longer."""
+    found = {
+        **os.environ,
+        "PYTHONPATH": str(REPOSITORY / "python"),
+        "SUNBEAM_COMMAND": str(REPOSITORY / "target" / "release" / "sunbeam"),
+        **more,
+    }
+    if slow is not None:
+        preload = folder / "slow.py"
+        preload.write_text(SLOW)
+        found["DASK_DISTRIBUTED__WORKER__PRELOAD"] = json.dumps([str(preload)])
+        found["CASE_SECONDS"] = str(slow)
+    return found
+
+
+def write_spec(folder, text=SPEC):
+    path = folder / "spec.toml"
+    path.write_text(text)
+    return path
+
+
+def words(spec, *more):
+    return [sys.executable, "-m", "sunbeam_mitsuba.sweep", str(spec), *map(str, more)]
+
+
+def sweep(spec, *more, slow=None, **variables):
+    """Runs a sweep to its end."""
+    env = environment(spec.parent, slow, **variables)
+    return subprocess.run(words(spec, *more), env=env, capture_output=True, text=True, timeout=120)
+
+
+def begin(spec, *more, slow=None, group=False, **variables):
+    """Begins one in the background, in a process group of its own where it is to be interrupted as a terminal does."""
+    env = environment(spec.parent, slow, **variables)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(words(spec, *more), env=env, start_new_session=group, **pipes)
+
+
+def results(folder):
+    return sorted(folder.glob("results/*/*.json"))
+
+
+def wait_for(condition, seconds=60):
+    """What the condition gives once it is true."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        found = condition()
+        if found:
+            return found
+        time.sleep(0.02)
+    raise AssertionError(f"not within {seconds} s")
+
+
+def one_line(done, code=2):
+    """The single line of a refusal."""
+    assert done.returncode == code, done.stderr
+    (line,) = done.stderr.strip().splitlines()
+    assert line.startswith("sweep: ")
+    return line

@@ -1,0 +1,257 @@
+"""What a sweep is asked for: what is accepted, what is refused, and how values are combined."""
+
+import sys
+from pathlib import Path
+
+import pytest
+from sweeps import REPOSITORY, SPEC
+
+
+@pytest.fixture(scope="module")
+def sweep():
+    """The package of the checkout, out of the way again for those that test the wheel."""
+    names = [name for name in sys.modules if name.split(".")[0] == "sunbeam_mitsuba"]
+    before = {name: sys.modules.pop(name) for name in names}
+    sys.path.insert(0, str(REPOSITORY / "python"))
+    try:
+        import sunbeam_mitsuba.sweep
+
+        yield sunbeam_mitsuba.sweep
+    finally:
+        sys.path.remove(str(REPOSITORY / "python"))
+        for name in [name for name in sys.modules if name.split(".")[0] == "sunbeam_mitsuba"]:
+            del sys.modules[name]
+        sys.modules.update(before)
+
+
+def read(sweep, folder, text):
+    path = folder / "spec.toml"
+    path.write_text(text)
+    return sweep.read_spec(path)
+
+
+def with_surface(lines, settings="", want="[want.colour]"):
+    return f'output = "out"\n[[surface]]\n{lines}\n[settings]\n{settings}\n{want}\n'
+
+
+def parameters(sweep, folder, *arguments):
+    return [case.parameters for case in read(sweep, folder, with_surface(*arguments)).cases("1")]
+
+
+def test_a_product_has_all_combinations_in_order(sweep, tmp_path):
+    found = parameters(sweep, tmp_path, 'preset = "blazed"\nheight = [0.1, 0.2]', "theta_i_deg = [0, 30, 60]")
+    assert [(one["height"], one["theta_i_deg"]) for one in found] == [
+        (0.1, 0), (0.1, 30), (0.1, 60), (0.2, 0), (0.2, 30), (0.2, 60),
+    ]  # fmt: skip
+    assert all(one["preset"] == "blazed" and one["phi_i_deg"] == 0 for one in found)
+
+
+def test_a_list_goes_through_its_values_together(sweep, tmp_path):
+    settings = 'combine = "list"\ntheta_i_deg = [0, 30]\ncoherence_length = [5, 10]\neta = 1.5'
+    found = parameters(sweep, tmp_path, 'preset = "flat"', settings)
+    assert [(one["theta_i_deg"], one["coherence_length"], one["eta"]) for one in found] == [(0, 5, 1.5), (30, 10, 1.5)]
+
+
+def test_a_sample_is_the_same_for_its_seed(sweep, tmp_path):
+    def drawn(seed):
+        settings = (
+            f'combine = "sample"\ncount = 200\nseed = {seed}\ntheta_i_deg = {{ from = 10, to = 70 }}\n'
+            'coherence_length = { from = 1, to = 100, scale = "log" }\nmodel = ["ensemble", "patch"]'
+        )
+        return parameters(sweep, tmp_path, 'preset = "flat"', settings)
+
+    first = drawn(3)
+    assert first == drawn(3)
+    assert first != drawn(4)
+    assert len(first) == 200
+    assert all(10 <= one["theta_i_deg"] < 70 and 1 <= one["coherence_length"] < 100 for one in first)
+    # Evenly in the logarithm: half of them below 10.
+    assert 70 < sum(one["coherence_length"] < 10 for one in first) < 130
+    assert 70 < sum(one["model"] == "patch" for one in first) < 130
+    # What Python's generator gives for this seed, in every version.
+    assert first[0]["coherence_length"] == pytest.approx(2.9925, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("{ from = 0, to = 0.3, count = 4 }", [0, 0.1, 0.2, 0.3]),
+        ("{ from = 0, to = 0.3, step = 0.1 }", [0, 0.1, 0.2, 0.3]),
+        ("{ from = 0, to = 0.35, step = 0.1 }", [0, 0.1, 0.2, 0.3]),
+        ('{ from = 0.01, to = 1, count = 3, scale = "log" }', [0.01, 0.1, 1]),
+        ("0.5", [0.5]),
+    ],
+)
+def test_ranges_have_round_numbers(sweep, tmp_path, given, expected):
+    assert [one["k"] for one in parameters(sweep, tmp_path, 'preset = "flat"', f"eta = 1\nk = {given}")] == expected
+
+
+def test_globs_are_sorted_and_relative(sweep, tmp_path):
+    (tmp_path / "scans").mkdir()
+    for name in ("b.txt", "a.txt", "c.npy"):
+        (tmp_path / "scans" / name).write_text("0 0\n0 0\n")
+    found = parameters(sweep, tmp_path, 'files = ["scans/*.txt", "scans/?.npy"]\npixel_size = 0.1')
+    assert [one["filename"] for one in found] == ["scans/a.txt", "scans/b.txt", "scans/c.npy"]
+
+
+def test_cases_that_are_alike_are_one(sweep, tmp_path):
+    spec = read(sweep, tmp_path, with_surface('preset = ["flat", "flat"]', "theta_i_deg = [0, 0.0, 10]"))
+    assert spec.count == 6
+    assert [case.parameters["theta_i_deg"] for case in spec.cases("1")] == [0, 10]
+
+
+def test_an_identity_depends_on_all_that_decides_the_result(sweep, tmp_path):
+    def identity(version="1", settings="eta = 1.5", want="[want.colour]"):
+        (case,) = read(sweep, tmp_path, with_surface('preset = "flat"', settings, want)).cases(version)
+        return case.identity
+
+    assert identity() == identity()
+    others = [identity("2"), identity(settings="eta = 1.6"), identity(want="[want.colour]\nsamples = 99")]
+    assert len({identity(), *others}) == 4
+
+
+REFUSED = [
+    ("", "at least one [[surface]]"),
+    ("output = 3", "at least one [[surface]]"),
+    ('outputs = "x"', "unknown key 'outputs'; accepted are output, surface, settings, want"),
+    (with_surface('preset = "cobra"'), "preset is 'cobra', but must be one of blazed"),
+    (with_surface('presett = "flat"'), "surface 1: unknown key 'presett'"),
+    (with_surface("period = 2"), "give one of preset, filename and files"),
+    (with_surface('preset = "flat"\nfilename = "a.gsf"'), "give one of preset, filename and files"),
+    (with_surface('files = "none/*.gsf"'), "no file matches 'none/*.gsf'"),
+    (with_surface("files = []"), "must be a glob or a list of globs"),
+    (with_surface('preset = "blazed"\nperiod = { from = -1, to = 2, count = 3 }'), "period is -1, but must be"),
+    (with_surface('preset = "blazed"\nperiod = { from = 1, to = 2e3, count = 3 }'), "period is 2000"),
+    (with_surface('preset = "blazed"\nperiod = { from = 1, to = 2 }'), "needs one of count and step"),
+    (with_surface('preset = "blazed"\nperiod = { to = 2, count = 2 }'), "a range needs from and to"),
+    (with_surface('preset = "blazed"\nperiod = { from = 1, to = 2, count = 1 }'), "whole number from 2"),
+    (with_surface('preset = "blazed"\nperiod = { from = 2, to = 1, step = 1 }'), "must rise"),
+    (with_surface('preset = "blazed"\nperiod = { from = 1, to = 2, steps = 2 }'), "unknown key 'steps'"),
+    (with_surface('preset = "blazed"\nperiod = []'), "empty list"),
+    (with_surface('preset = "blazed"\nperiod = true'), "period is True"),
+    (with_surface('preset = "blazed"\nperiod = nan'), "period is nan"),
+    (with_surface('preset = "flat"\nlevel = { from = 0, to = 1, count = 2 }'), "is a range, but must be one of none"),
+    (with_surface('preset = "flat"', "theta_i_deg = 90"), "theta_i_deg is 90, but must be a number in degrees"),
+    (with_surface('preset = "flat"', "theta = 9"), "settings: unknown key 'theta'"),
+    (with_surface('preset = "flat"', "count = 9"), 'count needs combine = "sample"'),
+    (with_surface('preset = "flat"', 'combine = "sample"\neta = 2'), "count is None"),
+    (with_surface('preset = "flat"', 'combine = "all"'), "combine is 'all', but must be one of product, list, sample"),
+    (with_surface('preset = "flat"', 'combine = "list"\neta = [1, 2]\nk = [1, 2, 3]'), "eta has 2 values"),
+    (with_surface('preset = "flat"\neta = 1.5', "eta = 1.6"), "eta is given here and in settings"),
+    (with_surface('preset = "flat"', "eta = { from = 1, to = 2, count = 2000 }\nk = { from = 1, to = 2, step = 5e-4 }"),
+     "4002000 cases; accepted are at most 1000000"),
+    (with_surface('preset = "flat"', "", ""), "at least one [want.NAME]; there are statistics, peaks"),
+    (with_surface('preset = "flat"', "", "[want.color]"), "want: unknown key 'color'"),
+    (with_surface('preset = "flat"', "", "[want.map]\nsize = 3"), "size is 3, but must be a whole number"),
+    (with_surface('preset = "flat"', "", '[want.colour]\nilluminant = "F2"'), "must be one of D65, E, A"),
+    (with_surface('preset = "flat"', "", "[want.orders]\nwavelengths_nm = [300]"), "in [380, 780]"),
+    (with_surface('preset = "flat"', "", "[want.render]"), "needs scene"),
+    (with_surface('preset = "flat"', "", '[want.render]\nscene = "none.xml"'), "scene none.xml cannot be read"),
+    (with_surface('preset = "flat"', "phi_i_deg = 10", "[want.peaks]"), "phi_i_deg is 10, but peaks are along x"),
+    (with_surface('preset = "flat"', 'material = "Al"', "[want.orders]"), "material is not known to it"),
+    ("output = ", "is not TOML"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "mentioned"), REFUSED, ids=[mentioned[:40] for _, mentioned in REFUSED])
+def test_what_is_wrong_is_named_in_one_line(sweep, tmp_path, text, mentioned):
+    with pytest.raises(sweep.SweepError) as error:
+        read(sweep, tmp_path, text)
+    assert mentioned in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_file_that_is_not_there_is_named(sweep, tmp_path):
+    with pytest.raises(sweep.SweepError, match=r"none\.toml cannot be read"):
+        sweep.read_spec(tmp_path / "none.toml")
+
+
+def refusal(package, **given):
+    with pytest.raises(package.SunbeamError) as error:
+        package.Surface(**given)
+    return str(error.value)
+
+
+def test_limits_are_those_of_the_library(sweep):
+    """What is outside is refused by the library, too, by name; what is at the ends is not what it refuses."""
+    import sunbeam_mitsuba
+    from sunbeam_mitsuba.sweep.limits import SOURCE, SURFACE, Numbers, Text, Truth, Words
+
+    regions = {"preset": "elaphe", "region_size": 10.0, "region_spread": 0.01}
+    bases = {"period": {"preset": "blazed"}, "height": {"preset": "blazed"}, "region_size": regions}
+    bases.update(region_spread=regions, k={"filename": "none.gsf", "eta": 1.5})
+
+    def names_it(name, value):
+        # What is accepted gets as far as the next complaint: a file that is not there, or this contradiction.
+        base = bases.get(name, {"filename": "none.gsf"})
+        given = {**base, name: value, **({"max_height": 1.0} if "preset" in base else {})}
+        return f'parameter "{name}"' in refusal(sunbeam_mitsuba, **given)
+
+    checked = 0
+    for name, accepted in {**SOURCE, **SURFACE}.items():
+        if isinstance(accepted, Numbers):
+            step = 1e-6 * max(abs(accepted.low), 1e-3)
+            inside = [accepted.low + (step if accepted.open_low else 0), accepted.high]
+            outside = [accepted.low - (0 if accepted.open_low else step), accepted.high * (1 + 1e-6)]
+        elif isinstance(accepted, Words):
+            inside, outside = list(accepted.words), ["none of these"]
+            if name == "preset":
+                assert "none of these" in refusal(sunbeam_mitsuba, preset="none of these")
+                message = refusal(sunbeam_mitsuba, preset="none of these")
+                assert all(word in message for word in accepted.words)
+                continue
+        elif isinstance(accepted, Truth):
+            inside, outside = [True, False], ["yes"]
+        else:
+            assert isinstance(accepted, Text)
+            continue
+        for value in inside:
+            assert not names_it(name, value), (name, value)
+        for value in outside:
+            assert names_it(name, value), (name, value)
+            checked += 1
+    assert checked > 25
+
+
+def test_the_parameters_are_those_of_the_plugin(sweep):
+    import re
+
+    from sunbeam_mitsuba.sweep.limits import SCENE, SOURCE, SURFACE
+
+    rows = re.findall(
+        r"^\| ((?:`[a-z_]+`(?:, )?)+) \|", Path(REPOSITORY / "docs" / "plugin.md").read_text("utf-8"), re.M
+    )
+    assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == {*SOURCE, *SURFACE, *SCENE}
+
+
+def test_the_workers_of_a_machine_follow_from_its_memory(sweep):
+    from sunbeam_mitsuba.sweep.cluster import plan_workers
+
+    assert plan_workers(3, 2e9, 0, 100) == (3, 2e9)
+    assert plan_workers(None, None, 0, 1)[0] == 1
+    workers, memory = plan_workers(None, None, 1e15, 100)
+    assert workers == 1
+    assert memory > 0
+
+
+def test_surfaces_are_given_up_where_memory_is_short(sweep, monkeypatch):
+    from sunbeam_mitsuba.sweep import tables
+
+    class Reflector:
+        table_bytes = 1e9
+
+    built = []
+    monkeypatch.setattr(tables, "make_reflector", lambda parameters: built.append(parameters["eta"]) or Reflector())
+    held = tables.HeldSurfaces(2 * 2.5e9 + tables.WORKER_BYTES)
+    for eta in (1, 2, 1, 3, 1, 2):
+        held.get({"preset": "flat", "eta": eta, "theta_i_deg": 10 * eta})
+    # Two fit: 3 pushes 2 out, which was used longer ago than 1.
+    assert built == [1, 2, 3, 2]
+    assert len(held) == 2
+    monkeypatch.setattr(tables, "estimated_bytes", lambda parameters: 7e9)
+    with pytest.raises(tables.TooLarge, match=r"about 7\.0 GB, and the worker has 5\.0 GB"):
+        held.get({"preset": "flat", "eta": 9})
+
+
+def test_the_shared_specification_has_twelve_cases(sweep, tmp_path):
+    assert len(list(read(sweep, tmp_path, SPEC).cases("1"))) == 12
