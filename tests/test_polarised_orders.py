@@ -23,8 +23,8 @@ from test_chi2 import SIGNIFICANCE, vectorised
 from test_rigorous import ANGLES, METAL, asked
 
 POLARISED = ["scalar_spectral_polarized", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized"]
-# Elements of an order's matrix in the root mean square, and at most: what interpolation between nodes of the table leaves
-# beside the anomalies of a grating whose pitch is a wavelength or two.
+# Elements of an order's matrix in the root mean square, and at most: what interpolation between nodes of the table
+# leaves beside the anomalies of a grating whose pitch is a wavelength or two.
 RMS, LARGEST = 0.02, 0.2
 # Interpolation of the reversed path in single precision, beside the square roots at passing-off lines.
 SINGLE = 3e-3
