@@ -44,7 +44,7 @@ theta_i_deg = {{ from = 0, to = 80, count = {count} }}
 {options}
 """
 # A map that takes about a second on one core.
-MAP = {"want": "map", "options": "size = 160\nlambda_step_nm = 2.5"}
+MAP = {"want": "map", "options": "size = 256\nlambda_step_nm = 2.5"}
 NOTHING = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
 # Runs in a process of its own with what the package needs: the costs of the parts of a case, in seconds and bytes.
 PARTS = """

@@ -70,6 +70,54 @@ fn exchanging_the_directions_changes_nothing() {
     assert!(asked > 50, "{asked}");
 }
 
+/// On either side of the line where an order leaves along the surface, and on it.
+#[test]
+fn orders_pass_off_as_they_should() {
+    // Nodes are even in the root of what is missing to the line, of which these orders go as the root: a straight line between
+    // the first two of 17 nodes misses a root by 1/16, of orders of at most 0.3.
+    const ABSOLUTE: f64 = 0.3 / 16.0;
+    let surface = made(65.0);
+    let mut passed = 0;
+    for nm in [450.0, 523.0, 650.0] {
+        for phi in [0.0, 0.4] {
+            for order in [-3_i32, -2, -1, 1, 2, 3] {
+                for apart in [-1e-4, -1e-7, 0.0, 1e-7, 1e-4] {
+                    // The light for which this order lies so far beyond the line, across the grooves or beside.
+                    let periods = 1e3 * PERIOD_UM / nm;
+                    let y = 0.3 * f64::sin(phi);
+                    let t = periods * f64::sqrt(1.0 - y * y);
+                    let a = (t + apart) * f64::from(order).signum() - f64::from(order);
+                    if a.abs() > 0.99 * t {
+                        continue;
+                    }
+                    let wi = [-a / periods, y, f64::sqrt(1.0 - (a / periods).powi(2) - y * y)];
+                    for m in [order, 0, -order.signum()] {
+                        let c = a + f64::from(m);
+                        let found = surface.efficiency(nm, [wi[0], wi[1]], m);
+                        let expected = if c.abs() < t { efficiency(t, a, c, nm) } else { 0.0 };
+                        assert!(
+                            (found - expected).abs() < ABSOLUTE,
+                            "{nm} {phi} {order} {apart} {m}: {found} {expected}"
+                        );
+                        passed += 1;
+                        let x = f64::from(m) / periods - wi[0];
+                        let squared = 1.0 - x * x - y * y;
+                        if squared > 0.0 {
+                            let wo = [x, -y, squared.sqrt()];
+                            let (there, back) = (surface.eval(wi, wo, nm), surface.eval(wo, wi, nm));
+                            assert!(there.is_finite() && there >= 0.0 && surface.pdf(wi, wo, &[nm]).is_finite());
+                            // On the line itself rounding decides whether the order is there.
+                            let same = (there - back).abs() <= 1e-6 * there.max(1e-3);
+                            assert!(same || apart == 0.0, "{nm} {phi} {order} {apart} {m}: {there} {back}");
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(passed > 300, "{passed}");
+}
+
 /// The integral over a hemisphere of a function of direction cosines, by the midpoint rule about the orders.
 fn over_orders(wi: Vec3, nm: f64, sigma: f64, f: impl Fn(Vec3) -> f64) -> f64 {
     let spread = nm * 1e-3 * sigma;
