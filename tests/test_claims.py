@@ -66,8 +66,8 @@ def colours():
     assert blazed["any"]["parameters"]["resolution"] == 1.0
     yield (
         "README.md",
-        f"On both skins the colour table at 0.7 of its default resolution keeps ΔE₂₀₀₀ below 1 in 99 % of the "
-        f"directions at {low:.2f} to {high:.2f} µs on one core, where FLSS, held against its own model, takes "
+        f"On both procedural skins the colour table at 0.7 of its default resolution keeps ΔE₂₀₀₀ below 1 in 99 % "
+        f"of the directions at {low:.2f} to {high:.2f} µs on one core, where FLSS, held against its own model, takes "
         f"{min(summed):.0f} to {max(summed):.0f} µs; on `blazed` it is {blazed['any']['cpu_us']:.2f} against "
         f"{blazed['flss']['cpu_us']:.1f} µs.",
     )
@@ -87,8 +87,8 @@ def noise():
     size = data("sampling")["size"]
     yield (
         "README.md",
-        f"a picture of {size[0]} × {size[1]} pixels of the skins to 5 % in {a:.2f} and {b:.2f} s, by "
-        f"extrapolation from 64 samples; drawing by the cosine would need {c:.0f} and {d:.0f} s. With a sun in "
+        f"a picture of {size[0]} × {size[1]} pixels of the procedural skins to 5 % in {a:.2f} and {b:.2f} s, "
+        f"by extrapolation from 64 samples; drawing by the cosine would need {c:.0f} and {d:.0f} s. With a sun in "
         f"the sky, which sampling the light finds, it is {e:.0f} and {f:.0f} s against {g:.0f} and {h:.0f}",
     )
 
