@@ -1,25 +1,23 @@
 //! What C++ asks of a surface. Every function that C++ calls runs inside [`guard()`]: an error or a panic becomes an
 //! `Err`, which cxx throws as a C++ exception and the plugin rethrows as one of Mitsuba's.
 
+mod answer;
+mod index;
+mod surface;
+
 use super::describe;
-use super::log::logged;
-use super::scope::{Owned, Scope, TraceError, trace};
-use super::traced::{Traced, Var, WordsVar};
+use super::scope::{Owned, TraceError, trace};
+use super::traced::Traced;
+use answer::Arguments;
 use ffi::Question;
 pub use ffi::log_info;
-use std::any::Any;
-use std::array;
 use std::f64::consts::TAU;
-use std::sync::{Arc, Mutex, PoisonError, Weak};
-use sunbeam::cache::{Cache, Origin};
-use sunbeam::config::{BuildError, ObliquityChoice, SurfaceConfig, Theory};
-use sunbeam::grating::{GratingColourSurface, GratingLobe, GratingSurface, JonesTable};
-use sunbeam::numeric::{Lanes, Numbers, Plain, Real};
-use sunbeam::reflectance::{
-    self, ColourSurface, ComplexIndex, Gamut, SpectralIndex, SpectralIndexError, SpectralLobe, luminance,
-};
-use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use sunbeam::config::{BuildError, ObliquityChoice, Theory};
+use sunbeam::numeric::Plain;
+use sunbeam::reflectance::{Gamut, SpectralIndexError};
+use sunbeam::table::WAVELENGTH_MIN_NM;
 use sunbeam_guard::{Panic, guard};
+use surface::{Recipe, Surface, Tables};
 
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
@@ -155,115 +153,11 @@ enum PluginError {
     Panic(#[from] Panic),
 }
 
-/// What a BSDF instance owns on the Rust side.
-struct Surface {
-    recipe: Recipe,
-    tables: Tables,
-    /// How the orders of a rigorous surface polarise, where that is carried.
-    jones: Option<Arc<(JonesTable, Origin)>>,
-    identity: u64,
-}
-
-/// What a surface is made from.
-#[derive(Clone)]
-struct Recipe {
-    config: SurfaceConfig,
-    /// The index that it was asked for with; `None` reflects everything.
-    index: Option<SpectralIndex>,
-    /// Whether colours contain what the interface does to light.
-    inside: bool,
-    /// Whether Stokes vectors are carried.
-    polarised: bool,
-}
-
-/// Handles of what C++ asks with.
-struct Arguments<'s> {
-    words: [WordsVar<'s>; 3],
-    /// The second are three random numbers where a direction is asked for.
-    directions: [[Var<'s, f32>; 3]; 2],
-    nm: [Var<'s, f32>; 4],
-    active: Var<'s, bool>,
-}
-
-enum Tables {
-    Spectral(Arc<(reflectance::Surface, Origin)>),
-    Colours(Arc<(ColourSurface, Origin)>),
-    Grating(Arc<(GratingSurface, Origin)>),
-    GratingColours(Arc<(GratingColourSurface, Origin)>),
-}
-
-impl Recipe {
-    /// What JSON and samples amount to. Whatever becomes of the index later, the obliquity factor is that of the one given here.
-    fn new(config_json: &str, samples: &ffi::IndexSamples, polarised: bool) -> Result<Self, PluginError> {
-        let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
-        let index = spectral_index(samples)?;
-        let small_slope = config.obliquity == ObliquityChoice::SmallSlope;
-        if !samples.known && config.theory == Theory::Rigorous {
-            return Err(PluginError::UnknownIndex { parameter: "theory", value: "rigorous", other: "scalar" });
-        }
-        if !samples.known && small_slope {
-            return Err(PluginError::UnknownIndex { parameter: "obliquity", value: "small_slope", other: "stam" });
-        }
-        if config.theory == Theory::Scalar {
-            config.obliquity = config.obliquity.resolved(index.as_ref()).into();
-        }
-        Ok(Self { config, index, inside: samples.known, polarised })
-    }
-}
-
 /// Part of the width of an order and of a knot that derivatives are differences over. The tables are smooth on that scale:
 /// this is off by 4e-4 of the slope.
 const STEP: f64 = 0.05;
 
 impl Surface {
-    /// For variants that carry wavelengths.
-    fn spectral(recipe: Recipe) -> Result<Box<Self>, PluginError> {
-        let cache = Cache::from_env().map_err(BuildError::from)?;
-        let Recipe { config, index, .. } = &recipe;
-        let index = index.as_ref();
-        let tables = match config.theory {
-            Theory::Scalar => Tables::Spectral(logged(|progress| config.build_shared(index, &cache, progress))?),
-            Theory::Rigorous => {
-                Tables::Grating(logged(|progress| config.build_shared_grating(index, &cache, progress))?)
-            }
-        };
-        Self::with_tables(recipe, tables, &cache)
-    }
-
-    /// For variants that carry colours.
-    fn colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
-        let cache = Cache::from_env().map_err(BuildError::from)?;
-        let Recipe { config, index, inside, .. } = &recipe;
-        let (index, inside) = (index.as_ref(), index.as_ref().filter(|_| *inside));
-        let tables = match config.theory {
-            Theory::Scalar => {
-                Tables::Colours(logged(|progress| config.build_shared_colours(index, inside, &cache, progress))?)
-            }
-            Theory::Rigorous => {
-                Tables::GratingColours(logged(|progress| config.build_shared_grating_colours(index, &cache, progress))?)
-            }
-        };
-        Self::with_tables(recipe, tables, &cache)
-    }
-
-    fn with_tables(recipe: Recipe, tables: Tables, cache: &Cache) -> Result<Box<Self>, PluginError> {
-        let Recipe { config, index, polarised, .. } = &recipe;
-        let jones = if *polarised && config.theory == Theory::Rigorous {
-            Some(logged(|progress| config.build_shared_jones(index.as_ref(), cache, progress))?)
-        } else {
-            None
-        };
-        let shared: Arc<dyn Any + Send + Sync> = match &tables {
-            Tables::Spectral(tables) => tables.clone(),
-            Tables::Colours(tables) => tables.clone(),
-            Tables::Grating(tables) => tables.clone(),
-            Tables::GratingColours(tables) => tables.clone(),
-        };
-        // The same tables go with the same polarisation, if with any.
-        let identity = 2 * identity(shared) + u64::from(jones.is_some());
-        Ok(Box::new(Self { recipe, tables, jones, identity }))
-    }
-
     fn is_rigorous(&self) -> bool {
         self.recipe.config.theory == Theory::Rigorous
     }
@@ -324,22 +218,6 @@ impl Surface {
         self.all_words().get(which).copied().unwrap_or_default()
     }
 
-    fn all_words(&self) -> [&[u32]; 3] {
-        match &self.tables {
-            Tables::Spectral(tables) => tables.0.words(),
-            Tables::Colours(tables) => tables.0.words(),
-            Tables::Grating(tables) => [tables.0.words(), &[], self.jones_words()],
-            Tables::GratingColours(tables) => {
-                let [efficiencies, colours] = tables.0.words();
-                [efficiencies, colours, self.jones_words()]
-            }
-        }
-    }
-
-    fn jones_words(&self) -> &[u32] {
-        self.jones.as_ref().map_or(&[], |jones| jones.0.words())
-    }
-
     fn steps(&self) -> ffi::Steps {
         let shortest_um = WAVELENGTH_MIN_NM * 1e-3;
         // The width of an order in direction cosines, and of a knot in a cosine.
@@ -377,32 +255,6 @@ impl Surface {
         })
     }
 
-    /// [`Surface::by_value`] compiled for the instructions of AVX2, in which rounding is no call.
-    ///
-    /// # Safety
-    /// Only on processors that have them.
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2")]
-    unsafe fn by_value_avx2(
-        &self,
-        question: Question,
-        directions: [[f32; 3]; 2],
-        wavelengths_nm: [f32; 4],
-    ) -> [f32; 5] {
-        self.by_value(question, directions, wavelengths_nm)
-    }
-
-    #[inline(always)]
-    fn by_value(&self, question: Question, directions: [[f32; 3]; 2], wavelengths_nm: [f32; 4]) -> [f32; 5] {
-        let words = self.all_words();
-        if let (Tables::Spectral(tables), true) = (&self.tables, question != Question::Direction) {
-            let lobe = SpectralLobe::<Lanes> { layout: tables.0.layout(), words };
-            return side_by_side(&lobe, question, directions, wavelengths_nm);
-        }
-        // Scalar variants of Mitsuba warn of every sample with a negative channel.
-        self.answer::<Plain<f32>>(words, Gamut::Desaturate, question, directions, wavelengths_nm, true)
-    }
-
     fn trace(&self, question: Question, arguments: &ffi::Traced) -> Result<[u32; 5], PluginError> {
         guard(|| {
             let owned = trace(arguments.backend, |scope| {
@@ -431,160 +283,6 @@ impl Surface {
             Ok(owned.map(Owned::into_index))
         })
     }
-
-    fn jones(&self) -> Result<&JonesTable, PluginError> {
-        self.jones.as_ref().map(|jones| &jones.0).ok_or(PluginError::NoMatrix)
-    }
-
-    /// Handles of what C++ asks with.
-    fn arguments<'s>(&self, scope: Scope<'s>, arguments: &ffi::Traced) -> Arguments<'s> {
-        let real = |index| Var::borrowed(scope, index);
-        let directions = [arguments.wi.map(real), arguments.other.map(real)];
-        let nm = match &self.tables {
-            Tables::Spectral(_) | Tables::Grating(_) => arguments.wavelengths_nm.map(real),
-            Tables::Colours(_) | Tables::GratingColours(_) => [directions[0][0]; 4],
-        };
-        let words = arguments.words.map(|index| WordsVar::borrowed(scope, index));
-        Arguments { words, directions, nm, active: Var::borrowed(scope, arguments.active) }
-    }
-
-    /// Asks the lobe for matrices, as `ask_matrix` says.
-    #[inline(always)]
-    fn matrix<N: Numbers>(
-        &self,
-        jones: &JonesTable,
-        words: [N::Words; 3],
-        [from, to]: [[N::Real; 3]; 2],
-        wavelengths_nm: [N::Real; 4],
-        active: N::Mask,
-    ) -> [N::Real; 64] {
-        let view = jones.view::<N>(words[2]);
-        let rows = match &self.tables {
-            Tables::Grating(tables) => {
-                let lobe = GratingLobe::<N> { layout: tables.0.layout(), words: words[0] };
-                lobe.matrix(&view, from, to, wavelengths_nm.map(within_range), active)
-            }
-            Tables::GratingColours(tables) => {
-                let lobe = tables.0.lobe_over::<N>([words[0], words[1]]);
-                lobe.matrix(&view, from, to, active).map(|element| [element; 4])
-            }
-            // These have no such table.
-            Tables::Spectral(_) | Tables::Colours(_) => [[N::Real::lit(0.0); 4]; 16],
-        };
-        array::from_fn(|i| rows[i / 4][i % 4])
-    }
-
-    /// Asks the lobe.
-    #[inline(always)]
-    fn answer<N: Numbers>(
-        &self,
-        words: [N::Words; 3],
-        gamut: Gamut,
-        question: Question,
-        [wi, other]: [[N::Real; 3]; 2],
-        wavelengths_nm: [N::Real; 4],
-        active: N::Mask,
-    ) -> [N::Real; 5] {
-        let zero = N::Real::lit(0.0);
-        let (values, density) = match &self.tables {
-            Tables::Spectral(tables) => {
-                let lobe = SpectralLobe::<N> { layout: tables.0.layout(), words };
-                let nm = wavelengths_nm.map(within_range);
-                match question {
-                    Question::Value => (lobe.eval(wi, other, nm, active), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, nm, active)),
-                    Question::Direction => (direction(lobe.sample(wi, nm, other, active)), zero),
-                    _ => lobe.eval_pdf(wi, other, nm, active),
-                }
-            }
-            Tables::Grating(tables) => {
-                let lobe = GratingLobe::<N> { layout: tables.0.layout(), words: words[0] };
-                let nm = wavelengths_nm.map(within_range);
-                match question {
-                    Question::Value => (lobe.eval(wi, other, nm, active), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, nm, active)),
-                    Question::Direction => (direction(lobe.sample(wi, nm, other, active)), zero),
-                    _ => lobe.eval_pdf(wi, other, nm, active),
-                }
-            }
-            Tables::GratingColours(tables) => {
-                let mut lobe = tables.0.lobe_over::<N>([words[0], words[1]]);
-                lobe.gamut = gamut;
-                let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
-                match question {
-                    Question::Value => (four(lobe.eval(wi, other, active)), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, active)),
-                    Question::Direction => (direction(lobe.sample(wi, other, active)), zero),
-                    _ => {
-                        let (colour, density) = lobe.eval_pdf(wi, other, active);
-                        (four(colour), density)
-                    }
-                }
-            }
-            Tables::Colours(tables) => {
-                let mut lobe = tables.0.lobe_over::<N>(words);
-                lobe.factors.gamut = gamut;
-                let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
-                match question {
-                    Question::Value => (four(lobe.eval(wi, other, active)), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, active)),
-                    Question::Direction => (direction(lobe.sample(wi, other, active)), zero),
-                    _ => {
-                        let (colour, density) = lobe.eval_pdf(wi, other, active);
-                        (four(colour), density)
-                    }
-                }
-            }
-        };
-        let [a, b, c, d] = values;
-        [a, b, c, d, density]
-    }
-}
-
-/// The four wavelengths in the four lanes.
-#[inline(always)]
-fn side_by_side(
-    lobe: &SpectralLobe<Lanes>,
-    question: Question,
-    directions: [[f32; 3]; 2],
-    wavelengths_nm: [f32; 4],
-) -> [f32; 5] {
-    let [wi, wo] = directions.map(|w| w.map(Lanes::all));
-    let nm = [within_range(Lanes::each(wavelengths_nm))];
-    let active = Lanes::mask(true);
-    let zero = Lanes::all(0.0);
-    let ([values], densities) = match question {
-        Question::Value => (lobe.eval(wi, wo, nm, active), zero),
-        Question::Density => ([zero], lobe.pdf(wi, wo, nm, active)),
-        _ => lobe.eval_pdf(wi, wo, nm, active),
-    };
-    let [a, b, c, d] = values.to_array();
-    [a, b, c, d, 0.25 * densities.reduce_add()]
-}
-
-/// Renderers may round a wavelength to just outside the range.
-fn within_range<R: Real>(nm: R) -> R {
-    nm.clip(R::lit(WAVELENGTH_MIN_NM), R::lit(WAVELENGTH_MAX_NM))
-}
-
-/// A direction in the place of values.
-fn direction<R: Real>([x, y, z]: [R; 3]) -> [R; 4] {
-    [x, y, z, R::lit(0.0)]
-}
-
-/// A number for tables in use, which an address would not be: another's may come to lie there.
-fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
-    type InUse = (u64, Vec<(u64, Weak<dyn Any + Send + Sync>)>);
-    static IN_USE: Mutex<InUse> = Mutex::new((0, Vec::new()));
-    let mut guard = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
-    let (last, in_use) = &mut *guard;
-    in_use.retain(|(_, weak)| weak.strong_count() > 0);
-    if let Some((number, _)) = in_use.iter().find(|(_, weak)| std::ptr::addr_eq(weak.as_ptr(), Arc::as_ptr(&tables))) {
-        return *number;
-    }
-    *last += 1;
-    in_use.push((*last, Arc::downgrade(&tables)));
-    *last
 }
 
 fn new_surface(config_json: &str, index: &ffi::IndexSamples, polarised: bool) -> Result<Box<Surface>, PluginError> {
@@ -597,34 +295,6 @@ fn new_colour_surface(
     polarised: bool,
 ) -> Result<Box<Surface>, PluginError> {
     guard(|| Surface::colours(Recipe::new(config_json, index, polarised)?))
-}
-
-/// The index of both parts, at the wavelengths of either.
-fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<SpectralIndex>, SpectralIndexError> {
-    let part = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
-        let all = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };
-        all.iter().copied().zip(values.iter().copied()).collect()
-    };
-    let (eta, k) = (part(&samples.eta_nm, &samples.eta), part(&samples.k_nm, &samples.k));
-    if let (&[(_, eta)], &[(_, k)]) = (eta.as_slice(), k.as_slice()) {
-        return Ok(Some(SpectralIndex::Constant(ComplexIndex { eta, k })));
-    }
-    if eta.is_empty() || k.is_empty() {
-        return Ok(None);
-    }
-    let mut wavelengths: Vec<f64> = eta.iter().chain(&k).map(|sample| sample.0).collect();
-    wavelengths.sort_by(f64::total_cmp);
-    wavelengths.dedup();
-    let index = |nm| (nm, ComplexIndex { eta: linear(&eta, nm), k: linear(&k, nm) });
-    SpectralIndex::sampled(wavelengths.into_iter().map(index).collect()).map(Some)
-}
-
-/// The value at `x`, linear between samples in rising order, of which there is at least one, and constant beyond them.
-fn linear(samples: &[(f64, f64)], x: f64) -> f64 {
-    let above = samples.partition_point(|sample| sample.0 < x).min(samples.len() - 1);
-    let (low, high) = (samples[above.saturating_sub(1)], samples[above]);
-    let t = if high.0 > low.0 { ((x - low.0) / (high.0 - low.0)).clamp(0.0, 1.0) } else { 1.0 };
-    low.1 + t * (high.1 - low.1)
 }
 
 fn check_version(compiled: &str, running: &str) -> Result<(), PluginError> {
