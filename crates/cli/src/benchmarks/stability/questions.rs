@@ -15,7 +15,7 @@ const QUESTIONS_EACH: u64 = 25_000;
 /// Every so many questions one goes to the methods of single precision too, which take much longer.
 const METHODS_EVERY: u64 = 50;
 /// Directions and wavelengths of each surface at which the albedo is integrated.
-const ALBEDOS: usize = 40;
+const ALBEDOS: usize = 110;
 /// What an albedo may exceed one by besides the tolerance of its surface's table: what lies between
 /// the albedo table's nodes, and the 0.0005 of the mean of 1/cosθo that its quadrature may miss in narrow lobes.
 const ALBEDO_SLACK: f64 = 1e-3;
