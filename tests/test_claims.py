@@ -131,6 +131,14 @@ def surfaces():
     )
 
 
+def albedos():
+    asked = data("stability")["questions"]
+    found = f"of {asked['albedos']:,} albedos of surfaces drawn at random {asked['albedos_above']}"
+    by = "by more than the surface's tolerance and 0.001"
+    yield "README.md", f"{found} do {by}, and the largest is {asked['albedo']:.3f}"
+    yield "docs/tables.md", f"{found} exceed one {by}, the largest is {asked['albedo']:.3f}"
+
+
 def validity():
     made = data("validity")
     slope, period = made["sweeps"]["slope"], made["sweeps"]["period"]["sinusoid"]
@@ -171,7 +179,7 @@ def remainder(x, count):
 
 CLAIMS = [
     claim
-    for claims in (method_rows, agreement, colours, noise, ratios, surfaces, validity, terms)
+    for claims in (method_rows, agreement, colours, noise, ratios, surfaces, albedos, validity, terms)
     for claim in claims()
 ]
 
