@@ -26,11 +26,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let colour = if cos_squared > 0.0 {
                 let wo = [x, y, cos_squared.sqrt()];
                 let narrow = |v: [f64; 3]| v.map(|component| component as f32);
-                let keeps = method.conserving(narrow(wi), narrow(wo));
-                let response = method.relief_rgb([x, y, 1.0 + wo[2]].map(|component| component as f32));
-                // What does not depend on the relief is the caller's.
+                let relief = method.answer_rgb(narrow(wi), narrow(wo));
+                // What does not depend on the relief is the caller's: this method answers `AnswerKind::Relief`.
                 let factor = Pair::new(wi, wo).map_or(0.0, |pair| options.angular_factor(&pair));
-                std::array::from_fn(|c| factor * f64::from(response[c] * keeps[c]))
+                relief.map(|channel| factor * f64::from(channel))
             } else {
                 [0.0; 3]
             };

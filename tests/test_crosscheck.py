@@ -7,7 +7,17 @@ from conftest import use_variant
 
 from mitsuba_scenes import snake
 from mitsuba_scenes.crosscheck import __main__ as command
-from mitsuba_scenes.crosscheck import cases, methods, points, realtime, run, same_picture, same_points, spectral
+from mitsuba_scenes.crosscheck import (
+    cases,
+    methods,
+    points,
+    realtime,
+    run,
+    same_colours,
+    same_picture,
+    same_points,
+    spectral,
+)
 from mitsuba_scenes.crosscheck.agreement import FEWEST_PIXELS, agreement
 from mitsuba_scenes.crosscheck.cases import SAME_MODEL, Case, plugin
 from mitsuba_scenes.crosscheck.quadrature import Quadrature
@@ -20,6 +30,8 @@ SPECTRAL = ["llvm_ad_spectral", "scalar_spectral"]
 SMALL = View(56, 38, fov_deg=5.0)
 # What single precision leaves between the variants, which trace rays with different code.
 VARIANTS_RTOL = 2e-3
+# A blazed grating that is quick to solve, in aluminium at 590 nm.
+RIGOROUS = {"preset": "blazed", "period": 1.2, "height": 0.15, "theory": "rigorous", "eta": 1.15, "k": 7.15}
 # Mean of a white plane: 256 pixels of 100 samples in bands of their own.
 NOISE = 0.01
 # FLIP that one model leaves along the same rays: the table of colours errs by 1e-3, which 8 bits hardly show.
@@ -87,6 +99,18 @@ def test_both_renderers_give_the_same_points(realtime_runs, files, relief, tmp_p
         assert set(figures["controls"]) == {"rotated", "sign of u"}
         assert all(control["median"] > 100 * figures["median"] for control in figures["controls"].values())
     assert len(same_points.lines(found)) == 2
+
+
+def test_both_renderers_give_the_same_colours_of_a_grating_in_aluminium(realtime_runs, files, tmp_path):
+    """The plugin against the GPU, both by Maxwell's equations, pixel by pixel: what single precision leaves."""
+    use_variant("llvm_ad_rgb")
+    case = Case("aluminium", RIGOROUS, supersample=1)
+    found = same_colours.check(case, files, run.LIGHTS[1:], run.CLOSE, tmp_path)
+    assert same_points.failures(case.name, found) == [], same_points.lines(found)
+    for line in same_points.lines(found):
+        print(line)
+    for figures in found:
+        assert all(control["median"] > 100 * figures["median"] for control in figures["controls"].values())
 
 
 def test_both_renderers_give_the_same_picture(realtime_runs, files, relief, tmp_path):

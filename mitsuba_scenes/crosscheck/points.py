@@ -97,13 +97,23 @@ def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
         # The last ones are repeated, and not counted.
         values = _values(bsdf, wi, wo, np.resize(carried, CARRIED))[:, : len(carried)]
         colour += math.pi * values @ quadrature.weights[first : first + CARRIED]
+    return _picture(at, colour)
+
+
+def colours(bsdf: mi.BSDF, at: Points) -> np.ndarray:
+    """As `radiance`, in a variant whose BSDFs answer in linear sRGB."""
+    return _picture(at, math.pi * _values(bsdf, at.to_camera[at.lit], at.to_sun[at.lit], np.empty(0)))
+
+
+def _picture(at: Points, colour: np.ndarray) -> np.ndarray:
+    """The colours of the lit points at their pixels."""
     picture = np.zeros((*at.lit.shape, 3))
     picture[at.lit] = colour
     return picture
 
 
 def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np.ndarray:
-    """f_r times the cosine of wo, (points, wavelengths)."""
+    """f_r times the cosine of wo, (points, wavelengths), or (points, channels) without wavelengths."""
     ctx = mi.BSDFContext()
     if mi.variant().startswith("scalar"):
         si = dr.zeros(mi.SurfaceInteraction3f)
@@ -115,8 +125,9 @@ def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np
         return np.array(values)
     si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
     si.wi = mi.Vector3f(np.ascontiguousarray(wi.T))
-    # Arrays and not literals, so that all wavelengths share one kernel.
-    si.wavelengths = [mi.Float(np.full(len(wi), value, dtype=np.float32)) for value in nm]
+    if len(nm):
+        # Arrays and not literals, so that all wavelengths share one kernel.
+        si.wavelengths = [mi.Float(np.full(len(wi), value, dtype=np.float32)) for value in nm]
     return np.array(bsdf.eval(ctx, si, mi.Vector3f(np.ascontiguousarray(wo.T)))).T
 
 

@@ -5,6 +5,7 @@ use crate::grating::{
     GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile, preset_profile, profile_of,
 };
 use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions, Regions};
+use crate::methods::MethodError;
 use crate::reflectance::{ColourSurface, Obliquity, Options, SpectralIndex, Surface};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
@@ -23,6 +24,8 @@ pub enum BuildError {
     Colours(#[from] ColourTableError),
     #[error(transparent)]
     Grating(#[from] GratingError),
+    #[error(transparent)]
+    Method(#[from] MethodError),
     #[error(transparent)]
     Cache(#[from] CacheError),
 }

@@ -15,6 +15,8 @@
 mod build;
 #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 mod built_surface;
+#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+mod method;
 mod obliquity;
 mod theory;
 

@@ -32,6 +32,11 @@ impl GratingColourSurface {
         [self.grating.words(), &self.words]
     }
 
+    /// Where in the words of the colours what begins.
+    pub(crate) fn tables(&self) -> &ColourTables {
+        &self.tables
+    }
+
     /// Bytes of all tables.
     pub fn bytes(&self) -> usize {
         4 * self.words().map(<[u32]>::len).iter().sum::<usize>()

@@ -9,17 +9,17 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// The visible range of ν = 1/λ in 1/µm, its middle and half its width, with what lies within the table's wavelengths.
-pub(super) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVELENGTH_MAX_NM);
-pub(super) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELENGTH_MAX_NM);
+pub(crate) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVELENGTH_MAX_NM);
+pub(crate) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELENGTH_MAX_NM);
 /// Standard deviations of an order beyond the visible range at which the table of weights ends.
-pub(super) const SPREADS: f64 = 5.0;
+pub(crate) const SPREADS: f64 = 5.0;
 /// Widths in 1/µm are tabulated over `τ/(τ + this)`.
-pub(super) const TAU_SCALE: f64 = 0.25;
+pub(crate) const TAU_SCALE: f64 = 0.25;
 /// Means and standard deviations of ν in 1/µm from which wavelengths are drawn, alike: where sRGB's weights lie.
 pub(super) const PROPOSED: [(f64, f64); 3] = [(2.2, 0.13), (1.86, 0.13), (1.63, 0.11)];
 /// Nodes of the table of weights over ν and over widths, and of order 0 along either axis.
-const WEIGHTS: [u32; 2] = [96, 256];
-const ORDER_ZERO: [u32; 2] = [48, 48];
+pub(crate) const WEIGHTS: [u32; 2] = [96, 256];
+pub(crate) const ORDER_ZERO: [u32; 2] = [48, 48];
 /// Bins of the shares of orders over the direction cosine across the grooves, from −1 to 1, and along them, from 0 to 1.
 const BINS: [u32; 2] = [32, 12];
 /// The largest place of a bin, from 0 to 1: in single precision, too, it lies in the last bin.
@@ -46,6 +46,11 @@ impl ColourTables {
         let shares = words.len() as u32;
         words.extend(shares_of_orders(grating, orders));
         (Self { orders, order_zero, shares }, words.into_iter().map(f32::to_bits).collect())
+    }
+
+    /// Of the words, the packets of the weights and, from the packet returned on, those of order 0: all that a value is read from.
+    pub(crate) fn packets<'a>(&self, words: &'a [u32]) -> (&'a [u32], u32) {
+        (&words[..self.shares as usize], self.order_zero / 4)
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@ use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 
 /// What one unit of a stored number means: a sum of efficiencies passes one by less than a tenth.
-pub(super) const UNIT: f64 = 1.0 / 60_000.0;
+pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 
 /// How the words of a table are to be read.
 ///

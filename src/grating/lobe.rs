@@ -12,7 +12,7 @@ use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
 /// Standard deviations beyond which nothing of an order counts.
-pub(super) const REACH: f64 = 5.0;
+pub(crate) const REACH: f64 = 5.0;
 
 /// Everything about a grating's lobe but the words of its table.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]

@@ -22,8 +22,14 @@ pub use build::GratingReport;
 pub use colour_lobe::GratingColourLobe;
 pub use colour_surface::GratingColourSurface;
 pub use colour_tables::ColourTables;
+#[cfg(test)]
+pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO, SPREADS, TAU_SCALE, WEIGHTS};
 pub use efficiencies::EfficiencyLayout;
+#[cfg(test)]
+pub(crate) use efficiencies::UNIT;
 pub use exact::ExactGrating;
+#[cfg(test)]
+pub(crate) use lobe::REACH;
 pub use lobe::{GratingLayout, GratingLobe};
 pub use polarisation::{JonesTable, JonesView};
 pub use relief::{preset_profile, profile_of};

@@ -28,6 +28,6 @@ fn albedo_excess(w: vec3<f32>) -> vec3<f32> {
     return excess / (cosine * cosine);
 }
 
-fn conserving(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
-    return 1.0 / (1.0 + max(albedo_excess(wi), albedo_excess(wo)));
+fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    return relief_rgb(wi + wo) / (1.0 + max(albedo_excess(wi), albedo_excess(wo)));
 }

@@ -5,7 +5,7 @@ use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
 use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
-use super::{Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, is_query, spectral_range_um};
+use super::{MethodError, MethodOptions, MethodShader, Relief, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
@@ -63,7 +63,7 @@ impl Flss {
     }
 }
 
-impl Method for Flss {
+impl Relief for Flss {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
@@ -81,7 +81,7 @@ impl Method for Flss {
         Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }
 
-    fn shader(&self) -> MethodShader<'_> {
+    fn relief_shader(&self) -> MethodShader<'_> {
         let uniform = FlssUniform {
             grid: self.orders.grid,
             wavelengths: self.colours.len() as u32,
@@ -91,8 +91,7 @@ impl Method for Flss {
         };
         MethodShader {
             name: "flss",
-            wgsl: WGSL,
-            conserving: NOTHING_CONSERVED_WGSL,
+            wgsl: vec![WGSL],
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

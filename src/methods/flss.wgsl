@@ -15,7 +15,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();
-    for (var i = relief_part; i < flss.wavelengths; i += relief_parts) {
+    for (var i = answer_part; i < flss.wavelengths; i += answer_parts) {
         let colour = colours[i];
         rgb += order_density(flss.grid, q, colour.w) / (colour.w * colour.w) * colour.xyz;
     }

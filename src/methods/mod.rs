@@ -1,18 +1,22 @@
 //! The methods of realtime evaluation (docs/realtime.md), each once in Rust, the truth, and once in WGSL, its twin of the
 //! same name in the file beside it.
 //!
-//! A method answers `∫ S(f; κ)/λ² · weight(λ) dλ` for `q = wi + wo = (u, v, w)` as linear sRGB in 1/sr: a `S/λ²` of 1 at
-//! every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of docs/model.md#the-reflectance) is the caller's. Single
-//! precision throughout, as on the GPU; the oracle is [`crate::reflectance::Exact`].
+//! A [`Method`] answers a pair of directions in linear sRGB in 1/sr, and [`Method::answers`] says what: the whole reflectance, or what
+//! the relief alone does. The latter is a [`Relief`], a function of `q = wi + wo = (u, v, w)`:
+//! `∫ S(f; κ)/λ² · weight(λ) dλ`, where a `S/λ²` of 1 at every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of
+//! docs/model.md#the-reflectance) is then the caller's. Single precision throughout, as on the GPU; the oracle is
+//! [`crate::reflectance::Exact`].
 //!
-//! [`build`] makes one. The published methods evaluate a single window in a fixed place over a tile that repeats (`model = patch`,
-//! `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings, and alone
-//! conserves energy where it is asked to.
+//! [`build`] makes one of a height field. The published methods evaluate a single window in a fixed place over a tile that repeats
+//! (`model = patch`, `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings, and alone
+//! conserves energy where it is asked to. A grating by Maxwell's equations, `GratingColourSurface`, is a method, too.
 
 mod bessel;
 mod build;
 mod colours;
 mod flss;
+#[cfg(feature = "rigorous")]
+mod grating;
 mod nmm;
 mod options;
 mod order_grid;
@@ -42,60 +46,102 @@ pub use stam_gems::StamGems;
 use crate::colour_table::SUM_SQUARED_MAX;
 use std::borrow::Cow;
 
+/// What the answer of a method is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnswerKind {
+    /// What the relief alone does. The caller multiplies it by Fresnel's reflectance, obliquity and shadowing, `R·O·M`.
+    Relief,
+    /// `f_r` with all that belongs to it, which is multiplied by nothing.
+    Reflectance,
+}
+
 /// One way to evaluate a surface in colour.
 pub trait Method: Send + Sync {
-    /// What the relief alone answers for `q = [u, v, w]`, integrated over the visible wavelengths: linear sRGB in 1/sr, with
-    /// neither Fresnel reflectance, obliquity, shadowing nor cosine. Out-of-gamut colours keep their negative components. Zero
-    /// unless `q` is finite, `w > 0`, and `q` the sum of two unit vectors.
-    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3];
+    /// What the method answers for light from `wi` that leaves to `wo`, integrated over the visible wavelengths: linear sRGB in
+    /// 1/sr, without the cosine, of what [`Method::answers`] says. Out-of-gamut colours keep their negative components. The caller
+    /// sees to it that both directions lie above the surface.
+    fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
 
-    /// The same at one wavelength in nm, `S/λ²` in 1/sr: zero outside 380 to 780 nm and where [`Method::relief_rgb`] is; `None`
-    /// where the method has no value by wavelength.
-    fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
+    /// The same at one wavelength in nm, in 1/sr: zero outside 380 to 780 nm; `None` where the method has no value by wavelength.
+    fn answer_spectral(&self, wi: [f32; 3], wo: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
-    /// What the answer is multiplied by so that no energy is made, red, green and blue, for directions above the surface.
-    fn conserving(&self, _wi: [f32; 3], _wo: [f32; 3]) -> [f32; 3] {
-        [1.0; 3]
-    }
-
-    /// Whether [`Method::relief_rgb`] is a colour over π that is to be shown as it is. Then `f_r` is that over cosθi,
-    /// with neither Fresnel reflectance, obliquity nor shadowing.
-    fn is_shown_as_it_is(&self) -> bool {
-        false
-    }
+    /// What the answers are.
+    fn answers(&self) -> AnswerKind;
 
     /// The twin in WGSL with its data.
     fn shader(&self) -> MethodShader<'_>;
 }
 
+/// A [`Method`] whose answer is what the relief alone does, which depends on `wi + wo` alone.
+pub trait Relief: Send + Sync {
+    /// What the relief answers for `q = [u, v, w]`, integrated over the visible wavelengths: linear sRGB in 1/sr, with
+    /// neither Fresnel reflectance, obliquity, shadowing nor cosine. Zero unless `q` is finite, `w > 0`, and `q` the sum of two unit
+    /// vectors.
+    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3];
+
+    /// The same at one wavelength in nm, `S/λ²` in 1/sr: zero outside 380 to 780 nm and where [`Relief::relief_rgb`] is; `None`
+    /// where the method has no value by wavelength.
+    fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
+
+    /// The twin in WGSL, which defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>` in place of `answer_rgb`, with its data.
+    fn relief_shader(&self) -> MethodShader<'_>;
+}
+
+impl<R: Relief> Method for R {
+    fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        self.relief_rgb(sum(wi, wo))
+    }
+
+    fn answer_spectral(&self, wi: [f32; 3], wo: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+        self.relief_spectral(sum(wi, wo), wavelength_nm)
+    }
+
+    fn answers(&self) -> AnswerKind {
+        AnswerKind::Relief
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        self.relief_shader().and(include_str!("relief.wgsl"))
+    }
+}
+
+/// `wi + wo`.
+fn sum(wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+    std::array::from_fn(|c| wi[c] + wo[c])
+}
+
 /// A method's WGSL and what it binds.
 ///
-/// The source declares, in group 1, a uniform struct at binding 0 and one read-only storage buffer for each entry of
-/// `storage` from binding 1 on, and defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>`, the twin of [`Method::relief_rgb`],
-/// which heeds `relief_part` and `relief_parts` of [`COMMON_WGSL`]: over all parts its results add up to the answer.
-/// It is compiled together with the files of [`COMMON_WGSL`] and of whoever calls it; groups 0 and 2 are theirs.
+/// The sources declare, in group 1, a uniform struct at binding 0 and one read-only storage buffer for each entry of
+/// `storage` from binding 1 on, and define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of
+/// [`Method::answer_rgb`], which heeds `answer_part` and `answer_parts` of [`COMMON_WGSL`]: over all parts its results add up to the
+/// answer. They are compiled together with the files of [`COMMON_WGSL`] and of whoever calls them; groups 0 and 2 are theirs.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'static str,
-    /// The source.
-    pub wgsl: &'static str,
-    /// Defines `fn conserving(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of [`Method::conserving`].
-    pub conserving: &'static str,
+    /// The sources, one after the other.
+    pub wgsl: Vec<&'static str>,
     /// Bytes of the uniform struct.
     pub uniform: Vec<u8>,
     /// Bytes of the storage buffers.
     pub storage: Vec<Cow<'a, [u8]>>,
 }
 
-/// The twin of a [`Method::conserving`] that is one.
-pub const NOTHING_CONSERVED_WGSL: &str =
-    "fn conserving(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return vec3<f32>(1.0); }";
+impl MethodShader<'_> {
+    /// With one more source.
+    fn and(mut self, wgsl: &'static str) -> Self {
+        self.wgsl.push(wgsl);
+        self
+    }
+}
 
 /// WGSL that the methods' sources may use; compiled before them.
 pub const COMMON_WGSL: &str = include_str!("common.wgsl");
 
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 const WAVELENGTH_MAX_UM: f32 = 0.78;
+/// What a cosine is divided by at least, as in [`crate::reflectance::Pair`].
+const COSINE_MIN: f32 = 1e-7;
 
 /// Whether `q` can be a sum of two directions above the surface. Nothing that is not finite can.
 fn is_query(q: [f32; 3]) -> bool {

@@ -17,8 +17,7 @@ use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
 use super::{
-    Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM,
-    is_query, spectral_range_um,
+    MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
 };
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
@@ -83,7 +82,7 @@ impl Nmm {
     }
 }
 
-impl Method for Nmm {
+impl Relief for Nmm {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         if !is_query(q) {
             return [0.0; 3];
@@ -113,12 +112,11 @@ impl Method for Nmm {
         Some(wavelength_um.map_or(0.0, |um| self.orders.density_at(q, um) / (um * um)))
     }
 
-    fn shader(&self) -> MethodShader<'_> {
+    fn relief_shader(&self) -> MethodShader<'_> {
         let uniform = NmmUniform { grid: self.of_colours.grid, line_width: self.line_width, _pad: [0.0; 2] };
         MethodShader {
             name: "nmm",
-            wgsl: WGSL,
-            conserving: NOTHING_CONSERVED_WGSL,
+            wgsl: vec![WGSL],
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

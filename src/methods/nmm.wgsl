@@ -18,7 +18,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     let listed = (nmm.grid.reach > vec2<i32>()) & (span >= vec2<f32>(WAVELENGTH_MIN_UM));
     let total = dot(select(vec2<f32>(), span, listed), vec2<f32>(1.0));
     if total == 0.0 {
-        if relief_part != 0u {
+        if answer_part != 0u {
             return vec3<f32>();
         }
         return vec3<f32>(order_density(nmm.grid, q, WHITE_UM) / (WHITE_UM * WHITE_UM));
@@ -28,7 +28,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
         if listed[axis] {
             let first = u32(ceil(span[axis] / WAVELENGTH_MAX_UM));
             let last = u32(floor(span[axis] / WAVELENGTH_MIN_UM));
-            for (var n = first + relief_part; n <= last; n += relief_parts) {
+            for (var n = first + answer_part; n <= last; n += answer_parts) {
                 let wavelength_um = span[axis] / f32(n);
                 let weight = order_density(nmm.grid, q, wavelength_um) * nmm.line_width[axis];
                 rgb += weight * colour_density(wavelength_um);

@@ -10,10 +10,7 @@ use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
 use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
-use super::{
-    Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, REPEATS_MAX, Repeats, is_query,
-    spectral_range_um,
-};
+use super::{MethodError, MethodOptions, MethodShader, REPEATS_MAX, Relief, Repeats, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
@@ -107,7 +104,7 @@ impl Pq {
     }
 }
 
-impl Method for Pq {
+impl Relief for Pq {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
@@ -128,7 +125,7 @@ impl Method for Pq {
         Some(found)
     }
 
-    fn shader(&self) -> MethodShader<'_> {
+    fn relief_shader(&self) -> MethodShader<'_> {
         let uniform = PqUniform {
             grid: self.orders.grid,
             repeats: self.repeats,
@@ -137,8 +134,7 @@ impl Method for Pq {
         };
         MethodShader {
             name: "pq",
-            wgsl: WGSL,
-            conserving: NOTHING_CONSERVED_WGSL,
+            wgsl: vec![WGSL],
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

@@ -10,8 +10,7 @@
 
 use super::colours::{self, Colours, colour_density};
 use super::{
-    Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM,
-    is_query, spectral_range_um,
+    MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
 };
 use crate::height_field::HeightField;
 use crate::transform::periods;
@@ -63,7 +62,7 @@ pub(super) fn spacing_um(field: &HeightField, options: &MethodOptions) -> Result
     options.period_um.or_else(found).map(|period_um| period_um as f32).ok_or(MethodError::NoPeriod)
 }
 
-impl Method for Stam {
+impl Relief for Stam {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let mut rgb = [0.0; 3];
         if is_query(q) {
@@ -88,12 +87,11 @@ impl Method for Stam {
         Some(2.0 * PI.sqrt() * self.window_um * lines / (2.0 * ORDERS as f32 * V_RANGE * um))
     }
 
-    fn shader(&self) -> MethodShader<'_> {
+    fn relief_shader(&self) -> MethodShader<'_> {
         let uniform = StamUniform { period_um: self.period_um, _pad0: 0, _pad1: 0, _pad2: 0 };
         MethodShader {
             name: "stam",
-            wgsl: WGSL,
-            conserving: NOTHING_CONSERVED_WGSL,
+            wgsl: vec![WGSL],
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours))],
         }

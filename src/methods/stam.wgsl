@@ -13,7 +13,7 @@ struct Stam {
 @group(1) @binding(0) var<uniform> stam: Stam;
 
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
-    if !is_query(q) || relief_part != 0u {
+    if !is_query(q) || answer_part != 0u {
         return vec3<f32>();
     }
     var rgb = vec3<f32>();

@@ -7,12 +7,11 @@
 //! (The chapter writes `y = 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
 //!
 //! This is a colour to be shown, not a reflectance: it has no Fresnel reflectance, no obliquity factor and no cosine, and is
-//! no share of the incident light. [`Method::relief_rgb`] is the colour over π, and the caller divides it by cosθi in place of
-//! multiplying by R·O·M ([`Method::is_shown_as_it_is`]). A picture under light that would make a white diffuse
-//! surface 1 then shows the colour itself, whatever the angle of the light.
+//! no share of the incident light. So the answer is the whole of `f_r`, the colour over `π cosθi`: a picture under light that would
+//! make a white diffuse surface 1 shows the colour itself, whatever the angle of the light.
 
 use super::stam::spacing_um;
-use super::{Method, MethodError, MethodOptions, MethodShader, NOTHING_CONSERVED_WGSL, is_query};
+use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
 use crate::height_field::HeightField;
 use bytemuck::{Pod, Zeroable};
 use std::f32::consts::PI;
@@ -62,7 +61,8 @@ impl StamGems {
 }
 
 impl Method for StamGems {
-    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
+    fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        let q = sum(wi, wo);
         if !is_query(q) {
             return [0.0; 3];
         }
@@ -77,22 +77,21 @@ impl Method for StamGems {
                 *value += (1.0 - x * x).max(0.0);
             }
         }
-        rgb.map(|value| value / PI)
+        rgb.map(|value| value / (PI * wi[2].max(COSINE_MIN)))
     }
 
-    fn relief_spectral(&self, _: [f32; 3], _: f32) -> Option<f32> {
+    fn answer_spectral(&self, _: [f32; 3], _: [f32; 3], _: f32) -> Option<f32> {
         None
     }
 
-    fn is_shown_as_it_is(&self) -> bool {
-        true
+    fn answers(&self) -> AnswerKind {
+        AnswerKind::Reflectance
     }
 
     fn shader(&self) -> MethodShader<'_> {
         MethodShader {
             name: "stam",
-            wgsl: WGSL,
-            conserving: NOTHING_CONSERVED_WGSL,
+            wgsl: vec![WGSL],
             uniform: bytemuck::bytes_of(&self.0).to_vec(),
             storage: Vec::new(),
         }

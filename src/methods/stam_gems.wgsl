@@ -17,8 +17,9 @@ struct StamGems {
 
 @group(1) @binding(0) var<uniform> gems: StamGems;
 
-fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
-    if !is_query(q) || relief_part != 0u {
+fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
+    let q = wi + wo;
+    if !is_query(q) || answer_part != 0u {
         return vec3<f32>();
     }
     let u_um = gems.period_um * q.x;
@@ -29,5 +30,5 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
         let x = (vec3<f32>(wavelength_um) - vec3<f32>(RED_UM, GREEN_UM, BLUE_UM)) / HALF_WIDTH_UM;
         rgb += max(1.0 - x * x, vec3<f32>(0.0));
     }
-    return rgb * (2.0 / TAU);
+    return rgb * (2.0 / TAU) / max(wi.z, COSINE_MIN);
 }

@@ -1,9 +1,10 @@
 //! `table`, our own method: the [colour table](crate::colour_table), read with a few fetches.
 
-use super::{Method, MethodShader, NOTHING_CONSERVED_WGSL};
+use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
 use crate::reflectance::ColourAlbedoTable;
 use bytemuck::{Pod, Zeroable};
+use std::array;
 use std::borrow::Cow;
 
 /// The uniform struct of `table.wgsl`.
@@ -45,7 +46,7 @@ impl From<Ring> for TableRing {
     }
 }
 
-impl Method for ColourTable {
+impl Relief for ColourTable {
     fn relief_rgb(&self, [u, v, w]: [f32; 3]) -> [f32; 3] {
         self.view::<f32>().relief_rgb(u, v, w, true)
     }
@@ -54,7 +55,7 @@ impl Method for ColourTable {
         None
     }
 
-    fn shader(&self) -> MethodShader<'_> {
+    fn relief_shader(&self) -> MethodShader<'_> {
         shader(self, None)
     }
 }
@@ -66,23 +67,25 @@ pub(super) struct ConservingTable {
 }
 
 impl Method for ConservingTable {
-    fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
-        self.table.relief_rgb(q)
+    fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        let (relief, factor) = (self.table.relief_rgb(sum(wi, wo)), self.albedo.view::<f32>().factor(wi, wo, true));
+        array::from_fn(|c| relief[c] * factor[c])
     }
 
-    fn relief_spectral(&self, _q: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
+    fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {
         None
     }
 
-    fn conserving(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        self.albedo.view::<f32>().factor(wi, wo, true)
+    fn answers(&self) -> AnswerKind {
+        AnswerKind::Relief
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        shader(&self.table, Some(&self.albedo))
+        shader(&self.table, Some(&self.albedo)).and(include_str!("albedo.wgsl"))
     }
 }
 
+/// What reads the table, with the words of both; [`ColourTable`] and [`ConservingTable`] answer differently with it.
 fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
     let layout = table.layout();
     let mut uniform = Box::new(TableUniform {
@@ -101,9 +104,8 @@ fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> 
     let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
     MethodShader {
         name: "table",
-        wgsl: include_str!("table.wgsl"),
+        wgsl: vec![include_str!("table.wgsl")],
         uniform: bytemuck::bytes_of(&*uniform).to_vec(),
-        conserving: albedo.map_or(NOTHING_CONSERVED_WGSL, |_| include_str!("albedo.wgsl")),
         storage,
     }
 }

@@ -105,7 +105,7 @@ fn on_ring_number(number: i32, turn: f32, w: f32) -> vec3<f32> {
 
 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     let radius = length(q.xy);
-    if !is_query(q) || relief_part != 0u {
+    if !is_query(q) || answer_part != 0u {
         return vec3<f32>();
     }
     let turn = turns(q.xy);

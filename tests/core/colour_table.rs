@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
-use sunbeam::methods::{ColourTable, ColourTableOptions, Method};
+use sunbeam::methods::{ColourTable, ColourTableOptions, Relief};
 use sunbeam::reflectance::{Exact, Obliquity, Options, Pair};
 use sunbeam::table::{Model, PackedTable, Progress, Spectrum, Tiling, WAVELENGTH_MIN_NM, build};
 

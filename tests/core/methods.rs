@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::methods::{Method, MethodError, MethodKind, MethodOptions, Repeats, build};
+use sunbeam::methods::{AnswerKind, Method, MethodError, MethodKind, MethodOptions, Repeats, build};
 use sunbeam::reflectance::{Exact, Options};
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Tiling};
 use sunbeam::transform::Series;
@@ -19,6 +19,16 @@ fn surface(coherence_length_um: f64, tolerance: f64) -> Options {
 
 fn method(kind: MethodKind, field: &HeightField, tolerance: f64, options: &MethodOptions) -> Box<dyn Method> {
     build(kind, field, &surface(COHERENCE_UM, tolerance), options).unwrap()
+}
+
+/// What the relief answers for `q`: it sees the sum of both directions alone, which may be in one of them.
+fn relief_rgb(method: &dyn Method, q: [f32; 3]) -> [f32; 3] {
+    assert_eq!(method.answers(), AnswerKind::Relief);
+    method.answer_rgb(q, [0.0; 3])
+}
+
+fn relief_spectral(method: &dyn Method, q: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+    method.answer_spectral(q, [0.0; 3], wavelength_nm)
 }
 
 fn oracle(field: &HeightField, model: Model) -> Exact {
@@ -58,7 +68,7 @@ fn errors(field: &HeightField, method: &dyn Method) -> Vec<f64> {
             let kappa = TAU * w / um;
             let truth = patch.power_density(f, kappa);
             let scale = truth.max(mean.power_density(f, kappa)).max(DENSITY_FLOOR_UM2);
-            let found = f64::from(method.relief_spectral([u, v, w as f32], nm as f32).unwrap()) * um * um;
+            let found = f64::from(relief_spectral(method, [u, v, w as f32], nm as f32).unwrap()) * um * um;
             errors.push((found - truth).abs() / scale);
         }
     }
@@ -120,7 +130,8 @@ fn few_orders_are_summed_once_each() {
                     .map(|c| f64::from(c as f32));
                 let um = random.between(0.381, 0.779);
                 let truth = exact.power_density([q[0] / um, q[1] / um], TAU * q[2] / um);
-                let found = f64::from(flss.relief_spectral(q.map(|c| c as f32), (um * 1e3) as f32).unwrap()) * um * um;
+                let found =
+                    f64::from(relief_spectral(&*flss, q.map(|c| c as f32), (um * 1e3) as f32).unwrap()) * um * um;
                 // Against the peak: Gaussians of short windows overlap and cancel.
                 let peak = 4.0 * PI * (coherence_um / 4.0).powi(2);
                 assert!((found - truth).abs() < 1e-4 * peak, "{nx}x{ny} {neighbourhood:?}: {found} {truth}");
@@ -159,13 +170,13 @@ fn a_mirror_is_white() {
     // In the very mirror direction the peak of every wavelength, 4πs²/λ²: sharper, so brighter, in the blue.
     let expected = SpectralToRgb::default().rgb_of(|nm| 4.0 * PI * s * s / (nm * 1e-3).powi(2));
     for w in [2.0, 0.3, 1e-3] {
-        let found = method(MethodKind::Flss, &flat, 1e-3, &options()).relief_rgb([0.0, 0.0, w]);
+        let found = relief_rgb(&*method(MethodKind::Flss, &flat, 1e-3, &options()), [0.0, 0.0, w]);
         for c in 0..3 {
             // 81 sums in single precision.
             assert!((f64::from(found[c]) / expected[c] - 1.0).abs() < 1e-5, "{found:?} {expected:?}");
         }
         // White as Single 2014 has it, at the value of 550 nm.
-        let [r, g, b] = method(MethodKind::Nmm, &flat, 1e-3, &options()).relief_rgb([0.0, 0.0, w]);
+        let [r, g, b] = relief_rgb(&*method(MethodKind::Nmm, &flat, 1e-3, &options()), [0.0, 0.0, w]);
         assert!(r == g && g == b && (f64::from(g) / (4.0 * PI * s * s / 0.55f64.powi(2)) - 1.0).abs() < 1e-5);
     }
     // Over all directions each wavelength has the same power, 1: ∫ response du dv = (1, 1, 1).
@@ -174,7 +185,7 @@ fn a_mirror_is_white() {
         let mut sum = [0.0f64; 3];
         let at = |i: usize| (half * (2.0 * (i as f64 + 0.5) / steps as f64 - 1.0)) as f32;
         for (iy, ix) in (0..steps).flat_map(|iy| (0..steps).map(move |ix| (iy, ix))) {
-            let rgb = method.relief_rgb([at(ix), at(iy), 1.5]);
+            let rgb = relief_rgb(&*method, [at(ix), at(iy), 1.5]);
             (0..3).for_each(|c| sum[c] += f64::from(rgb[c]));
         }
         let cell = (2.0 * half / steps as f64).powi(2);
@@ -192,7 +203,7 @@ fn around(method: &dyn Method, u: f64, v: f64, w: f64) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for i in 0..SIDE * SIDE {
         let q = [u + at(i % SIDE), v + at(i / SIDE), w].map(|c| c as f32);
-        let rgb = method.relief_rgb(q);
+        let rgb = relief_rgb(method, q);
         (0..3).for_each(|c| sum[c] += f64::from(rgb[c]) / (SIDE * SIDE) as f64);
     }
     sum
@@ -238,7 +249,7 @@ fn pq_peaks_at_the_grating_angles_and_keeps_the_power() {
     let pq = method(MethodKind::Pq, &blazed, 1e-3, &MethodOptions { repeats: Some(Repeats::Both(26)), ..options() });
     for (n, nm) in [(-1, 400.0), (-1, 700.0), (-2, 450.0), (1, 550.0)] {
         let expected = f64::from(n) * nm * 1e-3 / 2.5;
-        let value = |u: f64| pq.relief_spectral([u as f32, 0.0, 1.8], nm as f32).unwrap();
+        let value = |u: f64| relief_spectral(&*pq, [u as f32, 0.0, 1.8], nm as f32).unwrap();
         let places = (-2000..=2000).map(|i| expected + f64::from(i) * 2e-5);
         let peak = places.max_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap();
         // A scan in steps of 2e-5 over the flat top of a peak 6e-3 wide, in single precision.
@@ -251,7 +262,7 @@ fn pq_peaks_at_the_grating_angles_and_keeps_the_power() {
     for w in [0.1, 0.4] {
         let at = |i: usize| 1.35 * (2.0 * (i as f64 + 0.5) / STEPS as f64 - 1.0);
         let power: f64 = (0..STEPS * STEPS)
-            .map(|i| f64::from(pq.relief_spectral([at(i % STEPS) as f32, at(i / STEPS) as f32, w], 400.0).unwrap()))
+            .map(|i| f64::from(relief_spectral(&*pq, [at(i % STEPS) as f32, at(i / STEPS) as f32, w], 400.0).unwrap()))
             .sum();
         let integral = power * (2.7 / STEPS as f64).powi(2);
         // Fifty steps a cell: exact but for cells that the square cuts, which are dark.
@@ -269,23 +280,23 @@ fn stam_has_its_orders_where_the_grating_has() {
         for (n, um) in [(1, 0.4), (1, 0.7), (2, 0.5), (3, 0.6)] {
             let u = f64::from(n) * um / d;
             let value =
-                |du: f64| f64::from(method.relief_spectral([(u + du) as f32, 0.3, 1.0], (um * 1e3) as f32).unwrap());
+                |du: f64| f64::from(relief_spectral(&*method, [(u + du) as f32, 0.3, 1.0], (um * 1e3) as f32).unwrap());
             // 2√π·s/(32·λ), from the window and a sixteenth over two units of v.
             let peak = 2.0 * PI.sqrt() * COHERENCE_UM / 4.0 / (32.0 * um);
             assert!((value(0.0) / peak - 1.0).abs() < 1e-3, "{n} {um}: {} {peak}", value(0.0));
             assert!(value(0.02) < 1e-3 * peak && value(-0.02) < 1e-3 * peak);
-            assert_eq!(method.relief_rgb([u as f32, 0.3, 1.0]), method.relief_rgb([-u as f32, -0.1, 0.7]));
+            assert_eq!(relief_rgb(&*method, [u as f32, 0.3, 1.0]), relief_rgb(&*method, [-u as f32, -0.1, 0.7]));
         }
         // Between the violet of order 1 and the mirror there is nothing.
-        assert_eq!(method.relief_rgb([(0.37 / d) as f32, 0.0, 1.0]), [0.0; 3]);
+        assert_eq!(relief_rgb(&*method, [(0.37 / d) as f32, 0.0, 1.0]), [0.0; 3]);
     }
     // So long a window that its Gaussian is narrow against the colours.
     let long = build(MethodKind::Stam, &field, &surface(1e3, 1e-3), &options()).unwrap();
     let fine = SpectralToRgb::visible(0.1).unwrap();
     for u in [0.2, 0.24, 0.55, 0.8] {
         let q = [u, 0.1, 1.2];
-        let found = long.relief_rgb(q).map(f64::from);
-        let spectral = fine.rgb_of(|nm| long.relief_spectral(q, nm as f32).unwrap().into());
+        let found = relief_rgb(&*long, q).map(f64::from);
+        let spectral = fine.rgb_of(|nm| relief_spectral(&*long, q, nm as f32).unwrap().into());
         let largest = spectral.iter().fold(0.0f64, |a, b| a.max(b.abs()));
         for c in 0..3 {
             assert!((found[c] - spectral[c]).abs() < 5e-3 * largest, "{u}: {found:?} {spectral:?}");
@@ -305,10 +316,10 @@ fn no_query_gives_anything_but_finite_numbers() {
                 let method = build(kind, field, &surface(coherence_um, 1e-2), &options).unwrap();
                 for i in 0..odd.len().pow(3) {
                     let q = [odd[i % odd.len()], odd[i / odd.len() % odd.len()], odd[i / odd.len().pow(2)]];
-                    let rgb = method.relief_rgb(q);
+                    let rgb = relief_rgb(&*method, q);
                     assert!(rgb.iter().all(|c| c.is_finite()), "{kind} {q:?}: {rgb:?}");
                     for nm in [f32::NAN, -1.0, 0.0, 379.0, 380.0, 555.0, 780.0, f32::INFINITY] {
-                        let value = method.relief_spectral(q, nm).unwrap();
+                        let value = relief_spectral(&*method, q, nm).unwrap();
                         assert!(value.is_finite() && value >= 0.0, "{kind} {q:?} {nm}: {value}");
                         let inside = q[2] > 0.0
                             && q.iter().map(|c| c * c).sum::<f32>() <= 4.001

@@ -4,7 +4,7 @@ use super::common::{Random, preset};
 use std::f64::consts::PI;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::height_field::Preset;
-use sunbeam::methods::{Method, MethodError, MethodKind, MethodOptions, StamForm, build};
+use sunbeam::methods::{AnswerKind, Method, MethodError, MethodKind, MethodOptions, StamForm, build};
 use sunbeam::reflectance::{Exact, Options};
 use sunbeam::table::Model;
 
@@ -23,9 +23,15 @@ fn method(options: &MethodOptions) -> Box<dyn Method> {
     build(MethodKind::Stam, &preset(Preset::Blazed), &surface(), options).unwrap()
 }
 
-/// The colour, without the 1/π of a reflectance.
+/// The answer to directions whose sum is `q`, with cosines that are alike.
+fn answer(method: &dyn Method, q: [f32; 3]) -> [f32; 3] {
+    let half = 0.5 * q[2];
+    method.answer_rgb([q[0], q[1], half], [0.0, 0.0, half])
+}
+
+/// The colour, without the `1/(π cosθi)` of a reflectance.
 fn colour(method: &dyn Method, q: [f64; 3]) -> [f64; 3] {
-    method.relief_rgb(q.map(|c| c as f32)).map(|value| PI * f64::from(value))
+    answer(method, q.map(|c| c as f32)).map(|value| PI * 0.5 * q[2] * f64::from(value))
 }
 
 fn difference(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -111,7 +117,7 @@ fn left_and_right_are_alike_where_those_of_the_blazed_grating_are_not() {
     let mut ratios = Vec::new();
     for u in [0.16f64, 0.2, 0.24, 0.28] {
         let w = 1.0 + (1.0 - u * u).sqrt();
-        assert_eq!(gems.relief_rgb([u as f32, 0.0, w as f32]), gems.relief_rgb([-u as f32, 0.0, w as f32]));
+        assert_eq!(answer(&*gems, [u as f32, 0.0, w as f32]), answer(&*gems, [-u as f32, 0.0, w as f32]));
         let green = |u: f64| visible.rgb_of(|nm| exact.eval(wi, [u, 0.0, w - 1.0], nm))[1];
         ratios.push(green(-u) / green(u));
     }
@@ -125,17 +131,17 @@ fn it_has_no_values_by_wavelength_and_all_its_colours_are_finite() {
     let wide = MethodOptions { period_um: Some(1e3), gems_sharpness: 1e4, ..gems() };
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.0, -0.0, 1e-30, 1e-4, 1.0, 2.0];
     for method in [method(&gems()), method(&wide)] {
-        assert!(method.is_shown_as_it_is());
-        assert_eq!(method.relief_spectral([0.3, 0.0, 1.0], 550.0), None);
+        assert_eq!(method.answers(), AnswerKind::Reflectance);
+        assert_eq!(method.answer_spectral([0.3, 0.0, 0.5], [0.0, 0.0, 0.5], 550.0), None);
         for i in 0..odd.len().pow(3) {
             let q = [odd[i % 10], odd[i / 10 % 10], odd[i / 100]];
-            let rgb = method.relief_rgb(q);
+            let rgb = answer(&*method, q);
             assert!(rgb.iter().all(|value| value.is_finite() && *value >= 0.0), "{q:?}: {rgb:?}");
             let inside = q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= 4.001;
             assert!(inside || rgb == [0.0; 3], "{q:?}: {rgb:?}");
         }
     }
-    assert!(!method(&MethodOptions::default()).is_shown_as_it_is());
+    assert_eq!(method(&MethodOptions::default()).answers(), AnswerKind::Relief);
 }
 
 #[test]

@@ -1,13 +1,15 @@
 //! A method on the GPU, for the subcommands that have one there.
 
 use super::method_args::{Asked, MethodArgs};
+use super::progress::with_bar;
 use super::surface_args::SurfaceArgs;
 use serde::Serialize;
 use std::error::Error;
 use std::time::Instant;
+use sunbeam::cache::Cache;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
-use sunbeam::methods::{self, MethodKind, MethodOptions};
+use sunbeam::methods::{MethodKind, MethodOptions};
 use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 
@@ -21,6 +23,7 @@ pub struct Realtime {
     kind: MethodKind,
     options: MethodOptions,
     config: SurfaceConfig,
+    cache: Cache,
 }
 
 /// What a method was and took.
@@ -60,22 +63,22 @@ impl Realtime {
         };
         let options = method.options(Asked::ColourOnGpu)?;
         let config = surface.realtime_config(kind, &options)?;
-        Ok(Self { kind, options, config })
+        Ok(Self { kind, options, config, cache: surface.cache()? })
     }
 
     /// What is to be built, for who builds it later, and other things after it.
-    pub fn into_parts(self) -> (MethodKind, MethodOptions, SurfaceConfig) {
-        (self.kind, self.options, self.config)
+    pub fn into_parts(self) -> (MethodKind, MethodOptions, SurfaceConfig, Cache) {
+        (self.kind, self.options, self.config, self.cache)
     }
 
     /// Makes the method's data and uploads it. `index` is the refractive index, `None` to reflect everything.
     pub fn build(&self, gpu: &Gpu, index: Option<ComplexIndex>) -> Result<(Shader, MethodReport), Box<dyn Error>> {
-        let Self { kind, options, config } = self;
+        let Self { kind, options, config, cache } = self;
         let start = Instant::now();
-        let field = config.height_field()?;
-        let surface = config.options_for(index.map(SpectralIndex::Constant).as_ref());
-        let method = methods::build(*kind, &field, &surface, options)?;
+        let material = index.map(SpectralIndex::Constant);
+        let method = with_bar(|progress| config.build_method(*kind, options, material.as_ref(), cache, progress))?;
         let build_seconds = start.elapsed().as_secs_f64();
+        let surface = config.options_for(material.as_ref());
         let optics = Optics { index, obliquity: surface.obliquity, shadowing: surface.shadowing };
         let shader = Shader::new(gpu, &*method, &optics)?;
         let report = MethodReport {

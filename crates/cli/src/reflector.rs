@@ -10,7 +10,7 @@ use sunbeam::cache::{Cache, Origin};
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::{SurfaceConfig, Theory};
 use sunbeam::grating::{ExactGrating, GratingSurface};
-use sunbeam::methods::{self, MethodOptions};
+use sunbeam::methods::{self, AnswerKind, MethodOptions};
 use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, SpectralIndex, Surface, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
@@ -58,7 +58,7 @@ impl Reflector {
         let (options, index) = (config.options(), config.index());
         let cache = args.cache()?;
         if config.theory == Theory::Rigorous {
-            return Self::rigorous(&config, method, &cache, sampler);
+            return Self::rigorous(&config, method, method_options, &cache, sampler);
         }
         let field = config.height_field()?;
         let built = || with_bar(|progress| cache.surface_watched(&field, &options, progress));
@@ -77,8 +77,10 @@ impl Reflector {
                 (Evaluator::Table(surface.clone()), Some(surface))
             }
             Method::Realtime(kind) => {
-                let built = methods::build(kind, &field, &options, method_options)?;
-                (Evaluator::Realtime(built), sampler.then(surface).transpose()?)
+                let index = index.map(SpectralIndex::Constant);
+                let method =
+                    with_bar(|progress| config.build_method(kind, method_options, index.as_ref(), &cache, progress))?;
+                (Evaluator::Realtime(method), sampler.then(surface).transpose()?)
             }
         };
         let side_by_side = method != Method::Exact || nx * ny <= SIDE_BY_SIDE_PIXELS;
@@ -89,6 +91,7 @@ impl Reflector {
     fn rigorous(
         config: &SurfaceConfig,
         method: Method,
+        method_options: &MethodOptions,
         cache: &Cache,
         one_by_one: bool,
     ) -> Result<Self, Box<dyn Error>> {
@@ -108,7 +111,9 @@ impl Reflector {
                 (Evaluator::Grating(built.clone()), Some(built))
             }
             Method::Realtime(kind) => {
-                return Err(format!("--method {kind} knows a phase screen: --theory must be scalar").into());
+                let method =
+                    with_bar(|progress| config.build_method(kind, method_options, index.as_ref(), cache, progress))?;
+                (Evaluator::Realtime(method), one_by_one.then(tabulated).transpose()?)
             }
         };
         let (options, index) = (config.options(), config.index());
@@ -133,7 +138,7 @@ impl Reflector {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
             Evaluator::Table(surface) => surface.eval(wi, wo, wavelength_nm),
             Evaluator::Realtime(method) => {
-                let spectral = method.relief_spectral(sum(&pair), wavelength_nm as f32).unwrap_or(0.0);
+                let spectral = method.answer_spectral(single(wi), single(wo), wavelength_nm as f32).unwrap_or(0.0);
                 self.options.angular_factor(&pair) * f64::from(spectral)
             }
             Evaluator::Grating(built) => return built.0.eval(wi, wo, wavelength_nm),
@@ -158,14 +163,11 @@ impl Reflector {
     pub fn eval_rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
-        let factor = if method.is_shown_as_it_is() {
-            1.0 / pair.cos_i
-        } else {
-            self.interface(&pair) * self.options.angular_factor(&pair)
+        let factor = match method.answers() {
+            AnswerKind::Relief => self.interface(&pair) * self.options.angular_factor(&pair),
+            AnswerKind::Reflectance => 1.0,
         };
-        let conserving = method.conserving(wi.map(|c| c as f32), wo.map(|c| c as f32));
-        let response = method.relief_rgb(sum(&pair));
-        std::array::from_fn(|c| factor * f64::from(response[c] * conserving[c]))
+        method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
     fn interface(&self, pair: &Pair) -> f64 {
@@ -222,7 +224,7 @@ impl Reflector {
     }
 }
 
-/// `wi + wo` as the methods take it.
-fn sum(pair: &Pair) -> [f32; 3] {
-    [pair.u, pair.v, pair.w].map(|component| component as f32)
+/// A direction as the methods take it.
+fn single(direction: Vec3) -> [f32; 3] {
+    direction.map(|component| component as f32)
 }

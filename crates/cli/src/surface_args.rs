@@ -127,13 +127,15 @@ impl SurfaceArgs {
         if self.no_cache { Ok(Cache::off()) } else { Cache::from_env() }
     }
 
-    /// As [`SurfaceArgs::config`] for a method of colours. The colour table conserves energy where that is asked for; the
-    /// published methods never do, and know one window in a fixed place over a tile that repeats: these are the defaults, and what asks for anything else is refused.
-    /// So are factors that the colours of GPU Gems are not multiplied by.
+    /// As [`SurfaceArgs::config`] for a method of colours. The colour table knows both theories, and conserves energy where that is
+    /// asked for; the published methods never do, and know a phase screen with one window in a fixed place over a tile that repeats:
+    /// these are the defaults, and what asks for anything else is refused. So are factors that the colours of GPU Gems are not
+    /// multiplied by, and samples of a table that a grating does not have.
     pub fn realtime_config(&self, kind: MethodKind, options: &MethodOptions) -> Result<SurfaceConfig, Box<dyn Error>> {
         let (patch, conserve) = (kind.is_patch_only(), self.conserve_energy == Some(true));
+        let rigorous = self.theory == Some(Theory::Rigorous);
         let wrong = [
-            (self.theory == Some(Theory::Rigorous), "a phase screen", "--theory", "scalar"),
+            (patch && rigorous, "a phase screen", "--theory", "scalar"),
             (patch && self.model == Some(Model::Ensemble), "one window in a fixed place", "--model", "patch"),
             (patch && self.tiling == Some(Tiling::Aperiodic), "a tile that repeats", "--tiling", "periodic"),
             (conserve && patch, "no albedo", "--conserve-energy", "false"),
@@ -141,6 +143,14 @@ impl SurfaceArgs {
         ];
         if let Some((_, knows, flag, value)) = wrong.iter().find(|(wrong, ..)| *wrong) {
             return Err(format!("--method {kind} knows {knows}: {flag} must be {value}").into());
+        }
+        if rigorous {
+            if options.resolution != MethodOptions::default().resolution {
+                return Err(
+                    "--table-resolution has no effect with --theory rigorous, whose tables are made otherwise".into()
+                );
+            }
+            return Ok(self.config()?);
         }
         let gems = kind == MethodKind::Stam && options.stam_form == StamForm::Gems;
         let factors = [("--obliquity", self.obliquity.is_some()), ("--shadowing", self.shadowing == Some(true))];

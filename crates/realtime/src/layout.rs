@@ -1,6 +1,7 @@
 //! What shaders and the processor share byte by byte; held against the WGSL in this file's tests.
 
 use bytemuck::{Pod, Zeroable};
+use sunbeam::methods::AnswerKind;
 use sunbeam::reflectance::{ComplexIndex, Obliquity};
 
 /// A pair of directions to be answered by [`super::Shader`]; twin of `Query` in `query.wgsl`.
@@ -53,12 +54,12 @@ pub(super) struct OpticsUniform {
     pub reflects_all: u32,
     pub obliquity: u32,
     pub shadowing: u32,
-    pub shown_as_it_is: u32,
+    pub answers: u32,
 }
 
 impl OpticsUniform {
-    /// The optics around a method; `shown_as_it_is` is the method's [`sunbeam::methods::Method::is_shown_as_it_is`].
-    pub fn new(optics: &Optics, shown_as_it_is: bool) -> Self {
+    /// The optics around a method that answers this.
+    pub fn new(optics: &Optics, answers: AnswerKind) -> Self {
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
         Self {
             eta: index.eta as f32,
@@ -70,7 +71,10 @@ impl OpticsUniform {
                 Obliquity::SmallSlope => 2,
             },
             shadowing: u32::from(optics.shadowing),
-            shown_as_it_is: u32::from(shown_as_it_is),
+            answers: match answers {
+                AnswerKind::Relief => 0,
+                AnswerKind::Reflectance => 1,
+            },
         }
     }
 }
@@ -163,10 +167,10 @@ mod tests {
 
     #[test]
     fn structs_lie_in_memory_as_the_shaders_read_them() {
-        let (shade, locate) = (program::shade(&program::tests::NO_RELIEF), program::locate());
+        let (shade, locate) = (program::shade(&program::tests::no_method()), program::locate());
         for (source, name, ours) in [
             (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
-            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, shown_as_it_is)),
+            (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers)),
             (&shade, "Range", fields!(RangeUniform: first, count, part, parts, two)),
             (&locate, "Vertex", fields!(Vertex: position, u, normal, v)),
             (

@@ -15,7 +15,8 @@ const TRACE: &str = include_str!("wgsl/trace.wgsl");
 /// The program of [`super::Shader`].
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
     let shade = include_str!("wgsl/shade.wgsl");
-    [COMMON_WGSL, method.wgsl, method.conserving, PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, shade].join("\n")
+    let around = [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, shade];
+    [&[COMMON_WGSL], method.wgsl.as_slice(), &around].concat().join("\n")
 }
 
 /// Finds the triangle that each pixel sees.
@@ -44,10 +45,12 @@ pub(super) mod tests {
     use super::super::wgsl_operators::{Mixture, mixtures};
     use super::*;
     use std::path::{Path, PathBuf};
+    use std::sync::LazyLock;
+    use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
     use sunbeam::height_field::Preset;
-    use sunbeam::methods::{MethodKind, MethodOptions, NOTHING_CONSERVED_WGSL, StamForm, build};
+    use sunbeam::methods::{Method, MethodKind, MethodOptions, StamForm, build};
     use sunbeam::reflectance::Options;
-    use sunbeam::table::Model;
+    use sunbeam::table::{Model, Progress};
 
     /// Parses and validates as wgpu does; panics with naga's message.
     pub fn validated(source: &str) -> naga::Module {
@@ -58,13 +61,17 @@ pub(super) mod tests {
         module
     }
 
-    pub const NO_RELIEF: MethodShader<'_> = MethodShader {
-        name: "none",
-        conserving: NOTHING_CONSERVED_WGSL,
-        wgsl: "fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return q; }",
-        uniform: Vec::new(),
-        storage: Vec::new(),
-    };
+    /// What answers without reading anything.
+    pub fn no_method() -> MethodShader<'static> {
+        let wgsl = vec!["fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return wi + wo; }"];
+        MethodShader { name: "none", wgsl, uniform: Vec::new(), storage: Vec::new() }
+    }
+
+    /// A grating of a single order: solved once for all tests.
+    static GRATING: LazyLock<GratingColourSurface> = LazyLock::new(|| {
+        let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05)).unwrap().unwrap();
+        GratingColourSurface::new(GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none()).unwrap())
+    });
 
     const TONE: &str = include_str!("../../window/src/tone.wgsl");
 
@@ -80,7 +87,8 @@ pub(super) mod tests {
         let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
         let gems = build(MethodKind::Stam, &field, &surface, &gems).unwrap();
         let others = [
-            ("shade", shade(&NO_RELIEF)),
+            ("shade", shade(&no_method())),
+            ("shade, grating", shade(&GRATING.shader())),
             ("shade, stam of GPU Gems", shade(&gems.shader())),
             ("shade, energy conserved", shade(&conserving.shader())),
             ("raster", raster()),

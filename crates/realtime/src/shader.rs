@@ -5,7 +5,7 @@ use super::{Gpu, GpuError, program};
 use bytemuck::Zeroable;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
-use sunbeam::methods::Method;
+use sunbeam::methods::{AnswerKind, Method};
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
 /// second or two, and a window that shares it should not stutter.
@@ -31,7 +31,7 @@ pub struct Shader {
     method: wgpu::BindGroup,
     parameters: wgpu::Buffer,
     optics: wgpu::Buffer,
-    shown_as_it_is: bool,
+    answers: AnswerKind,
     range: wgpu::Buffer,
     bytes: u64,
     cut_short: wgpu::Buffer,
@@ -66,7 +66,7 @@ impl Shader {
     /// # Errors
     /// [`GpuError::TooLarge`] where the adapter cannot bind the data, [`GpuError::Refused`] where it refuses the WGSL.
     pub fn new(gpu: &Gpu, method: &dyn Method, optics: &Optics) -> Result<Self, GpuError> {
-        let (shader, shown_as_it_is) = (method.shader(), method.is_shown_as_it_is());
+        let (shader, answers) = (method.shader(), method.answers());
         let module = pipeline::module(gpu, shader.name, program::shade(&shader));
         let mut accesses = vec![Access::Read; shader.storage.len() + 1];
         accesses[0] = Access::Uniform;
@@ -82,25 +82,14 @@ impl Shader {
         let buffers: Vec<&wgpu::Buffer> = std::iter::once(&parameters).chain(&storage).collect();
         let method = pipeline::bind(gpu, &methods, &buffers);
         let range = gpu.uniform_of("range", bytemuck::bytes_of(&RangeUniform::zeroed()))?;
-        let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::new(optics, shown_as_it_is)))?;
+        let optics = gpu.uniform_of("optics", bytemuck::bytes_of(&OpticsUniform::new(optics, answers)))?;
         gpu.check()?;
         let bytes = buffers.iter().map(|buffer| buffer.size()).sum();
         let cut_short = gpu.storage("cut_short", size_of::<u32>() as u64)?;
         let (queries, parts) = (AtomicU32::new(FIRST_QUERIES), AtomicU32::new(1));
         let stop = Arc::default();
-        let shader = Self {
-            pipeline,
-            method,
-            parameters,
-            optics,
-            shown_as_it_is,
-            range,
-            bytes,
-            cut_short,
-            queries,
-            parts,
-            stop,
-        };
+        let shader =
+            Self { pipeline, method, parameters, optics, answers, range, bytes, cut_short, queries, parts, stop };
         // Drivers finish compiling when a pipeline is first used, which is not to be taken for the method's speed.
         shader.evaluate(gpu, &[Query::default()])?;
         shader.queries.store(FIRST_QUERIES, Relaxed);
@@ -114,7 +103,7 @@ impl Shader {
 
     /// Changes the optics of what is answered from now on.
     pub fn set_optics(&self, gpu: &Gpu, optics: &Optics) {
-        let uniform = OpticsUniform::new(optics, self.shown_as_it_is);
+        let uniform = OpticsUniform::new(optics, self.answers);
         gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&uniform));
     }
 

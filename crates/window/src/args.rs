@@ -1,6 +1,7 @@
 use crate::open::{Start, open};
 use crate::{Orbit, Settings, Sun};
 use std::path::PathBuf;
+use sunbeam::config::Theory;
 use sunbeam_cli::Outcome;
 use sunbeam_cli::method_args::MethodArgs;
 use sunbeam_cli::realtime::Realtime;
@@ -51,9 +52,12 @@ pub fn run(args: &ViewArgs) -> Outcome {
     if !(0.1..=4.0).contains(&args.scale) {
         return Err(format!("parameter \"scale\" is {}, but must be 0.1 to 4", args.scale).into());
     }
-    let (kind, options, surface) = Realtime::new(&args.method, &args.surface)?.into_parts();
+    let (kind, options, surface, cache) = Realtime::new(&args.method, &args.surface)?.into_parts();
     // Whatever is wrong with it is better said before there is a window.
     surface.height_field()?;
+    if surface.theory == Theory::Rigorous {
+        surface.profile()?;
+    }
     let view = args.scene.view(args.supersample)?;
     view.check()?;
     let settings = Settings {
@@ -66,6 +70,7 @@ pub fn run(args: &ViewArgs) -> Outcome {
         view,
         exposure: args.exposure,
         scale: args.scale,
+        cache,
     };
     let scene = args.scene.clone();
     open(Start {

@@ -2,7 +2,7 @@ use super::settings::Settings;
 use super::surface_form::SurfaceForm;
 use super::widgets::{choice, number, optional, row, switch};
 use eframe::egui::{self, Ui};
-use sunbeam::config::{COHERENCE_LENGTH_UM, ObliquityChoice};
+use sunbeam::config::{COHERENCE_LENGTH_UM, ObliquityChoice, Theory};
 use sunbeam::methods::{
     GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
     TERMS_MAX,
@@ -26,9 +26,13 @@ pub fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
             let length = egui::DragValue::new(&mut settings.surface.coherence_length);
             ui.add(length.range(COHERENCE_LENGTH_UM).speed(0.5).suffix(" µm").max_decimals(2));
         });
-        let obliquity = ObliquityChoice::ALL.map(|choice| (choice, choice.name()));
-        choice(ui, "Obliquity", &mut settings.surface.obliquity, obliquity);
-        switch(ui, "Shadowing", &mut settings.surface.shadowing);
+        choice(ui, "Theory", &mut settings.surface.theory, Theory::ALL.map(|theory| (theory, theory.name())));
+        // The orders of the other theory have both in them.
+        if settings.surface.theory == Theory::Scalar {
+            let obliquity = ObliquityChoice::ALL.map(|choice| (choice, choice.name()));
+            choice(ui, "Obliquity", &mut settings.surface.obliquity, obliquity);
+            switch(ui, "Shadowing", &mut settings.surface.shadowing);
+        }
         number(ui, "Rotation", &mut settings.view.rotation_deg, -360.0..=360.0, 0.5, "°");
         index(ui, &mut settings.index);
     });

@@ -1,10 +1,11 @@
 use super::orbit::Orbit;
 use super::sun::Sun;
 use std::time::Instant;
-use sunbeam::config::{ObliquityChoice, SurfaceConfig};
-use sunbeam::methods::{Method, MethodKind, MethodOptions, build};
+use sunbeam::cache::Cache;
+use sunbeam::config::{ObliquityChoice, SurfaceConfig, Theory};
+use sunbeam::methods::{Method, MethodKind, MethodOptions};
 use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
-use sunbeam::table::{Model, Tiling};
+use sunbeam::table::{Model, Progress, Tiling};
 use sunbeam_realtime::{GpuError, Optics, View};
 
 /// Everything that users choose.
@@ -23,6 +24,8 @@ pub struct Settings {
     pub exposure: f64,
     /// Pixels of the picture for each pixel of the window, along each side.
     pub scale: f32,
+    /// Where tables are kept.
+    pub cache: Cache,
 }
 
 impl Settings {
@@ -42,17 +45,19 @@ impl Settings {
 
     /// What the method has to be built from.
     pub fn recipe(&self) -> Recipe {
-        // Optics are the shader's: changing them builds nothing.
+        // Optics are the shader's: changing them builds nothing. A grating by Maxwell's equations has its own, and keeps energy.
+        let rigorous = self.surface.theory == Theory::Rigorous;
         let mut surface = SurfaceConfig {
             obliquity: ObliquityChoice::default(),
             shadowing: false,
-            conserve_energy: Some(false),
+            conserve_energy: (!rigorous).then_some(false),
             ..self.surface.clone()
         };
-        if self.kind.is_patch_only() {
+        let index = self.index.filter(|_| rigorous);
+        if self.kind.is_patch_only() && !rigorous {
             (surface.model, surface.tiling) = (Model::Patch, Some(Tiling::Periodic));
         }
-        Recipe { surface, kind: self.kind, options: self.options.clone() }
+        Recipe { surface, kind: self.kind, options: self.options.clone(), index, cache: self.cache.clone() }
     }
 }
 
@@ -62,6 +67,9 @@ pub struct Recipe {
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
+    /// Where it is part of what is built.
+    index: Option<ComplexIndex>,
+    cache: Cache,
 }
 
 /// A method and the seconds it took.
@@ -74,9 +82,9 @@ impl Recipe {
     /// Makes the method, which may take long.
     pub fn build(&self) -> Result<Built, String> {
         let start = Instant::now();
-        let field = self.surface.height_field().map_err(|error| error.to_string())?;
-        let options = self.surface.options();
-        let method = build(self.kind, &field, &options, &self.options).map_err(|error| error.to_string())?;
+        let index = self.index.map(SpectralIndex::Constant);
+        let built = self.surface.build_method(self.kind, &self.options, index.as_ref(), &self.cache, &Progress::none());
+        let method = built.map_err(|error| error.to_string())?;
         Ok(Built { method, seconds: start.elapsed().as_secs_f64() })
     }
 

@@ -205,6 +205,7 @@ fn what_keeps_the_window_from_opening_is_one_line_and_status_2() {
         (&["--exposure", "NaN"], "\"exposure\""),
         (&["--supersample", "0"], "\"supersample\""),
         (&["--camera-target", "-1.2,-7,8.5"], "\"camera-target\""),
+        (&["--theory", "rigorous"], "--theory must be scalar"),
     ] {
         let message = refused(arguments, &[]);
         assert!(message.contains(mentioned), "{message}");

@@ -24,7 +24,12 @@ pub struct DirectionPair {
 }
 
 impl DirectionPair {
-    /// `wi + wo` as the methods take it.
+    /// Both as the methods take them.
+    pub fn single(&self) -> [[f32; 3]; 2] {
+        [self.wi, self.wo].map(|direction| direction.map(|c| c as f32))
+    }
+
+    /// `wi + wo` in single precision.
     pub fn sum(&self) -> [f32; 3] {
         std::array::from_fn(|c| (self.wi[c] + self.wo[c]) as f32)
     }

@@ -41,6 +41,10 @@ fn what_a_method_does_not_know_or_heed_is_refused() {
             &["must be false"],
         ),
         (&["brdf-map", "--method", "colour-table", "--table-resolution", "9", "-o", "a.exr"], &["9", "0.25 to 4"]),
+        (
+            &["brdf-map", "--method", "colour-table", "--table-resolution", "2", "--theory", "rigorous", "-o", "a.exr"],
+            &["--table-resolution", "--theory rigorous"],
+        ),
         (&["evaluate", "--theta-i", "90"], &["\"theta-i\"", "90"]),
         (&["evaluate", "--angles=-40,-50"], &["--angles", "-55,-40"]),
         (&["evaluate", "--preset", "flat"], &["no period", "\"angles\""]),
@@ -49,6 +53,15 @@ fn what_a_method_does_not_know_or_heed_is_refused() {
     for (arguments, mentioned) in cases {
         let message = refused(arguments);
         assert!(mentioned.iter().all(|part| message.contains(part)), "{arguments:?}: {message}");
+    }
+    // Maxwell's equations are the table's.
+    for method in ["flss", "nmm", "pq", "stam"] {
+        for command in ["render", "brdf-map", "eval"] {
+            let output: &[&str] = if command == "eval" { &[] } else { &["-o", "a.exr"] };
+            let message = refused(&[&[command, "--method", method, "--theory", "rigorous"], output].concat());
+            let said = format!("--method {method} knows a phase screen: --theory must be scalar");
+            assert!(message.contains(&said), "{command}: {message}");
+        }
     }
 }
 

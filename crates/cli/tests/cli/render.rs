@@ -9,6 +9,26 @@ use std::path::Path;
 /// Rounding of both sides' single precision, relative to the value or to a thousandth of the map's mean; as in
 /// the realtime renderer's tests.
 const MAP_TOLERANCE: f32 = 1e-3;
+/// The same of a grating by Maxwell's equations, next to where its orders pass off.
+const GRATING_TOLERANCE: f32 = 4e-3;
+/// A grating in aluminium whose orders are wide enough for a coarse map.
+const GRATING: [&str; 15] = [
+    "--preset",
+    "sinusoidal",
+    "--period",
+    "0.7",
+    "--height",
+    "0.1",
+    "--theory",
+    "rigorous",
+    "--coherence-length",
+    "8",
+    "--eta",
+    "1.0",
+    "--k",
+    "6.9",
+    "--theta-i=35",
+];
 
 /// Linear pixels of an EXR, (height, width, 3).
 fn exr(path: &Path) -> Array3<f32> {
@@ -87,6 +107,26 @@ fn a_map_is_the_same_on_both_backends() {
         // Upside down it is another map.
         assert!(worst(&b.slice(s![..;-1, .., ..]).to_owned()) > MAP_TOLERANCE, "{method}");
     }
+}
+
+#[test]
+fn a_grating_by_maxwells_equations_is_the_same_on_both_backends_and_drawn() {
+    let Some(_) = gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let (cpu, gpu, picture) = (path("cpu.exr"), path("gpu.exr"), path("a.exr"));
+    let common = [&["brdf-map", "--size", "64", "--phi-i", "20"], &GRATING[..]].concat();
+    json(&[&common[..], &["--method", "colour-table", "-o", &cpu]].concat());
+    json(&[&common[..], &["--method", "table", "--backend", "gpu", "-o", &gpu]].concat());
+    let (a, b) = (exr(Path::new(&gpu)), exr(Path::new(&cpu)));
+    let peak = b.iter().fold(0.0, |most: f32, value| most.max(value.abs()));
+    let worst = |b: &Array3<f32>| a.iter().zip(b).map(|(a, b)| (a - b).abs() / peak).fold(0.0, f32::max);
+    assert!(peak > 0.0 && worst(&b) < GRATING_TOLERANCE, "{} of {peak}", worst(&b));
+    assert!(worst(&b.slice(s![..;-1, .., ..]).to_owned()) > GRATING_TOLERANCE);
+    let own = ["render", "-o", &picture, "--size", "48x32", "--resolution", "1"];
+    let report = json(&[&own[..], &GRATING[..14]].concat());
+    assert_eq!(report["method"], "table");
+    assert!(exr(Path::new(&picture)).iter().all(|value| value.is_finite()));
 }
 
 #[test]

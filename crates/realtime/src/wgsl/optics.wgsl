@@ -1,5 +1,7 @@
 // The part of the reflectance that does not depend on the relief (docs/model.md#the-reflectance).
 
+const OPTICS_ANSWERS_REFLECTANCE: u32 = 1u;
+
 struct Optics {
     // Refractive index eta + i k.
     eta: f32,
@@ -10,8 +12,8 @@ struct Optics {
     obliquity: u32,
     // 1: V-cavity shadowing and masking.
     shadowing: u32,
-    // 1: the method's answer is a colour over π to be shown as it is (Method::is_shown_as_it_is).
-    shown_as_it_is: u32,
+    // What the method answers: 0 what the relief alone does, 1 the whole reflectance.
+    answers: u32,
 }
 
 fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
@@ -37,10 +39,10 @@ fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     return small_slope(pair, optics.eta, optics.k);
 }
 
-// R·O·M (or Q·M), or what takes the light's cosine out of a colour that is shown as it is.
+// What the method's answer is multiplied by: R·O·M (or Q·M), or 1 where it is the whole reflectance.
 fn optics_factor(optics: Optics, pair: Pair) -> f32 {
-    if optics.shown_as_it_is != 0u {
-        return 1.0 / pair.cos_i;
+    if optics.answers == OPTICS_ANSWERS_REFLECTANCE {
+        return 1.0;
     }
     var factor = optics_interface(optics, pair) * pair_obliquity(pair, optics.obliquity);
     if optics.shadowing != 0u {

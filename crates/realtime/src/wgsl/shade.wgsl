@@ -1,4 +1,4 @@
-// The reflectance of an array of queries, linear sRGB in 1/sr. Compiled after a method, which defines `relief_rgb` and `conserving`.
+// The reflectance of an array of queries, linear sRGB in 1/sr. Compiled after a method, which defines `answer_rgb`.
 
 // Which part of `chosen` one submission works off, and which part of each answer.
 struct Range {
@@ -39,9 +39,9 @@ fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     let pair = pair_of(query.wi, query.wo);
     var reflectance = vec3<f32>(0.0);
     if pair.valid {
-        relief_part = range.part;
-        relief_parts = range.parts;
-        reflectance = optics_factor(optics, pair) * relief_rgb(pair.q) * conserving(query.wi, query.wo);
+        answer_part = range.part;
+        answer_parts = range.parts;
+        reflectance = optics_factor(optics, pair) * answer_rgb(query.wi, query.wo);
         if loops_are_cut_short() {
             atomicAdd(&cut_short, 1u);
         }

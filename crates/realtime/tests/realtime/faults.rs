@@ -3,13 +3,13 @@
 use super::support::{White, gpu, query};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use sunbeam::methods::{Method, MethodShader};
+use sunbeam::methods::{MethodShader, Relief};
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Mesh, Optics, Scene, Shader, Target};
 
 /// Asks for WGSL that is not what the contract says.
 struct Wrong(&'static str);
 
-impl Method for Wrong {
+impl Relief for Wrong {
     fn relief_rgb(&self, _: [f32; 3]) -> [f32; 3] {
         [0.0; 3]
     }
@@ -18,14 +18,8 @@ impl Method for Wrong {
         None
     }
 
-    fn shader(&self) -> MethodShader<'_> {
-        MethodShader {
-            name: "wrong",
-            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
-            wgsl: self.0,
-            uniform: vec![0; 16],
-            storage: Vec::new(),
-        }
+    fn relief_shader(&self) -> MethodShader<'_> {
+        MethodShader { name: "wrong", wgsl: vec![self.0], uniform: vec![0; 16], storage: Vec::new() }
     }
 }
 

@@ -7,6 +7,7 @@ mod common;
 mod support;
 
 mod faults;
+mod gratings;
 mod methods;
 mod pictures;
 mod twins;

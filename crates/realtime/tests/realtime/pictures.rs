@@ -130,7 +130,7 @@ fn radiance(query: &Query, method: &dyn Method, pigment: &PigmentTexture, blend:
     }
     let pair = Pair::new(query.wi.map(f64::from), query.wo.map(f64::from)).unwrap();
     let factor = fresnel_unpolarised(pair.cos_half(), KERATIN) * pair.obliquity(Default::default());
-    let response = method.relief_rgb([pair.u, pair.v, pair.w].map(|c| c as f32));
+    let response = method.answer_rgb(query.wi, query.wo);
     let diffraction = DVec3::from(response.map(f64::from)) * factor;
     let diffuse = pigment_at(pigment, query.uv) / PI;
     let left = |cos: f64| 1.0 - fresnel_unpolarised(cos, KERATIN);

@@ -2,7 +2,7 @@
 #![allow(dead_code)] // Each binary uses some of them.
 
 use std::borrow::Cow;
-use sunbeam::methods::{Method, MethodShader};
+use sunbeam::methods::{MethodShader, Relief};
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Query};
 
 /// The adapter to test on, as `SUNBEAM_ADAPTER` says; `None` only where there is none at all.
@@ -20,7 +20,7 @@ pub fn gpu() -> Option<Gpu> {
 /// A response that does not depend on the directions.
 pub struct White;
 
-impl Method for White {
+impl Relief for White {
     fn relief_rgb(&self, _: [f32; 3]) -> [f32; 3] {
         [1.0; 3]
     }
@@ -29,11 +29,10 @@ impl Method for White {
         Some(1.0)
     }
 
-    fn shader(&self) -> MethodShader<'_> {
+    fn relief_shader(&self) -> MethodShader<'_> {
         MethodShader {
             name: "white",
-            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
-            wgsl: "fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return vec3<f32>(1.0); }",
+            wgsl: vec!["fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return vec3<f32>(1.0); }"],
             uniform: vec![0; 16],
             storage: Vec::new(),
         }
@@ -54,7 +53,7 @@ impl Default for Lobe {
     }
 }
 
-impl Method for Lobe {
+impl Relief for Lobe {
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3] {
         let i = (((q[0] + 2.0) * 0.75) as usize).min(2);
         let height = self.heights[i] * (-self.sharpness * (q[0] * q[0] + q[1] * q[1])).exp();
@@ -65,11 +64,11 @@ impl Method for Lobe {
         None
     }
 
-    fn shader(&self) -> MethodShader<'_> {
+    fn relief_shader(&self) -> MethodShader<'_> {
         MethodShader {
             name: "lobe",
-            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
-            wgsl: "
+            wgsl: vec![
+                "
                 struct Lobe { sharpness: f32 }
                 @group(1) @binding(0) var<uniform> lobe: Lobe;
                 @group(1) @binding(1) var<storage, read> lobe_colours: array<vec4<f32>>;
@@ -78,6 +77,7 @@ impl Method for Lobe {
                     let i = min(u32((q.x + 2.0) * 0.75), 2u);
                     return lobe_heights[i] * exp(-lobe.sharpness * dot(q.xy, q.xy)) * lobe_colours[i].rgb;
                 }",
+            ],
             uniform: bytes_of(&[self.sharpness, 0.0, 0.0, 0.0]),
             storage: vec![Cow::Owned(bytes_of(self.colours.as_flattened())), Cow::Owned(bytes_of(&self.heights))],
         }

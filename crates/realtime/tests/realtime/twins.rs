@@ -2,7 +2,7 @@
 
 use super::common::{Random, direction};
 use super::support::{Lobe, White, gpu, query, worst};
-use sunbeam::methods::Method;
+use sunbeam::methods::{MethodShader, Relief};
 use sunbeam::reflectance::{ComplexIndex, Obliquity, Pair};
 use sunbeam_realtime::{Optics, Query, Shader};
 
@@ -107,14 +107,14 @@ fn a_methods_data_arrives_and_can_be_changed() {
     assert!(answers.gpu_ms > 0.0 && answers.submissions >= 2, "{} ms", answers.gpu_ms);
     assert!(worst(&answers.reflectances, &twin(&method), 1e-6) < TOLERANCE);
     assert!(worst(&answers.reflectances, &twin(&other), 1e-6) > TOLERANCE);
-    shader.set_parameters(&gpu, &other.shader().uniform).unwrap();
+    shader.set_parameters(&gpu, &other.relief_shader().uniform).unwrap();
     assert!(worst(&shader.evaluate(&gpu, &queries).unwrap().reflectances, &twin(&other), 1e-6) < TOLERANCE);
 }
 
 /// Counts to a number that is too large for loops of llvmpipe, in a loop in a loop.
 struct Count;
 
-impl Method for Count {
+impl Relief for Count {
     fn relief_rgb(&self, _: [f32; 3]) -> [f32; 3] {
         [100_000.0; 3]
     }
@@ -123,22 +123,23 @@ impl Method for Count {
         None
     }
 
-    fn shader(&self) -> sunbeam::methods::MethodShader<'_> {
-        sunbeam::methods::MethodShader {
+    fn relief_shader(&self) -> MethodShader<'_> {
+        MethodShader {
             name: "count",
-            conserving: sunbeam::methods::NOTHING_CONSERVED_WGSL,
-            wgsl: "
+            wgsl: vec![
+                "
                 struct Count { outer: u32, inner: u32 }
                 @group(1) @binding(0) var<uniform> limits: Count;
                 fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
                     var sum = 0.0;
-                    for (var i = relief_part; i < limits.outer; i += relief_parts) {
+                    for (var i = answer_part; i < limits.outer; i += answer_parts) {
                         for (var j = 0u; j < limits.inner; j++) {
                             sum += 2.0 * q.z / f32(limits.inner / 500u);
                         }
                     }
                     return vec3<f32>(0.5 * sum);
                 }",
+            ],
             uniform: [100u32, 1000, 0, 0].iter().flat_map(|count| count.to_le_bytes()).collect(),
             storage: Vec::new(),
         }

@@ -46,7 +46,10 @@ impl Candidate {
     /// Linear sRGB of `f_r` without the Fresnel reflectance, 1/sr; `factor` is its `O·M`, which the tables know.
     pub fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
         match &self.evaluator {
-            Evaluator::Colour(method) => method.relief_rgb(pair.sum()).map(|channel| factor * f64::from(channel)),
+            Evaluator::Colour(method) => {
+                let [wi, wo] = pair.single();
+                method.answer_rgb(wi, wo).map(|channel| factor * f64::from(channel))
+            }
             Evaluator::Steps(surface, sum) => sum.rgb_of(|nm| surface.eval(pair.wi, pair.wo, nm)),
             Evaluator::Adaptive(surface) => {
                 // Wavelengths at which nothing is red or blue make those weights negative.
@@ -60,7 +63,8 @@ impl Candidate {
     pub fn spectral(&self, pair: &DirectionPair, factor: f64, nm: f64) -> Option<f64> {
         match &self.evaluator {
             Evaluator::Colour(method) => {
-                method.relief_spectral(pair.sum(), nm as f32).map(|value| factor * f64::from(value))
+                let [wi, wo] = pair.single();
+                method.answer_spectral(wi, wo, nm as f32).map(|value| factor * f64::from(value))
             }
             Evaluator::Steps(surface, _) | Evaluator::Adaptive(surface) => Some(surface.eval(pair.wi, pair.wo, nm)),
         }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::HeightField;
 use sunbeam::height_field::random::Random;
-use sunbeam::methods::{Flss, Method, MethodError, MethodOptions};
+use sunbeam::methods::{Flss, MethodError, MethodOptions, Relief};
 use sunbeam::reflectance::{Exact, Options, Surface};
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{Expansion, OrderTransform, Series, chebyshev_terms, taylor_terms};

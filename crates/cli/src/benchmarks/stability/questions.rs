@@ -168,11 +168,11 @@ fn one_surface(number: u64, count: u64) -> Result<Questions, BenchError> {
         }
         if i % METHODS_EVERY == 0 {
             found.asked_of_methods += 1;
-            let q = [0, 1, 2].map(|c| (wi[c] + wo[c]) as f32);
+            let [wi, wo] = [wi, wo].map(|w| w.map(|c| c as f32));
             for method in &methods {
                 // Colours out of gamut have negative components.
-                found.not_finite += method.relief_rgb(q).iter().filter(|value| !value.is_finite()).count() as u64;
-                method.relief_spectral(q, nm as f32).into_iter().for_each(|value| found.see(value.into()));
+                found.not_finite += method.answer_rgb(wi, wo).iter().filter(|value| !value.is_finite()).count() as u64;
+                method.answer_spectral(wi, wo, nm as f32).into_iter().for_each(|value| found.see(value.into()));
             }
         }
     }

@@ -1,0 +1,87 @@
+//! A realtime method of what a configuration describes, by either theory.
+
+use super::{BuildError, SurfaceConfig, Theory};
+use crate::cache::{Cache, Origin};
+use crate::grating::GratingColourSurface;
+use crate::methods::{self, AnswerKind, Method, MethodError, MethodKind, MethodOptions, MethodShader};
+use crate::reflectance::SpectralIndex;
+use crate::table::Progress;
+use std::sync::Arc;
+
+/// A grating that is shared with all in this process that were built of the same.
+struct SharedGrating(Arc<(GratingColourSurface, Origin)>);
+
+impl Method for SharedGrating {
+    fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
+        self.0.0.answer_rgb(wi, wo)
+    }
+
+    fn answer_spectral(&self, wi: [f32; 3], wo: [f32; 3], wavelength_nm: f32) -> Option<f32> {
+        self.0.0.answer_spectral(wi, wo, wavelength_nm)
+    }
+
+    fn answers(&self) -> AnswerKind {
+        self.0.0.answers()
+    }
+
+    fn shader(&self) -> MethodShader<'_> {
+        self.0.0.shader()
+    }
+}
+
+impl SurfaceConfig {
+    /// A realtime method by the theory that the configuration names: [`methods::build`] of its heights, or a grating by Maxwell's
+    /// equations, which only `table` knows. `index` is the material's, `None` to reflect everything; a grating has it inside.
+    ///
+    /// # Errors
+    /// As [`methods::build`] and [`SurfaceConfig::build_shared_grating_colours`].
+    pub fn build_method(
+        &self,
+        kind: MethodKind,
+        options: &MethodOptions,
+        index: Option<&SpectralIndex>,
+        cache: &Cache,
+        progress: &Progress,
+    ) -> Result<Box<dyn Method>, BuildError> {
+        match (self.theory, kind) {
+            (Theory::Scalar, _) => Ok(methods::build(kind, &self.height_field()?, &self.options_for(index), options)?),
+            (Theory::Rigorous, MethodKind::Table) => {
+                Ok(Box::new(SharedGrating(self.build_shared_grating_colours(index, cache, progress)?)))
+            }
+            (Theory::Rigorous, _) => {
+                let (method, found, accepted) = (kind.name(), Theory::Rigorous.name(), Theory::Scalar.name());
+                Err(MethodError::Unsupported { method, parameter: "theory", found, accepted }.into())
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reflectance::ComplexIndex;
+
+    #[test]
+    fn only_the_table_answers_by_maxwells_equations() {
+        let json = r#"{"preset":"sinusoidal","period":0.3,"height":0.05,"theory":"rigorous","eta":1.0,"k":6.9}"#;
+        let config = SurfaceConfig::from_json(json).unwrap();
+        let build = |config: &SurfaceConfig, kind, index: Option<&SpectralIndex>| {
+            config.build_method(kind, &MethodOptions::default(), index, &Cache::off(), &Progress::none())
+        };
+        for kind in MethodKind::ALL.into_iter().filter(|kind| kind.is_patch_only()) {
+            let refused = build(&config, kind, None).err().unwrap().to_string();
+            assert_eq!(refused, format!("the method {kind} does not know theory = rigorous, only scalar"));
+        }
+        // The whole reflectance, that of the very surface which colours are otherwise taken from, with the material inside.
+        let aluminium = SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.9 });
+        let (wi, wo) = ([0.3, 0.0, 0.91f32.sqrt()], [-0.3, 0.002, (0.91f32 - 4e-6).sqrt()]);
+        let method = build(&config, MethodKind::Table, Some(&aluminium)).unwrap();
+        assert_eq!(method.answers(), AnswerKind::Reflectance);
+        assert_eq!(method.answer_spectral(wi, wo, 550.0), None);
+        let colours = config.build_shared_grating_colours(Some(&aluminium), &Cache::off(), &Progress::none()).unwrap();
+        assert_eq!(method.answer_rgb(wi, wo), colours.0.lobe::<f32>().eval(wi, wo, true));
+        assert!(method.answer_rgb(wi, wo)[1] > 1.0);
+        let scalar = SurfaceConfig { theory: Theory::Scalar, ..config };
+        assert_eq!(build(&scalar, MethodKind::Table, None).unwrap().answers(), AnswerKind::Relief);
+    }
+}
