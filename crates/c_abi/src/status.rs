@@ -56,7 +56,8 @@ impl CallError {
         match self {
             Self::Null { .. } | Self::Misaligned { .. } => Status::BadPointer,
             Self::Overlap { .. } | Self::Size { .. } | Self::Items { .. } => Status::BadValue,
-            Self::NotText { .. } | Self::Build(BuildError::Config(_) | BuildError::Cache(_)) => Status::BadConfig,
+            Self::NotText { .. }
+            | Self::Build(BuildError::Config(_) | BuildError::Cache(_) | BuildError::Method(_)) => Status::BadConfig,
             Self::Build(BuildError::HeightField(_)) => Status::BadHeightField,
             Self::Build(BuildError::Table(_) | BuildError::Colours(_) | BuildError::Grating(_)) => Status::BadTables,
             Self::BufferTooSmall { .. } => Status::BufferTooSmall,
