@@ -49,10 +49,6 @@ export class Engine {
     return JSON.parse(sunbeam.compact_settings(JSON.stringify(settings)));
   }
 
-  get hasArtist() {
-    return this.#artist !== null;
-  }
-
   // Makers
 
   #newMaker() {
@@ -149,7 +145,12 @@ export class Engine {
   /** Starts the graphics device on a canvas that nothing has drawn on. Fails with the kind "no-webgpu" or "gpu". */
   async openArtist(canvas) {
     // The worker could not even ask.
-    if (!navigator.gpu) throw new WorkerError({ message: "this browser does not offer WebGPU", kind: "no-webgpu" });
+    if (!navigator.gpu) {
+      const message = isSecureContext
+        ? "this browser does not offer WebGPU"
+        : "browsers offer WebGPU only to pages that come over https, and this one does not";
+      throw new WorkerError({ message, kind: "no-webgpu" });
+    }
     if (!canvas.transferControlToOffscreen) {
       throw new WorkerError({ message: "this browser cannot draw from a worker", kind: "no-webgpu" });
     }

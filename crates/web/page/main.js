@@ -31,7 +31,9 @@ const page = {
   source: null,
   /** The file that a link asks for and that is not there: {name, sha256}. */
   wanted: null,
-  adapter: null,
+  /** The graphics device; null where there is none, undefined while it is being opened, which `opening` waits for. */
+  adapter: undefined,
+  opening: null,
   examples: [],
   /** What was made last, with all that belongs to it: {settings, source, read}. */
   good: null,
@@ -42,7 +44,10 @@ const page = {
   /** Directions that the map's facts are of. */
   wi: null,
   wo: null,
+  /** The picture that was asked for last, null while that is being done: {serial, at}; and the one that was drawn last. */
+  asked: null,
   drawn: null,
+  making: false,
 };
 // For the browser's console, and for tests.
 globalThis.sunbeam = page;
@@ -201,13 +206,16 @@ async function make() {
   page.keys = { ...keys, scene: sceneChanged ? keys.scene : page.keys.scene };
   const turn = ++turns;
   const stale = () => turn !== turns;
+  page.making = true;
   if (surfaceChanged) tasks.push(makeSurface(keys, stale));
   if (sceneChanged) tasks.push(makeScene(stale));
   try {
     await Promise.all(tasks);
     if (stale()) return;
     page.good = { settings: structuredClone(page.settings), source: page.source, read: page.read, keys: page.keys };
+    page.making = false;
     progress(null);
+    look();
     refreshMap();
     // Spectra need data of their own, which nobody waits for.
     setTimeout(() => !stale() && makeReflectance(), SPECTRUM_NOTE_MS);
@@ -235,12 +243,14 @@ async function makeSurface(keys, stale) {
   const name = settings.method === "table" ? "Making the colour table" : `Making the data of ${settings.method}`;
   progress(name, 0);
   const start = performance.now();
+  const told = (share) => stale() || progress(name, share);
+  const bytes = page.adapter === null ? null : await engine.method(settings, told);
+  await page.opening;
+  if (stale()) return;
   if (!page.adapter) {
-    await engine.reflectance(settings, keys.method, (share) => stale() || progress(name, share));
+    await engine.reflectance(settings, keys.method, told);
     return;
   }
-  const bytes = await engine.method(settings, (share) => stale() || progress(name, share));
-  if (stale()) return;
   page.made = { bytes: bytes.length, seconds: (performance.now() - start) / 1e3 };
   if (sceneShare !== null) progress("Making the shape", sceneShare);
   await engine.setMethod(bytes);
@@ -250,11 +260,13 @@ async function makeScene(stale) {
   sceneShare = 0;
   const bytes = await page.engine.scene(page.settings, (share) => (sceneShare = share));
   sceneShare = null;
-  if (!stale()) await page.engine.setScene(bytes);
+  await page.opening;
+  if (!stale() && page.adapter) await page.engine.setScene(bytes);
 }
 
 function failed(error) {
   progress(null);
+  page.making = false;
   if (error.kind === "scale") return askScale(error);
   if (error.kind !== "cancelled") say(error.message);
   goBack();
@@ -264,6 +276,7 @@ function failed(error) {
 function goBack() {
   const { good } = page;
   turns += 1;
+  page.making = false;
   if (!good) {
     page.keys = { relief: null, method: null, scene: null };
     return;
@@ -298,7 +311,7 @@ function askScale(error) {
 
 async function makeReflectance() {
   const { engine, settings } = page;
-  if (!page.adapter || isFileMissing()) return;
+  if (!page.adapter || (isFile() && !page.source)) return;
   const keys = currentKeys();
   if (!engine.holds(keys.relief) || engine.hasReflectance(keys.method)) return;
   spectrum.say("making its data");
@@ -309,10 +322,6 @@ async function makeReflectance() {
     return;
   }
   readSpectrum();
-}
-
-function isFileMissing() {
-  return isFile() && !page.source;
 }
 
 const titleOf = (preset) => page.engine.catalogue.presets.find(({ name }) => name === preset)?.title ?? preset;
@@ -330,7 +339,9 @@ let looking = 0;
 let serial = 0;
 /** Asks for the picture anew, once a frame. */
 function look() {
-  if (!page.adapter || looking) return;
+  if (!page.adapter) return;
+  page.asked = null;
+  if (looking) return;
   looking = requestAnimationFrame(() => {
     looking = 0;
     page.asked = { serial: ++serial, at: performance.now() };
@@ -342,6 +353,8 @@ function artistSays(event) {
   if (event.type === "lost") return lost(event.message);
   if (event.type === "failed") return say(event.message);
   if (!page.drawn) performance.mark("first-picture");
+  // The first picture of what was made.
+  if (page.good && !page.making) page.good.at ??= performance.now();
   page.drawn = event;
   if (event.finest) performance.mark("finest-picture");
   showStatus();
@@ -359,7 +372,7 @@ function newCanvas() {
 
 let lastLoss = -Infinity;
 async function lost(message) {
-  page.adapter = null;
+  page.adapter = undefined;
   const again = performance.now() - lastLoss < LOSS_MS;
   lastLoss = performance.now();
   say(null);
@@ -371,16 +384,39 @@ async function lost(message) {
 
 async function recover() {
   byId("lost-text").textContent = "The graphics device was lost. It is being started again.";
-  try {
-    page.adapter = await page.engine.openArtist(newCanvas());
-    byId("lost").hidden = true;
-    say("The graphics device was lost and has been started again.");
-    look();
-    make();
-  } catch (error) {
+  const error = await openArtist();
+  if (error) {
     byId("lost-text").textContent = `The graphics device was lost and cannot be started again: ${error.message}`;
     byId("recover").hidden = false;
+    return;
   }
+  byId("lost").hidden = true;
+  say("The graphics device was lost and has been started again.");
+  make();
+}
+
+/** Opens the graphics device; gives the error where that fails. */
+async function openArtist() {
+  page.adapter = undefined;
+  const opening = page.engine.openArtist(newCanvas());
+  page.opening = opening.catch(() => {});
+  try {
+    page.adapter = await opening;
+  } catch (error) {
+    page.adapter = null;
+    return error;
+  }
+  look();
+  return null;
+}
+
+function withoutArtist(error) {
+  byId("no-gpu").hidden = false;
+  byId("no-gpu-reason").textContent = `The reason: ${error.message}.`;
+  // They are about pictures alone.
+  for (const field of document.querySelectorAll("#save-png, #reset, #size, #blend, .tabs input")) field.disabled = true;
+  showStill(page.examples.find(({ name }) => name === page.example));
+  showStatus();
 }
 
 const move = (call, ...numbers) => {
@@ -727,7 +763,6 @@ function listenToControls() {
     radio.addEventListener("change", () => change((settings) => (settings.shape = radio.value)));
   }
   byId("cancel").addEventListener("click", () => {
-    turns += 1;
     page.engine.cancel();
     progress(null);
     goBack();
@@ -827,17 +862,11 @@ async function start() {
   fillLists();
   showExamples();
   listenToControls();
-  const opening = engine.openArtist(newCanvas()).then(
-    (adapter) => (page.adapter = adapter),
-    (error) => {
-      document.body.classList.add("no-gpu");
-      byId("no-gpu").hidden = false;
-      byId("no-gpu-reason").textContent = `The reason: ${error.message}.`;
-      for (const field of document.querySelectorAll("#save-png, #reset, #size, #blend, #exposure, .tabs input")) field.disabled = true;
-    },
-  );
-  await opening;
+  // Tables are made meanwhile.
+  const opening = openArtist();
   await open(location.hash);
+  const error = await opening;
+  if (error) withoutArtist(error);
   document.body.dataset.ready = "";
 }
 

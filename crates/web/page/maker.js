@@ -19,7 +19,7 @@ answer({
     const picture = relief.picture(PICTURE_SIDE);
     const { width, height, bar_um, um_per_pixel, rgba } = picture;
     picture.free();
-    return { facts: JSON.parse(relief.facts()), width, height, bar_um, um_per_pixel, rgba };
+    return { facts: JSON.parse(relief.facts(settings)), width, height, bar_um, um_per_pixel, rgba };
   },
   // Before a file is read, so that an error of reading can say which file it was.
   async checksum({ file }) {

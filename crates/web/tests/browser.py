@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import functools
 import http.server
 import json
@@ -57,7 +58,7 @@ class WebDriverError(RuntimeError):
 class Browser:
     """One window. `flags` are Chromium's."""
 
-    def __init__(self, flags=WEBGPU, size=(1400, 1000), dark=False, touch=False):
+    def __init__(self, flags=WEBGPU, size=(1400, 1000), traced=False):
         self.folder = Path(tempfile.mkdtemp(prefix="sunbeam-browser-"))
         self.downloads = self.folder / "downloads"
         self.downloads.mkdir()
@@ -65,23 +66,27 @@ class Browser:
         self.root = f"http://127.0.0.1:{port}"
         self.log = (self.folder / "chromedriver.log").open("w")
         self.process = subprocess.Popen(["chromedriver", f"--port={port}"], stdout=self.log, stderr=self.log)
-        self.session = ""
+        self.session = self.version = ""
         arguments = [
             *BASE,
             *flags,
             f"--window-size={size[0]},{size[1]}",
             f"--user-data-dir={self.folder / 'profile'}",
-            *(["--blink-settings=preferredColorScheme=0"] if dark else []),
-            *(["--touch-events=enabled"] if touch else []),
         ]
         options = {
             "binary": next(path for path in map(shutil.which, BROWSERS) if path),
             "args": arguments,
             "prefs": {"download.default_directory": str(self.downloads), "download.prompt_for_download": False},
         }
+        if traced:
+            options["perfLoggingPrefs"] = {
+                "enableNetwork": False,
+                "enablePage": False,
+                "traceCategories": "toplevel,blink.user_timing",
+            }
         wanted = {
             "browserName": "chrome",
-            "goog:loggingPrefs": {"browser": "ALL"},
+            "goog:loggingPrefs": {"browser": "ALL", **({"performance": "ALL"} if traced else {})},
             "goog:chromeOptions": options,
             "timeouts": {"script": 240000, "pageLoad": 60000},
         }
@@ -89,6 +94,7 @@ class Browser:
             until(self.answers, 20, "chromedriver to start")
             started = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
             self.session = f"/session/{started['sessionId']}"
+            self.version = f"Chromium {started['capabilities']['browserVersion']}"
             # The size of the page and not of a window around it.
             self.resize(*size)
         except BaseException:
@@ -103,10 +109,8 @@ class Browser:
 
     def close(self):
         if self.session:
-            try:
+            with contextlib.suppress(OSError, WebDriverError):
                 self.call("DELETE", self.session)
-            except (OSError, WebDriverError):
-                pass
         self.process.terminate()
         self.process.wait(20)
         self.log.close()
@@ -183,6 +187,18 @@ class Browser:
         found = self.post("/se/log", {"type": "browser"})
         return [[entry["level"], entry["message"]] for entry in found]
 
+    def task_ms(self, mark):
+        """Processor time in ms of each task of the page's own thread, which has set this mark, since it was opened.
+
+        Of a browser that is `traced`, once after each opening.
+        """
+        entries = self.post("/se/log", {"type": "performance"})
+        events = [json.loads(entry["message"])["message"] for entry in entries]
+        events = [event["params"] for event in events if event["method"] == "Tracing.dataCollected"]
+        threads = {(event["pid"], event["tid"]) for event in events if event["name"] == mark}
+        tasks = [event for event in events if event["name"].endswith("RunTask") and "tdur" in event]
+        return [event["tdur"] / 1e3 for event in tasks if (event["pid"], event["tid"]) in threads]
+
     def actions(self, kind, steps, pointer="mouse"):
         source = {"type": kind, "id": f"{kind}-{pointer}", "actions": steps}
         if kind == "pointer":
@@ -191,13 +207,12 @@ class Browser:
 
     def drag(self, css, start, way, button=0, steps=4, pointer="mouse"):
         """Presses at a place of the element, both in pixels from its middle, and moves along `way`."""
-        origin = {ELEMENT: self.element(css)}
+        x, y = self.middle(css)
         moves = [
             {
                 "type": "pointerMove",
-                "origin": origin,
-                "x": round(start[0] + way[0] * i / steps),
-                "y": round(start[1] + way[1] * i / steps),
+                "x": round(x + start[0] + way[0] * i / steps),
+                "y": round(y + start[1] + way[1] * i / steps),
                 "duration": 20,
             }
             for i in range(steps + 1)
@@ -206,8 +221,19 @@ class Browser:
         self.actions("pointer", [moves[0], down, *moves[1:], up], pointer)
 
     def hover(self, css, place):
-        move = {"type": "pointerMove", "origin": {ELEMENT: self.element(css)}, "x": place[0], "y": place[1]}
-        self.actions("pointer", [{**move, "duration": 20}])
+        """Moves the pointer to a place of the element, in pixels from its middle."""
+        x, y = self.middle(css)
+        self.actions("pointer", [{"type": "pointerMove", "x": x + place[0], "y": y + place[1], "duration": 20}])
+
+    def middle(self, css):
+        """The middle of an element in the window, scrolled there: WebDriver's own is that of the visible part."""
+        return self.js(
+            """const element = document.querySelector(arguments[0]);
+            element.scrollIntoView({ block: "center", behavior: "instant" });
+            const box = element.getBoundingClientRect();
+            return [Math.round(box.x + box.width / 2), Math.round(box.y + box.height / 2)];""",
+            css,
+        )
 
     def keys(self, *names):
         """Presses keys one after the other; a tuple is pressed together."""
