@@ -27,7 +27,7 @@ mod term_weights;
 
 pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 pub use bessel::TERMS_MAX;
-pub use build::build;
+pub use build::{build, build_watched};
 pub use flss::Flss;
 pub use nmm::Nmm;
 pub use options::{
@@ -76,11 +76,11 @@ pub trait Method: Send + Sync {
 /// It is compiled together with the files of [`COMMON_WGSL`] and of whoever calls it; groups 0 and 2 are theirs.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
-    pub name: &'static str,
+    pub name: &'a str,
     /// The source.
-    pub wgsl: &'static str,
+    pub wgsl: &'a str,
     /// Defines `fn conserving(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of [`Method::conserving`].
-    pub conserving: &'static str,
+    pub conserving: &'a str,
     /// Bytes of the uniform struct.
     pub uniform: Vec<u8>,
     /// Bytes of the storage buffers.

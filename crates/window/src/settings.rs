@@ -1,11 +1,10 @@
-use super::orbit::Orbit;
 use super::sun::Sun;
 use std::time::Instant;
 use sunbeam::config::{ObliquityChoice, SurfaceConfig};
 use sunbeam::methods::{Method, MethodKind, MethodOptions, build};
 use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
 use sunbeam::table::{Model, Tiling};
-use sunbeam_realtime::{GpuError, Optics, View};
+use sunbeam_realtime::{GpuError, Optics, Orbit, View};
 
 /// Everything that users choose.
 #[derive(Clone, Debug, PartialEq)]
