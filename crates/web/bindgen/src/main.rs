@@ -20,6 +20,6 @@ fn run() -> Result<(), Box<dyn Error>> {
         return Err("two arguments are needed: INPUT.wasm FOLDER".into());
     };
     let mut bindgen = Bindgen::new();
-    bindgen.input_path(input).web(true)?.typescript(false).remove_producers_section(true);
+    bindgen.input_path(input).web(true)?.typescript(false).remove_producers_section(true).remove_name_section(true);
     Ok(bindgen.generate(folder)?)
 }
