@@ -30,6 +30,8 @@ struct Header {
     high: [f32; 3],
 }
 
+/// Least words of a texture: those of the struct in `resolve.wgsl`, whose size is a multiple of 8 bytes.
+const PIGMENT_WORDS_MIN: usize = 4;
 /// What bytes of a scene begin with: "sun1".
 const MAGIC: u32 = u32::from_le_bytes(*b"sun1");
 
@@ -138,7 +140,10 @@ impl SceneData {
 fn words(pigment: &PigmentTexture) -> Vec<u32> {
     let size = [pigment.width as u32, pigment.height as u32];
     let texels = pigment.pixels.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
-    size.into_iter().chain(texels).collect()
+    let mut words: Vec<u32> = size.into_iter().chain(texels).collect();
+    // A texture of one texel is shorter than what shaders declare.
+    words.resize(words.len().max(PIGMENT_WORDS_MIN), 0);
+    words
 }
 
 #[cfg(test)]
@@ -161,6 +166,12 @@ mod tests {
         let (low, high) = data.bounds();
         assert!(low.cmplt(high).all());
         assert_eq!(SceneData::from_bytes(data.clone().into_bytes()).unwrap(), data);
+    }
+
+    #[test]
+    fn a_single_texel_is_as_long_as_shaders_want_it() {
+        let texel = PigmentTexture { width: 1, height: 1, pixels: vec![[1, 2, 3]] };
+        assert_eq!(words(&texel), [1, 1, u32::from_le_bytes([1, 2, 3, 255]), 0]);
     }
 
     #[test]

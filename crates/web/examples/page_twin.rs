@@ -74,7 +74,8 @@ fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     let path = args.settings.as_deref().ok_or("settings are missing")?;
     let settings = Settings::from_json(&std::fs::read_to_string(path)?)?;
     let bytes = args.file.as_ref().map(std::fs::read).transpose()?;
-    let drawing = Drawing::new(&gpu()?, &settings, bytes.as_deref())?;
+    let gpu = gpu()?;
+    let drawing = Drawing::new(&gpu, &settings, bytes.as_deref())?;
     let (pixels, (width, height)) = match args.map {
         Some(side) => (drawing.map(side)?, (side as u32, side as u32)),
         None => (drawing.picture(args.size, args.supersample)?, args.size),
