@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use sunbeam::height_field::Preset;
 use sunbeam::reflectance::map_direction;
 use sunbeam::table::Progress;
 use sunbeam_realtime::{AdapterChoice, Gpu, Query, Renderer, Scene, SceneData, Shader, Target};
@@ -137,7 +138,13 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
         let name = text(&example["name"]).ok_or("an example has no name")?;
         let mut bytes = None;
         if let Some(file) = text(&example["file"]) {
-            let Some(found) = scans.and_then(|folder| std::fs::read(folder.join(&file)).ok()) else {
+            if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
+                let preset: Preset = text(&cut["preset"]).unwrap_or_default().parse()?;
+                let side_um = cut["side_um"].as_f64().ok_or("an example is cut to no size")?;
+                preset.build(None, None)?.cropped(0.0, 0.0, side_um, side_um)?.write(folder.join(&file))?;
+            }
+            let own = Some(folder).filter(|folder| folder.join(&file).exists());
+            let Some(found) = own.or(scans).and_then(|folder| std::fs::read(folder.join(&file)).ok()) else {
                 eprintln!("page_twin: no scan {file}: the example {name} is left out");
                 continue;
             };

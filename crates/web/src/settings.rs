@@ -8,11 +8,9 @@ use sunbeam::height_field::Preset;
 use sunbeam::methods::{MethodKind, MethodOptions};
 use sunbeam::reflectance::{ComplexIndex, Options, SpectralIndex};
 use sunbeam::table::{Model, Tiling};
-use sunbeam_realtime::snake::PigmentTexture;
+use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture};
 use sunbeam_realtime::{Blend, Camera, KERATIN, Light, Mesh, Optics, Orbit, Shape, View};
 
-/// Pixels of the snake's pigment: a quarter of what the command has, which would take a page's one thread seconds.
-const PIGMENT_SIZE: (usize, usize) = (1024, 512);
 /// Accepted stops of the exposure.
 const EXPOSURE: std::ops::RangeInclusive<f64> = -20.0..=20.0;
 /// Accepted multiples of the snake's cells.
