@@ -11,7 +11,7 @@ export CARGO_TARGET_DIR := target
 
 # Two builds at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo scenes crosscheck bench figures docs api-docs clean help
+.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo scenes crosscheck bench figures docs api-docs web web-serve test-web bench-web clean help
 
 all: plugin
 
@@ -29,6 +29,8 @@ help:
 	@echo "make figures  make every page of figures in docs/ anew; or one: make figures PAGES=brdf-maps"
 	@echo "              peers is one that also needs PEER=PROGRAM, another's: see docs/peers.md"
 	@echo "make docs     build the documentation, target/docs/index.html; make api-docs that of the Rust API"
+	@echo "make web      build the page for browsers, target/web/; make web-serve opens it to this machine's browsers"
+	@echo "make test-web test it in headless Chromium; make bench-web measures it there"
 	@echo "make bench | clean"
 
 setup: $(READY)
@@ -137,6 +139,22 @@ docs: $(READY)
 # The Rust API, target/doc/sunbeam/index.html.
 api-docs:
 	$(CARGO) doc --no-deps -p sunbeam -p sunbeam-realtime
+
+# The page for browsers, static files in target/web. Servers of every kind will do; this one is for trying.
+web:
+	scripts/web.sh
+
+web-serve: web
+	@echo "http://localhost:$(or $(PORT),8000)/"
+	$(PYTHON) -m http.server --bind localhost --directory target/web $(or $(PORT),8000)
+
+# In headless Chromium, beside what the native renderer draws of the same settings.
+test-web: $(READY) web
+	$(CARGO) build --release -p sunbeam-web --example page_twin
+	$(PY) -m pytest crates/web/tests
+
+bench-web: $(READY) web
+	$(PY) crates/web/tests/bench_web.py
 
 clean:
 	rm -rf target out

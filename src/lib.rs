@@ -67,6 +67,7 @@
 
 #[cfg(feature = "cache")]
 pub mod cache;
+mod clock;
 pub mod colour;
 pub mod colour_table;
 pub mod config;

@@ -4,6 +4,7 @@ use super::pack::{exponent_offset, pack};
 use super::path::{LANES, Path, Reading, Reflectance, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
 use super::rings::{RingPlan, Rings, W_LOG};
 use super::{ColourLayout, ColourTable, ColourTableError, ColourTableReport, RESOLUTION, Ring};
+use crate::clock::Instant;
 use crate::colour::SpectralToRgb;
 use crate::height_field::HeightField;
 use crate::table::{
@@ -13,7 +14,6 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use std::time::Instant;
 
 /// Most readings of joined records that filling may take: some seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
@@ -91,7 +91,8 @@ impl ColourTable {
         let built = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?;
         let (table, spectral_error) = (built.table, built.report.relative_error);
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
-        let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance);
+        let of_rings = progress.part(SPECTRAL_SHARE, 1.0);
+        let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance, &of_rings);
         progress.report(1.0);
         let mut colours = assemble(&plan, rings, coherence_length_um, sigma, start);
         colours.report.spectral_error = spectral_error;
@@ -160,17 +161,23 @@ fn fill(
     knee: f64,
     colours: &SpectralToRgb,
     reflectance: Reflectance,
+    progress: &Progress,
 ) -> Vec<FilledRing> {
-    plan.rings
-        .chunk_by(|a, b| a.directions == b.directions)
+    let batches_of = |group: &[RingPlan]| group[0].directions.div_ceil(LANES);
+    let groups = || plan.rings.chunk_by(|a, b| a.directions == b.directions);
+    let steps = progress.of_steps(groups().map(batches_of).sum());
+    groups()
         .flat_map(|group| {
             let path = Path::new(group, sigma);
             let readings: Vec<Vec<Reading>> =
                 group.iter().map(|ring| path.readings(table, ring, colours, reflectance)).collect();
-            let directions = group[0].directions;
-            let batches: Vec<Vec<f32>> = (0..directions.div_ceil(LANES))
+            let batches: Vec<Vec<f32>> = (0..batches_of(group))
                 .into_par_iter()
-                .map(|batch| path.integrate(table, &readings, group, batch * LANES))
+                .map(|batch| {
+                    let integrals = path.integrate(table, &readings, group, batch * LANES);
+                    steps.one();
+                    integrals
+                })
                 .collect();
             // Where each ring begins in a batch.
             let starts = group.iter().scan(0, |next, ring| {

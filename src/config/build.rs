@@ -44,6 +44,15 @@ impl SurfaceConfig {
     /// # Errors
     /// As [`SurfaceConfig::height_field`].
     pub fn raw_height_field(&self) -> Result<FileField, BuildError> {
+        self.raw_height_field_of(None)
+    }
+
+    /// As [`SurfaceConfig::raw_height_field`], where `contents` are those of the file that the configuration names: then
+    /// nothing is read from disk. For a preset they are ignored.
+    ///
+    /// # Errors
+    /// As [`SurfaceConfig::height_field`].
+    pub fn raw_height_field_of(&self, contents: Option<&[u8]>) -> Result<FileField, BuildError> {
         self.validate()?;
         let read = match self.source() {
             Source::Preset(preset) => {
@@ -56,7 +65,11 @@ impl SurfaceConfig {
             Source::File(path) => {
                 let scale = FileScale { pixel_size_um: self.pixel_size, max_height_um: self.max_height };
                 let fill = self.fill.unwrap_or_default();
-                HeightField::read_with(path, &ReadOptions { scale, channel: self.channel.clone(), fill })?
+                let options = ReadOptions { scale, channel: self.channel.clone(), fill };
+                match contents {
+                    Some(bytes) => HeightField::read_bytes(path, bytes, &options)?,
+                    None => HeightField::read_with(path, &options)?,
+                }
             }
         };
         read.field.check_size(MAX_LENGTH_UM)?;

@@ -7,12 +7,12 @@ use super::place::Place;
 use super::polarisation::JonesTable;
 use super::solved::{Meshes, Solved, resolution};
 use super::wavelengths::{Spacing, ever_solved, wavelengths};
+use crate::clock::Instant;
 use crate::numeric::{Numbers, Plain};
 use crate::reflectance::{Answer, Pair, Sample, SpectralIndex, Vec3};
 use crate::table::{Estimate, Progress, TableError, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{SQRT_2, TAU};
-use std::time::Instant;
 use sunbeam_rigorous::Profile;
 
 /// Places and wavelengths between the nodes at which a table is held against what it was made of.

@@ -14,6 +14,9 @@ use crate::height_field::HeightField;
 use crate::reflectance::{ColourAlbedoTable, Options};
 use crate::table::{Model, Progress, Tiling};
 
+/// What the table takes of the time where the albedo is made too.
+const TABLE_SHARE: f64 = 0.6;
+
 /// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's, but for the albedo
 /// where energy is conserved: that is of these options and holds for no others. Numbers of terms and
 /// orders that are not given follow from the surface's `tolerance`, a relative error.
@@ -26,6 +29,20 @@ pub fn build(
     field: &HeightField,
     surface: &Options,
     options: &MethodOptions,
+) -> Result<Box<dyn Method>, MethodError> {
+    build_watched(kind, field, surface, options, &Progress::none())
+}
+
+/// As [`build`], telling `progress` how far it has come.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_watched(
+    kind: MethodKind,
+    field: &HeightField,
+    surface: &Options,
+    options: &MethodOptions,
+    progress: &Progress,
 ) -> Result<Box<dyn Method>, MethodError> {
     options.validate()?;
     let (coherence_length_um, tolerance) = (surface.coherence_length_um, surface.tolerance);
@@ -54,9 +71,10 @@ pub fn build(
             let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
             let build_limit = surface.build_limit;
             let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
-            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &Progress::none())?;
-            let albedo =
-                surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &Progress::none()));
+            let table_share = if surface.conserve_energy { TABLE_SHARE } else { 1.0 };
+            let (of_table, of_albedo) = (progress.part(0.0, table_share), progress.part(table_share, 1.0));
+            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &of_table)?;
+            let albedo = surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &of_albedo));
             match albedo.flatten() {
                 Some(albedo) => Box::new(ConservingTable { table, albedo }),
                 None => Box::new(table),

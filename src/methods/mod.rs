@@ -31,7 +31,7 @@ mod term_weights;
 
 pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 pub use bessel::TERMS_MAX;
-pub use build::build;
+pub use build::{build, build_watched};
 pub use flss::Flss;
 pub use nmm::Nmm;
 pub use options::{
@@ -44,10 +44,11 @@ pub use stam::Stam;
 pub use stam_gems::StamGems;
 
 use crate::colour_table::SUM_SQUARED_MAX;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
 /// What the answer of a method is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnswerKind {
     /// What the relief alone does. The caller multiplies it by Fresnel's reflectance, obliquity and shadowing, `R·O·M`.
     Relief,
@@ -118,9 +119,9 @@ fn sum(wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 /// answer. They are compiled together with the files of [`COMMON_WGSL`] and of whoever calls them; groups 0 and 2 are theirs.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
-    pub name: &'static str,
+    pub name: &'a str,
     /// The sources, one after the other.
-    pub wgsl: Vec<&'static str>,
+    pub wgsl: Vec<&'a str>,
     /// Bytes of the uniform struct.
     pub uniform: Vec<u8>,
     /// Bytes of the storage buffers.

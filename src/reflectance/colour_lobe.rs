@@ -11,6 +11,7 @@ use super::geometry::{COSINE_MIN, obliquity, shadowing};
 use super::small_slope::small_slope;
 use super::surface::build_table;
 use super::{ColourAlbedoTable, ColourAlbedoView, ComplexIndex, Obliquity, Options, UNIFORM_SHARE, Vec3};
+use crate::clock::Instant;
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView, SUM_SQUARED_MAX};
 use crate::height_field::HeightField;
 use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
@@ -18,7 +19,6 @@ use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::table::{Model, Progress};
 use serde::{Deserialize, Serialize};
 use std::array;
-use std::time::Instant;
 
 /// Share of a build that is taken to be the table's, and what is done before the sampler.
 const TABLE_SHARE: f64 = 0.8;

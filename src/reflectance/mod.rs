@@ -15,6 +15,7 @@ mod geometry;
 mod integrated;
 mod lobe;
 mod lobes;
+mod map;
 mod power_grid;
 mod quadrature;
 pub mod sampler;
@@ -31,6 +32,7 @@ pub use exact::Exact;
 pub use fresnel::{ComplexIndex, SpectralIndex, SpectralIndexError, fresnel_of_family, fresnel_unpolarised};
 pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};
 pub use integrated::WavelengthWeights;
+pub use map::map_direction;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
 pub use spectral_lobe::{SpectralLayout, SpectralLobe};
 #[cfg(feature = "rigorous")]

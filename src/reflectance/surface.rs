@@ -171,7 +171,7 @@ impl Surface {
     /// # Errors
     /// As [`Surface::new`].
     pub fn watched(field: &HeightField, options: &Options, progress: &Progress) -> Result<Self, TableError> {
-        let start = std::time::Instant::now();
+        let start = crate::clock::Instant::now();
         TableError::unless_in("coherence_length", options.coherence_length_um, 1e-3..=1e5, "0.001 to 100000 µm")?;
         TableError::unless_in("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;

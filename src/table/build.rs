@@ -5,11 +5,11 @@ use super::progress::Progress;
 use super::spectrum::Spectrum;
 use super::spline::prefilter;
 use super::{TableError, WAVELENGTH_MIN_NM};
+use crate::clock::Instant;
 use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
-use std::time::Instant;
 
 /// Most floats that a table's offsets can address.
 const FLOATS_MAX: usize = u32::MAX as usize;

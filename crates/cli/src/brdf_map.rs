@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_encode};
-use sunbeam::reflectance::Vec3;
+use sunbeam::reflectance::{Vec3, map_direction};
 
 /// Accepted sides of the map in pixels.
 const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
@@ -131,7 +131,7 @@ impl BrdfMapArgs {
 pub fn run(args: &BrdfMapArgs) -> Outcome {
     args.check()?;
     let size = args.size;
-    let pixels: Vec<Option<Vec3>> = (0..size * size).map(|i| outgoing(i % size, i / size, size)).collect();
+    let pixels: Vec<Option<Vec3>> = (0..size * size).map(|i| map_direction(i % size, i / size, size)).collect();
     let Map { rgb: map, wavelengths, seconds, gpu } = match args.backend {
         Backend::Cpu => on_cpu(args, &pixels)?,
         Backend::Gpu => on_gpu(args, &pixels)?,
@@ -200,14 +200,6 @@ fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Er
     })
 }
 
-/// The direction at the middle of a pixel, `None` outside the disc. Row 0 is the top.
-pub fn outgoing(column: usize, row: usize, size: usize) -> Option<Vec3> {
-    let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
-    let (x, y) = (place(column), -place(row));
-    let z_squared = 1.0 - x * x - y * y;
-    (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])
-}
-
 fn write_exr(path: &Path, size: usize, map: &[[f64; 3]]) -> Result<(), String> {
     let pixel = |x: usize, y: usize| {
         let [r, g, b] = map[y * size + x].map(|value| value as f32);
@@ -215,18 +207,4 @@ fn write_exr(path: &Path, size: usize, map: &[[f64; 3]]) -> Result<(), String> {
     };
     exr::prelude::write_rgb_file(path, size, size, pixel)
         .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn x_is_right_and_y_is_up() {
-        assert_eq!(outgoing(0, 0, 8), None);
-        let [x, y, _] = outgoing(7, 3, 8).unwrap();
-        assert!(x == 0.875 && y == 0.125);
-        let [x, y, _] = outgoing(4, 0, 8).unwrap();
-        assert!(x == 0.125 && y == 0.875);
-    }
 }

@@ -2,21 +2,19 @@
 
 use std::path::PathBuf;
 use std::str::FromStr;
-use sunbeam::reflectance::ComplexIndex;
-use sunbeam_realtime::snake::{PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
-use sunbeam_realtime::{Blend, Camera, Light, Mesh, View};
-
-/// Refractive index of keratin, which scales are made of.
-pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
-/// Pixels of the pigment texture along and around the body.
-const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
+pub use sunbeam_realtime::KERATIN;
+use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeOptions, pigment_texture};
+use sunbeam_realtime::{Blend, Camera, Light, Mesh, Shape, View};
 
 /// What is seen, from where, in which light.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneArgs {
+    /// What carries the relief: snake, flat (a square on the ground), sphere
+    #[arg(long, value_name = "NAME", default_value = "snake")]
+    shape: Shape,
     /// Another mesh than the snake: triangles with normals and texture coordinates (.ply)
-    #[arg(long, value_name = "FILE", conflicts_with = "resolution")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["resolution", "shape"])]
     mesh: Option<PathBuf>,
     /// Times the cells of the snake in each direction
     #[arg(long, value_name = "FACTOR", default_value_t = 4.0, allow_negative_numbers = true)]
@@ -113,12 +111,8 @@ impl SceneArgs {
             let found = self.resolution;
             return Err(format!("parameter \"resolution\" is {found}, but must be finite and positive").into());
         }
-        let options = SnakeOptions::default().with_resolution(self.resolution);
-        let pigment = pigment_texture(&options, PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
-        let mesh = match &self.mesh {
-            Some(path) => Mesh::read_ply(path)?,
-            None => Mesh::from(&SnakeMesh::build(&options)?),
-        };
-        Ok((mesh, pigment))
+        let Some(path) = &self.mesh else { return Ok(self.shape.make(self.resolution, PIGMENT_SIZE)?) };
+        let pigment = pigment_texture(&SnakeOptions::default(), PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
+        Ok((Mesh::read_ply(path)?, pigment))
     }
 }

@@ -1,10 +1,8 @@
 use super::{Outcome, print_json};
 use serde::Serialize;
-use std::path::PathBuf;
-use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions, pigment_texture};
-
-/// Pixels of the pigment texture along and around the body: twice as long as wide, as the skin is.
-const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
+use std::path::{Path, PathBuf};
+use sunbeam::colour::srgb_decode;
+use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
 
 /// Write the snake's mesh as PLY
 ///
@@ -18,9 +16,12 @@ pub struct SnakeArgs {
     /// Times the cells in each direction; 1 is the mesh of 10 933 vertices and 21 573 faces
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     resolution: f64,
-    /// The diffuse pigment as an sRGB image for the same texture coordinates (.png)
+    /// The diffuse pigment for the same texture coordinates: an sRGB picture (.png), or linear sRGB (.exr)
     #[arg(long, value_name = "FILE")]
     pigment: Option<PathBuf>,
+    /// Factor on the pigment's linear reflectance in an .exr, 0 to 1; the renderers take 0.35
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
+    pigment_scale: f64,
 }
 
 #[derive(Serialize)]
@@ -37,11 +38,17 @@ pub fn run(args: &SnakeArgs) -> Outcome {
     if !(args.resolution.is_finite() && args.resolution > 0.0) {
         return Err(format!("parameter \"resolution\" is {}, but must be finite and positive", args.resolution).into());
     }
+    let (linear, scale) = (args.pigment.as_deref().is_some_and(is_exr), args.pigment_scale);
+    if !(0.0..=1.0).contains(&scale) || (scale != 1.0 && !linear) {
+        let accepted = if linear { "0 to 1" } else { "left out without --pigment FILE.exr" };
+        return Err(format!("parameter \"pigment-scale\" is {scale}, but must be {accepted}").into());
+    }
     let options = SnakeOptions::default().with_resolution(args.resolution);
     let mesh = SnakeMesh::build(&options)?;
     mesh.write_ply(&args.output)?;
     if let Some(path) = &args.pigment {
-        pigment_texture(&options, PIGMENT_SIZE.0, PIGMENT_SIZE.1)?.write_png(path)?;
+        let texture = pigment_texture(&options, PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
+        if linear { write_exr(path, &texture, scale)? } else { texture.write_png(path)? }
     }
     print_json(&Report {
         output: &args.output,
@@ -49,4 +56,19 @@ pub fn run(args: &SnakeArgs) -> Outcome {
         faces: mesh.triangles.len(),
         pigment: &args.pigment,
     })
+}
+
+fn is_exr(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
+}
+
+/// Writes the texture decoded, times a factor.
+fn write_exr(path: &Path, texture: &PigmentTexture, scale: f64) -> Result<(), String> {
+    let pixel = |x: usize, y: usize| {
+        let encoded = texture.pixels[y * texture.width + x].map(|byte| f64::from(byte) / 255.0);
+        let [r, g, b] = srgb_decode(encoded).map(|value| (scale * value) as f32);
+        (r, g, b)
+    };
+    exr::prelude::write_rgb_file(path, texture.width, texture.height, pixel)
+        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
 }

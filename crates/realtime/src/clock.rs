@@ -1,5 +1,5 @@
 use super::{Gpu, GpuError};
-use std::time::Instant;
+use web_time::Instant;
 
 /// How long a submission of one pass takes on the GPU: by timestamps before and after the pass, or by the wall clock
 /// around the submission (see [`Gpu::has_timestamps`]).
@@ -53,18 +53,33 @@ impl Clock {
         })
     }
 
-    /// Submits the work, whose pass has this clock's timestamps, waits, and gives the time in ms.
-    pub fn run(&self, gpu: &Gpu, mut encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
+    /// Submits the work, whose pass has this clock's timestamps, waits as [`Gpu::run`] does, and gives the time in ms.
+    pub async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
+        Ok(self.run_and_read(gpu, encoder, None).await?.0)
+    }
+
+    /// As [`Clock::run`] for work that fills a staging buffer, with what is in it then.
+    pub async fn run_and_read(
+        &self,
+        gpu: &Gpu,
+        mut encoder: wgpu::CommandEncoder,
+        staging: Option<&wgpu::Buffer>,
+    ) -> Result<(f64, Vec<u8>), GpuError> {
         let Some(timestamps) = &self.timestamps else {
             let start = Instant::now();
-            gpu.run(encoder)?;
-            return Ok(start.elapsed().as_secs_f64() * 1e3);
+            gpu.run(encoder).await?;
+            let ran = start.elapsed();
+            let contents = gpu.read_staging_if(staging).await?;
+            // In a browser it is the reading that waits.
+            let spent = if cfg!(target_arch = "wasm32") { start.elapsed() } else { ran };
+            return Ok((spent.as_secs_f64() * 1e3, contents));
         };
         encoder.resolve_query_set(&timestamps.queries, 0..2, &timestamps.resolved, 0);
         encoder.copy_buffer_to_buffer(&timestamps.resolved, 0, &timestamps.staging, 0, BYTES);
-        gpu.run(encoder)?;
-        let ticks = gpu.read_staging(&timestamps.staging)?;
+        gpu.run(encoder).await?;
+        let ticks = gpu.read_staging(&timestamps.staging).await?;
         let [start, end] = bytemuck::pod_read_unaligned::<[u64; 2]>(&ticks);
-        Ok(end.saturating_sub(start) as f64 * f64::from(gpu.queue().get_timestamp_period()) * 1e-6)
+        let ms = end.saturating_sub(start) as f64 * f64::from(gpu.queue().get_timestamp_period()) * 1e-6;
+        Ok((ms, gpu.read_staging_if(staging).await?))
     }
 }

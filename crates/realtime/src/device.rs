@@ -1,6 +1,8 @@
 use super::GpuError;
+use super::signal::{Receiver, signal};
 use std::str::FromStr;
 use std::sync::{Arc, Mutex};
+#[cfg(not(target_arch = "wasm32"))]
 use sunbeam_guard::{Panic, guard};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -48,7 +50,11 @@ impl AdapterChoice {
 struct Faults {
     refused: Option<String>,
     lost: Option<String>,
+    /// Called with the reason when the device is lost.
+    listener: Option<Listener>,
 }
+
+type Listener = Box<dyn FnOnce(&str) + Send>;
 
 /// An adapter with its device and queue. Nothing here needs a window.
 pub struct Gpu {
@@ -63,27 +69,36 @@ impl Gpu {
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
-    pub fn open(choice: AdapterChoice) -> Result<Self, GpuError> {
-        Self::open_on(choice, wgpu::Backends::all().with_env())
+    pub async fn open_async(choice: AdapterChoice) -> Result<Self, GpuError> {
+        Self::open_on_async(choice, wgpu::Backends::all().with_env()).await
     }
 
-    /// As [`Gpu::open`] on the given backends only.
+    /// As [`Gpu::open_async`] on the given backends only.
     ///
     /// # Errors
-    /// As [`Gpu::open`].
-    pub fn open_on(choice: AdapterChoice, backends: wgpu::Backends) -> Result<Self, GpuError> {
+    /// As [`Gpu::open_async`].
+    pub async fn open_on_async(choice: AdapterChoice, backends: wgpu::Backends) -> Result<Self, GpuError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle().with_env();
         descriptor.backends = backends;
         let instance = wgpu::Instance::new(descriptor);
-        let adapters = pollster::block_on(instance.enumerate_adapters(backends));
+        let adapters = instance.enumerate_adapters(backends).await;
         let adapter = Self::choose(choice, &adapters)?;
+        Self::open_adapter_async(adapter).await
+    }
+
+    /// Opens this adapter.
+    ///
+    /// # Errors
+    /// [`GpuError::NoDevice`].
+    pub async fn open_adapter_async(adapter: &wgpu::Adapter) -> Result<Self, GpuError> {
         let request = adapter.request_device(&Self::device_descriptor(adapter));
-        let (device, queue) = pollster::block_on(request)
+        let (device, queue) = request
+            .await
             .map_err(|error| GpuError::NoDevice { adapter: adapter.get_info().name, reason: error.to_string() })?;
         Ok(Self::adopt(device, queue))
     }
 
-    /// The adapter that [`Gpu::open`] would take of these.
+    /// The adapter that [`Gpu::open_async`] would take of these.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`] where none is of a kind allowed.
@@ -127,7 +142,14 @@ impl Gpu {
         }));
         let lost = Arc::clone(&faults);
         device.set_device_lost_callback(move |_, message| {
-            lock(&lost).lost.get_or_insert(message);
+            let listener = {
+                let mut faults = lock(&lost);
+                faults.lost.get_or_insert_with(|| message.clone());
+                faults.listener.take()
+            };
+            if let Some(listener) = listener {
+                listener(&message);
+            }
         });
         Self { device, queue, faults }
     }
@@ -160,7 +182,10 @@ impl Gpu {
     /// Whether times are those of the GPU's own clock; else they are wall-clock times around each submission. A software
     /// adapter is on the wall clock: llvmpipe has timestamps, but takes both of a compute pass after it.
     pub fn has_timestamps(&self) -> bool {
-        !self.is_software() && self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
+        // Reading them would be one more wait for each pass in a browser, whose clock is coarse.
+        !cfg!(target_arch = "wasm32")
+            && !self.is_software()
+            && self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
     /// The first error since the last call, if any.
@@ -175,16 +200,61 @@ impl Gpu {
         faults.refused.take().map_or(Ok(()), |reason| Err(GpuError::Refused { adapter: self.adapter(), reason }))
     }
 
-    /// Submits the work and waits until it is done.
-    pub(super) fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
+    /// Has `listener` called with the reason when the device is lost, in the place of one that was given before.
+    pub fn when_lost(&self, listener: impl FnOnce(&str) + Send + 'static) {
+        lock(&self.faults).listener = Some(Box::new(listener));
+    }
+
+    /// Submits the work and waits until it is done; in a browser it only submits. There a wait costs a message to another
+    /// process and back, work is done in the order of its submission, and who reads waits.
+    pub(super) async fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
         let commands = encoder.finish();
         self.check()?;
         let submission = self.queue.submit([commands]);
         self.check()?;
-        // Not for what a window may have submitted since.
+        self.wait(submission)
+    }
+
+    /// When all that was submitted is done.
+    ///
+    /// # Errors
+    /// [`GpuError::Refused`], [`GpuError::Lost`].
+    pub async fn idle_async(&self) -> Result<(), GpuError> {
+        let (tell, told) = signal();
+        self.queue.on_submitted_work_done(move || tell.send(()));
+        #[cfg(not(target_arch = "wasm32"))]
+        self.poll(wgpu::PollType::wait_indefinitely())?;
+        self.told(told).await.map(|_| ())
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    #[allow(clippy::unused_self, clippy::unnecessary_wraps)]
+    fn wait(&self, _: wgpu::SubmissionIndex) -> Result<(), GpuError> {
+        Ok(())
+    }
+
+    /// Not for what a window may have submitted since.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
     }
 
+    /// What a callback was told. A browser calls it by itself, when what was submitted before is done.
+    #[cfg(target_arch = "wasm32")]
+    async fn told<T>(&self, told: Receiver<T>) -> Result<Option<T>, GpuError> {
+        let told = told.await;
+        self.check()?;
+        Ok(told)
+    }
+
+    /// What a callback was told of work that has been waited for.
+    #[cfg(not(target_arch = "wasm32"))]
+    async fn told<T>(&self, told: Receiver<T>) -> Result<Option<T>, GpuError> {
+        self.poll(wgpu::PollType::Poll)?;
+        Ok(told.now())
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
         // wgpu panics where a wait finds the device lost.
         let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
@@ -233,13 +303,13 @@ impl Gpu {
         Ok(buffer)
     }
 
-    /// The first `bytes` of a buffer, a multiple of 4; blocks until the GPU is done with it.
-    pub(super) fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
+    /// The first `bytes` of a buffer, a multiple of 4, when the GPU is done with it.
+    pub(super) async fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
         let staging = self.staging(bytes);
         let mut encoder = self.encoder();
         encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
-        self.run(encoder)?;
-        self.read_staging(&staging)
+        self.run(encoder).await?;
+        self.read_staging(&staging).await
     }
 
     /// A buffer to copy results into, for [`Gpu::read_staging`].
@@ -252,14 +322,19 @@ impl Gpu {
         })
     }
 
-    pub(super) fn read_staging(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
+    pub(super) async fn read_staging_if(&self, staging: Option<&wgpu::Buffer>) -> Result<Vec<u8>, GpuError> {
+        match staging {
+            Some(staging) => self.read_staging(staging).await,
+            None => Ok(Vec::new()),
+        }
+    }
+
+    pub(super) async fn read_staging(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
         let refused = |reason: String| GpuError::Refused { adapter: self.adapter(), reason };
-        let outcome = Arc::<Mutex<Option<Result<(), wgpu::BufferAsyncError>>>>::default();
-        let shared = Arc::clone(&outcome);
-        staging.map_async(wgpu::MapMode::Read, .., move |mapped| *lock(&shared) = Some(mapped));
-        // Whoever filled the buffer has waited for it, so that this is the whole of it.
-        self.poll(wgpu::PollType::Poll)?;
-        match lock(&outcome).take() {
+        let (tell, told) = signal();
+        staging.map_async(wgpu::MapMode::Read, .., move |mapped| tell.send(mapped));
+        let mapped = self.told(told).await?;
+        match mapped {
             Some(Ok(())) => {}
             Some(Err(error)) => return Err(refused(error.to_string())),
             None => return Err(refused("a buffer was not mapped for reading".to_owned())),

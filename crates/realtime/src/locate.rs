@@ -65,20 +65,20 @@ impl Locate {
     }
 
     /// Makes the queries of a sample; the time in ms, and how many need an answer.
-    pub fn run(&self, gpu: &Gpu, target: &Target, bindings: &wgpu::BindGroup) -> Result<(f64, u32), GpuError> {
+    pub async fn run(&self, gpu: &Gpu, target: &Target, bindings: &wgpu::BindGroup) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
         gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&[0u32; Target::LISTS]));
         let (sort_ms, [_, _, skin, bare]) =
-            self.submit(gpu, target, bindings, &[(&self.sort, width.div_ceil(RUN) * height)])?;
+            self.submit(gpu, target, bindings, &[(&self.sort, width.div_ceil(RUN) * height)]).await?;
         let (found_ms, [_, rest, ..]) =
-            self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.found, skin)])?;
+            self.submit(gpu, target, bindings, &[(&self.bare, bare), (&self.found, skin)]).await?;
         let (rest_ms, [chosen, ..]) =
-            self.submit(gpu, target, bindings, &[(&self.rest, rest), (&self.choose, skin.div_ceil(RUN))])?;
+            self.submit(gpu, target, bindings, &[(&self.rest, rest), (&self.choose, skin.div_ceil(RUN))]).await?;
         Ok((sort_ms + found_ms + rest_ms, chosen))
     }
 
     /// Submits a compute pass of pipelines, each over so many invocations; the time in ms, and how long the lists are then.
-    fn submit(
+    async fn submit(
         &self,
         gpu: &Gpu,
         target: &Target,
@@ -99,7 +99,7 @@ impl Locate {
         drop(pass);
         let counts = gpu.staging(Target::LIST_COUNTS_BYTES);
         encoder.copy_buffer_to_buffer(&target.lists, 0, &counts, 0, Target::LIST_COUNTS_BYTES);
-        let ms = clock.run(gpu, encoder)?;
-        Ok((ms, bytemuck::pod_read_unaligned(&gpu.read_staging(&counts)?)))
+        let (ms, counts) = clock.run_and_read(gpu, encoder, Some(&counts)).await?;
+        Ok((ms, bytemuck::pod_read_unaligned(&counts)))
     }
 }

@@ -10,6 +10,8 @@ const QUERY: &str = include_str!("wgsl/query.wgsl");
 const FRAME: &str = include_str!("wgsl/frame.wgsl");
 const MESH: &str = include_str!("wgsl/mesh.wgsl");
 const SUNLIGHT: &str = include_str!("wgsl/sunlight.wgsl");
+/// From radiance to what a screen shows.
+pub(super) const TONE: &str = include_str!("wgsl/tone.wgsl");
 const TRACE: &str = include_str!("wgsl/trace.wgsl");
 
 /// The program of [`super::Shader`].
@@ -73,9 +75,7 @@ pub(super) mod tests {
         GratingColourSurface::new(GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none()).unwrap())
     });
 
-    const TONE: &str = include_str!("../../window/src/tone.wgsl");
-
-    /// Every program that is ever compiled, under a name; the window's and the methods' are of other crates.
+    /// Every program that is ever compiled, under a name; the methods' are of another crate.
     fn programs() -> Vec<(String, String)> {
         let field = Preset::Sinusoidal.build(None, None).unwrap();
         let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
@@ -138,7 +138,7 @@ pub(super) mod tests {
             }
         }
         let mut found = Vec::new();
-        for sources in ["src", "../window/src", "../../src"] {
+        for sources in ["src", "../../src"] {
             let before = found.len();
             files(&Path::new(env!("CARGO_MANIFEST_DIR")).join(sources), &mut found);
             assert!(found.len() > before, "{sources}");

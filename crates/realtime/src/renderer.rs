@@ -84,7 +84,7 @@ impl Renderer {
     /// # Errors
     /// [`GpuError::Parameter`] for a view that shows nothing, [`GpuError::Refused`], [`GpuError::Lost`],
     /// [`GpuError::CutShort`].
-    pub fn draw(
+    pub async fn draw_async(
         &self,
         gpu: &Gpu,
         scene: &Scene,
@@ -96,29 +96,30 @@ impl Renderer {
         let bindings = Bindings::new(gpu, self, scene, shader, target);
         let mut report = FrameReport::default();
         let to_sun = view.light.to_sun();
-        report.gpu_ms.raster += scene.sunlight.follow(gpu, to_sun, || {
-            let ms = self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &scene.sunlight.view())?;
-            scene.sunlight.copy(gpu)?;
-            Ok(ms)
-        })?;
+        if scene.sunlight.begins(gpu, to_sun) {
+            let (sunlight, map) = (&scene.sunlight, scene.sunlight.view());
+            report.gpu_ms.raster += self.rasterise(gpu, scene, &self.shadow, &bindings.shadow, None, &map).await?;
+            sunlight.copy(gpu).await?;
+            sunlight.ends(to_sun);
+        }
         for sample in 0..view.samples() {
             let uniform = view.uniform(target.size(), sample)?;
             gpu.queue().write_buffer(&self.frame, 0, bytemuck::bytes_of(&uniform));
             report.gpu_ms.raster +=
-                self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth)?;
-            let (ms, chosen) = self.locate.run(gpu, target, &bindings.locate)?;
+                self.rasterise(gpu, scene, &self.raster, &bindings.raster, Some(&target.seen), &target.depth).await?;
+            let (ms, chosen) = self.locate.run(gpu, target, &bindings.locate).await?;
             report.gpu_ms.locate += ms;
-            let spent = shader.run(gpu, &bindings.shade, chosen)?;
+            let spent = shader.run(gpu, &bindings.shade, chosen).await?;
             report.gpu_ms.shade += spent.gpu_ms;
             report.submissions += spent.submissions;
             report.answered += u64::from(chosen);
-            report.gpu_ms.resolve += self.finish(gpu, &bindings, chosen)?;
+            report.gpu_ms.resolve += self.finish(gpu, &bindings, chosen).await?;
         }
         Ok(report)
     }
 
     /// Draws the triangles; the time in ms.
-    fn rasterise(
+    async fn rasterise(
         &self,
         gpu: &Gpu,
         scene: &Scene,
@@ -151,11 +152,11 @@ impl Renderer {
         pass.set_bind_group(0, bindings, &[]);
         pass.draw(0..scene.corners(), 0..1);
         drop(pass);
-        clock.run(gpu, encoder)
+        clock.run(gpu, encoder).await
     }
 
     /// Adds the radiance of what was answered to the picture; the time in ms.
-    fn finish(&self, gpu: &Gpu, bindings: &Bindings, chosen: u32) -> Result<f64, GpuError> {
+    async fn finish(&self, gpu: &Gpu, bindings: &Bindings, chosen: u32) -> Result<f64, GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
@@ -166,7 +167,7 @@ impl Renderer {
         pass.set_bind_group(0, &bindings.resolve, &[]);
         pipeline::dispatch_over(&mut pass, chosen);
         drop(pass);
-        clock.run(gpu, encoder)
+        clock.run(gpu, encoder).await
     }
 }
 

@@ -1,7 +1,6 @@
-use super::layout::Vertex;
 use super::mesh::Mesh;
+use super::scene_data::SceneData;
 use super::sunlight::Sunlight;
-use super::tree::tree;
 use super::{Gpu, GpuError};
 use crate::snake::PigmentTexture;
 
@@ -21,23 +20,21 @@ impl Scene {
     /// # Errors
     /// [`GpuError::Mesh`] as [`Mesh::check`], [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
     pub fn new(gpu: &Gpu, mesh: &Mesh, pigment: &PigmentTexture) -> Result<Self, GpuError> {
-        mesh.check()?;
-        let vertices: Vec<Vertex> = (0..mesh.positions.len())
-            .map(|i| Vertex {
-                position: mesh.positions[i],
-                u: mesh.uvs[i][0],
-                normal: mesh.normals[i],
-                v: mesh.uvs[i][1],
-            })
-            .collect();
+        Self::of(gpu, &SceneData::new(mesh, pigment)?)
+    }
+
+    /// As [`Scene::new`] of what was made ready before.
+    ///
+    /// # Errors
+    /// [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
+    pub fn of(gpu: &Gpu, data: &SceneData) -> Result<Self, GpuError> {
         Ok(Self {
-            vertices: gpu.storage_of("vertices", bytemuck::cast_slice(&vertices))?,
-            triangles: gpu.storage_of("triangles", bytemuck::cast_slice(&mesh.triangles))?,
-            nodes: gpu.storage_of("tree over the triangles", bytemuck::cast_slice(&tree(mesh)))?,
-            pigment: upload(gpu, pigment)?,
-            sunlight: Sunlight::new(gpu, mesh)?,
-            // At most a thousand million triangles, which `check` has seen to.
-            corners: 3 * mesh.triangles.len() as u32,
+            vertices: gpu.storage_of("vertices", data.vertices())?,
+            triangles: gpu.storage_of("triangles", data.triangles())?,
+            nodes: gpu.storage_of("tree over the triangles", data.nodes())?,
+            pigment: gpu.storage_of("pigment", data.pigment())?,
+            sunlight: Sunlight::new(gpu, data.bounds())?,
+            corners: data.corners(),
         })
     }
 
@@ -45,12 +42,4 @@ impl Scene {
     pub(super) fn corners(&self) -> u32 {
         self.corners
     }
-}
-
-/// Size, then a word for each texel.
-fn upload(gpu: &Gpu, pigment: &PigmentTexture) -> Result<wgpu::Buffer, GpuError> {
-    let size = [pigment.width as u32, pigment.height as u32];
-    let texels = pigment.pixels.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
-    let words: Vec<u32> = size.into_iter().chain(texels).collect();
-    gpu.storage_of("pigment", bytemuck::cast_slice(&words))
 }

@@ -5,7 +5,7 @@ use super::{Gpu, GpuError, program};
 use bytemuck::Zeroable;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
-use sunbeam::methods::{AnswerKind, Method};
+use sunbeam::methods::{AnswerKind, Method, MethodShader};
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
 /// second or two, and a window that shares it should not stutter.
@@ -18,7 +18,7 @@ const GROWTH: u32 = 8;
 const WORKGROUP: u32 = 64;
 /// An answer is not taken into more parts.
 const PARTS_MAX: u32 = 4096;
-/// Queries that [`Shader::evaluate`] keeps on the GPU at a time.
+/// Queries that [`Shader::evaluate_async`] keeps on the GPU at a time.
 const BATCH: usize = 1 << 20;
 
 /// Range, optics, queries, chosen, reflectances, cut_short.
@@ -42,7 +42,7 @@ pub struct Shader {
     stop: Arc<AtomicBool>,
 }
 
-/// The answers of [`Shader::evaluate`].
+/// The answers of [`Shader::evaluate_async`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Answers {
     /// `f_r` of each query, linear sRGB in 1/sr.
@@ -65,9 +65,21 @@ impl Shader {
     ///
     /// # Errors
     /// [`GpuError::TooLarge`] where the adapter cannot bind the data, [`GpuError::Refused`] where it refuses the WGSL.
-    pub fn new(gpu: &Gpu, method: &dyn Method, optics: &Optics) -> Result<Self, GpuError> {
-        let (shader, answers) = (method.shader(), method.answers());
-        let module = pipeline::module(gpu, shader.name, program::shade(&shader));
+    pub async fn new_async(gpu: &Gpu, method: &dyn Method, optics: &Optics) -> Result<Self, GpuError> {
+        Self::of_async(gpu, &method.shader(), method.answers(), optics).await
+    }
+
+    /// As [`Shader::new_async`] of what a method gave elsewhere: its [`Method::shader`] and [`Method::answers`].
+    ///
+    /// # Errors
+    /// As [`Shader::new_async`].
+    pub async fn of_async(
+        gpu: &Gpu,
+        shader: &MethodShader<'_>,
+        answers: AnswerKind,
+        optics: &Optics,
+    ) -> Result<Self, GpuError> {
+        let module = pipeline::module(gpu, shader.name, program::shade(shader));
         let mut accesses = vec![Access::Read; shader.storage.len() + 1];
         accesses[0] = Access::Uniform;
         let (own, methods) = (pipeline::layout(gpu, &OWN_GROUP), pipeline::layout(gpu, &accesses));
@@ -91,7 +103,7 @@ impl Shader {
         let shader =
             Self { pipeline, method, parameters, optics, answers, range, bytes, cut_short, queries, parts, stop };
         // Drivers finish compiling when a pipeline is first used, which is not to be taken for the method's speed.
-        shader.evaluate(gpu, &[Query::default()])?;
+        shader.evaluate_async(gpu, &[Query::default()]).await?;
         shader.queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)
     }
@@ -130,7 +142,7 @@ impl Shader {
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`].
-    pub fn evaluate(&self, gpu: &Gpu, queries: &[Query]) -> Result<Answers, GpuError> {
+    pub async fn evaluate_async(&self, gpu: &Gpu, queries: &[Query]) -> Result<Answers, GpuError> {
         let mut answers = Answers::default();
         for batch in queries.chunks(BATCH) {
             let all: Vec<u32> = (0..batch.len() as u32).collect();
@@ -139,10 +151,10 @@ impl Shader {
             let bytes = size_of::<[f32; 4]>() as u64 * batch.len() as u64;
             let reflectances = gpu.storage("reflectances", bytes)?;
             let bindings = self.bind(gpu, &queries, &chosen, &reflectances);
-            let spent = self.run(gpu, &bindings, batch.len() as u32)?;
+            let spent = self.run(gpu, &bindings, batch.len() as u32).await?;
             answers.gpu_ms += spent.gpu_ms;
             answers.submissions += spent.submissions;
-            let contents = gpu.read(&reflectances, bytes)?;
+            let contents = gpu.read(&reflectances, bytes).await?;
             let colour = |bytes: &[u8]| bytemuck::pod_read_unaligned::<[f32; 3]>(&bytes[..12]);
             answers.reflectances.extend(contents.chunks_exact(16).map(colour));
         }
@@ -167,7 +179,7 @@ impl Shader {
     }
 
     /// Answers the first `count` of the chosen queries, in as many submissions as their time asks for.
-    pub(super) fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, count: u32) -> Result<Spent, GpuError> {
+    pub(super) async fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, count: u32) -> Result<Spent, GpuError> {
         let clock = Clock::new(gpu);
         let mut spent = Spent::default();
         let mut first = 0;
@@ -181,7 +193,7 @@ impl Shader {
                     return Err(GpuError::Stopped);
                 }
                 let range = RangeUniform { first, count: some, part, parts, two: 2 };
-                let (ms, cut) = self.submit(gpu, &clock, bindings, &range)?;
+                let (ms, cut) = self.submit(gpu, &clock, bindings, &range).await?;
                 spent.gpu_ms += ms;
                 spent.submissions += 1;
                 longest_ms = longest_ms.max(ms);
@@ -204,7 +216,7 @@ impl Shader {
     }
 
     /// One submission: its time in ms, and whether loops were cut short.
-    fn submit(
+    async fn submit(
         &self,
         gpu: &Gpu,
         clock: &Clock,
@@ -225,8 +237,8 @@ impl Shader {
         drop(pass);
         let cut_short = gpu.staging(self.cut_short.size());
         encoder.copy_buffer_to_buffer(&self.cut_short, 0, &cut_short, 0, cut_short.size());
-        let ms = clock.run(gpu, encoder)?;
-        Ok((ms, gpu.read_staging(&cut_short)?.iter().any(|&byte| byte != 0)))
+        let (ms, cut_short) = clock.run_and_read(gpu, encoder, Some(&cut_short)).await?;
+        Ok((ms, cut_short.iter().any(|&byte| byte != 0)))
     }
 }
 

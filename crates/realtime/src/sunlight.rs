@@ -1,5 +1,4 @@
 use super::layout::SunlightUniform;
-use super::mesh::Mesh;
 use super::target::DEPTH_FORMAT;
 use super::{Gpu, GpuError};
 use bytemuck::Zeroable;
@@ -24,8 +23,8 @@ pub(super) struct Sunlight {
 }
 
 impl Sunlight {
-    /// A map that is yet to be drawn.
-    pub fn new(gpu: &Gpu, mesh: &Mesh) -> Result<Self, GpuError> {
+    /// A map that is yet to be drawn, of a mesh between these corners of a box.
+    pub fn new(gpu: &Gpu, (low, high): (DVec3, DVec3)) -> Result<Self, GpuError> {
         let map = gpu.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("sunlight"),
             size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
@@ -36,33 +35,31 @@ impl Sunlight {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
             view_formats: &[],
         });
-        let points = || mesh.positions.iter().map(|&p| DVec3::from(p.map(f64::from)));
         Ok(Self {
             map,
             depths: gpu.storage("sunlight", u64::from(SIDE) * u64::from(SIDE) * size_of::<f32>() as u64)?,
             uniform: gpu.uniform_of("sunlight", bytemuck::bytes_of(&SunlightUniform::zeroed()))?,
-            low: points().fold(DVec3::INFINITY, DVec3::min),
-            high: points().fold(DVec3::NEG_INFINITY, DVec3::max),
+            low,
+            high,
             drawn: Mutex::new(None),
         })
     }
 
-    /// Has `draw` draw the map where it is for another sun than this one.
-    pub fn follow<T: Default>(
-        &self,
-        gpu: &Gpu,
-        to_sun: [f64; 3],
-        draw: impl FnOnce() -> Result<T, GpuError>,
-    ) -> Result<T, GpuError> {
+    /// Prepares for this sun where the map is for another one; whether it has to be drawn, after which [`Sunlight::ends`]
+    /// is called.
+    pub fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         if *drawn == Some(to_sun) {
-            return Ok(T::default());
+            return false;
         }
         *drawn = None;
         gpu.queue().write_buffer(&self.uniform, 0, bytemuck::bytes_of(&self.frame(to_sun.into())));
-        let result = draw()?;
-        *drawn = Some(to_sun);
-        Ok(result)
+        true
+    }
+
+    /// The map is drawn for this sun.
+    pub fn ends(&self, to_sun: [f64; 3]) {
+        *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = Some(to_sun);
     }
 
     /// What the map is drawn into.
@@ -71,7 +68,7 @@ impl Sunlight {
     }
 
     /// Makes the depths those of the map.
-    pub fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
+    pub async fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
         let mut encoder = gpu.encoder();
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
@@ -80,7 +77,7 @@ impl Sunlight {
         };
         let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.depths, layout };
         encoder.copy_texture_to_buffer(self.map.as_image_copy(), buffer, self.map.size());
-        gpu.run(encoder)
+        gpu.run(encoder).await
     }
 
     /// The box around the mesh that has an axis to the sun.

@@ -93,8 +93,9 @@ impl Target {
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn read_picture(&self, gpu: &Gpu) -> Result<Vec<[f32; 3]>, GpuError> {
-        let contents = gpu.read(&self.picture, pixels(self.width, self.height) * size_of::<[f32; 4]>() as u64)?;
+    pub async fn read_picture_async(&self, gpu: &Gpu) -> Result<Vec<[f32; 3]>, GpuError> {
+        let bytes = pixels(self.width, self.height) * size_of::<[f32; 4]>() as u64;
+        let contents = gpu.read(&self.picture, bytes).await?;
         let colour = |bytes: &[u8]| bytemuck::pod_read_unaligned::<[f32; 3]>(&bytes[..12]);
         Ok(contents.chunks_exact(16).map(colour).collect())
     }
@@ -103,23 +104,24 @@ impl Target {
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
-    pub fn read_queries(&self, gpu: &Gpu) -> Result<Vec<Query>, GpuError> {
-        let contents = gpu.read(&self.queries, pixels(self.width, self.height) * size_of::<Query>() as u64)?;
+    pub async fn read_queries_async(&self, gpu: &Gpu) -> Result<Vec<Query>, GpuError> {
+        let bytes = pixels(self.width, self.height) * size_of::<Query>() as u64;
+        let contents = gpu.read(&self.queries, bytes).await?;
         Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
-    /// As [`Target::read_queries`] for one pixel, columns from the left.
+    /// As [`Target::read_queries_async`] for one pixel, columns from the left.
     ///
     /// # Errors
     /// [`GpuError::Refused`], also for a pixel outside the picture, [`GpuError::Lost`].
-    pub fn read_query(&self, gpu: &Gpu, column: u32, row: u32) -> Result<Query, GpuError> {
+    pub async fn read_query_async(&self, gpu: &Gpu, column: u32, row: u32) -> Result<Query, GpuError> {
         let bytes = size_of::<Query>() as u64;
         let index = u64::from(row) * u64::from(self.width) + u64::from(column);
         let staging = gpu.staging(bytes);
         let mut encoder = gpu.encoder();
         encoder.copy_buffer_to_buffer(&self.queries, index * bytes, &staging, 0, bytes);
-        gpu.run(encoder)?;
-        Ok(bytemuck::pod_read_unaligned(&gpu.read_staging(&staging)?))
+        gpu.run(encoder).await?;
+        Ok(bytemuck::pod_read_unaligned(&gpu.read_staging(&staging).await?))
     }
 }
 

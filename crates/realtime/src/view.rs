@@ -2,9 +2,12 @@ use super::GpuError;
 use super::layout::FrameUniform;
 use glam::DVec3;
 use std::str::FromStr;
+use sunbeam::reflectance::ComplexIndex;
 
 /// Linear reflectance of the ground, as in the Mitsuba scene.
 pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
+/// Refractive index of keratin, which scales are made of.
+pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
 /// What the pigment's reflectance is multiplied by, as in the Mitsuba scene.
 pub const PIGMENT_SCALE: f32 = 0.35;
 

@@ -1,5 +1,5 @@
 use crate::open::{Start, open};
-use crate::{Orbit, Settings, Sun};
+use crate::{Settings, Sun};
 use std::path::PathBuf;
 use sunbeam::config::Theory;
 use sunbeam_cli::Outcome;
@@ -7,7 +7,7 @@ use sunbeam_cli::method_args::MethodArgs;
 use sunbeam_cli::realtime::Realtime;
 use sunbeam_cli::scene_args::{KERATIN, SceneArgs, Size};
 use sunbeam_cli::surface_args::SurfaceArgs;
-use sunbeam_realtime::AdapterChoice;
+use sunbeam_realtime::{AdapterChoice, Orbit};
 
 /// Draw the snake in a window
 ///

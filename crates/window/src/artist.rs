@@ -1,5 +1,4 @@
 use super::hemisphere::{self, BrdfMap};
-use super::levels::{self, Level, Pace};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -7,6 +6,7 @@ use std::time::Instant;
 use sunbeam::methods::Method;
 use sunbeam_cli::picture::{write_exr, write_png};
 use sunbeam_cli::scene_args::Size;
+use sunbeam_realtime::levels::{self, Level, Pace};
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer, Scene, Shader, Target, View};
 

@@ -1,9 +1,9 @@
 //! The BRDF map beside the picture: what the surface sends where, for light from one direction.
 
-use super::levels::Pace;
 use eframe::egui;
 use sunbeam::colour::{automatic_exposure, srgb_encode};
-use sunbeam_cli::brdf_map::outgoing;
+use sunbeam::reflectance::map_direction;
+use sunbeam_realtime::levels::Pace;
 use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
 
 /// Sides of the map in pixels, from the first one on a slow method to the last.
@@ -46,7 +46,7 @@ fn pixels(index: usize) -> f64 {
 pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut Pace) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
     let side = SIDES[index];
-    let places: Vec<Option<[f64; 3]>> = (0..side * side).map(|i| outgoing(i % side, i / side, side)).collect();
+    let places: Vec<Option<[f64; 3]>> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
     let asked: Vec<Query> =
         places.iter().flatten().map(|wo| Query::new(seen.wi, wo.map(|component| component as f32))).collect();
     let answers = shader.evaluate(gpu, &asked)?;

@@ -2,7 +2,7 @@
 //!
 //! Three kinds of threads: the window's own ([`app`]) never waits for anything; methods and the mesh are made on
 //! threads of their own ([`task`]); and one thread draws ([`drawer`], [`artist`]) on the window's device, what was asked
-//! for last, coarsely first where the method is slow ([`levels`]). What it drew is tone-mapped into a texture of the
+//! for last, coarsely first where the method is slow ([`sunbeam_realtime::levels`]). What it drew is tone-mapped into a texture of the
 //! window ([`tone`]).
 
 mod app;
@@ -12,9 +12,7 @@ mod controls;
 mod drawer;
 mod facts;
 mod hemisphere;
-mod levels;
 mod open;
-mod orbit;
 mod picture_view;
 mod screenshot;
 mod settings;
@@ -24,7 +22,6 @@ mod task;
 mod tone;
 mod widgets;
 
-use orbit::Orbit;
 use settings::Settings;
 use std::process::ExitCode;
 use sun::Sun;

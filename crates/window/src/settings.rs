@@ -1,4 +1,3 @@
-use super::orbit::Orbit;
 use super::sun::Sun;
 use std::time::Instant;
 use sunbeam::cache::Cache;
@@ -6,7 +5,7 @@ use sunbeam::config::{ObliquityChoice, SurfaceConfig, Theory};
 use sunbeam::methods::{Method, MethodKind, MethodOptions};
 use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
 use sunbeam::table::{Model, Progress, Tiling};
-use sunbeam_realtime::{GpuError, Optics, View};
+use sunbeam_realtime::{GpuError, Optics, Orbit, View};
 
 /// Everything that users choose.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,14 +1,13 @@
 use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
-use sunbeam_realtime::Target;
+use sunbeam_realtime::{Target, TonePass};
 
 /// What egui samples: encoded values, not decoded again.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Turns pictures of linear radiance into a texture of the window, on the GPU.
 pub struct ToneMapper {
-    pipeline: wgpu::RenderPipeline,
-    uniform: wgpu::Buffer,
+    pass: TonePass,
     shown: Option<Shown>,
 }
 
@@ -20,39 +19,7 @@ struct Shown {
 impl ToneMapper {
     /// Compiles the pass.
     pub fn new(device: &wgpu::Device) -> Self {
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("tone"),
-            source: wgpu::ShaderSource::Wgsl(include_str!("tone.wgsl").into()),
-        });
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("tone"),
-            layout: None,
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("corner"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                buffers: &[],
-            },
-            primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: None,
-            multisample: wgpu::MultisampleState::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("shown"),
-                compilation_options: wgpu::PipelineCompilationOptions::default(),
-                targets: &[Some(FORMAT.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
-        let uniform = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("tone"),
-            // The least that a uniform may have is 16 bytes on some adapters.
-            size: 16,
-            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        Self { pipeline, uniform, shown: None }
+        Self { pass: TonePass::new(device, FORMAT), shown: None }
     }
 
     /// Shows a picture brightened by so many stops. The texture keeps its number from picture to picture.
@@ -78,46 +45,10 @@ impl ToneMapper {
             }
         };
         if let Some(shown) = &self.shown {
-            self.draw(&window.device, &window.queue, target.picture(), &shown.texture, stops);
+            let view = shown.texture.create_view(&wgpu::TextureViewDescriptor::default());
+            self.pass.draw(&window.device, &window.queue, target.picture(), width, &view, stops);
         }
         id
-    }
-
-    fn draw(
-        &self,
-        device: &wgpu::Device,
-        queue: &wgpu::Queue,
-        picture: &wgpu::Buffer,
-        shown: &wgpu::Texture,
-        stops: f64,
-    ) {
-        let words = [(stops.exp2() as f32).to_bits(), shown.width(), 0, 0];
-        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&words));
-        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("tone"),
-            layout: &self.pipeline.get_bind_group_layout(0),
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: self.uniform.as_entire_binding() },
-                wgpu::BindGroupEntry { binding: 1, resource: picture.as_entire_binding() },
-            ],
-        });
-        let shown = shown.create_view(&wgpu::TextureViewDescriptor::default());
-        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("tone"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &shown,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &bindings, &[]);
-        pass.draw(0..3, 0..1);
-        drop(pass);
-        queue.submit([encoder.finish()]);
     }
 }
 
@@ -156,7 +87,8 @@ mod tests {
             usage: wgpu::BufferUsages::STORAGE,
         });
         let shown = texture(device, size);
-        ToneMapper::new(device).draw(device, queue, &picture, &shown, stops);
+        let view = shown.create_view(&wgpu::TextureViewDescriptor::default());
+        TonePass::new(device, FORMAT).draw(device, queue, &picture, size.width, &view, stops);
         let read = device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
             size: ROW,

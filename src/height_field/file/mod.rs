@@ -21,7 +21,8 @@ use super::{Fill, HeightField, HeightFieldError};
 use raw::{Parsed, Raw, Values};
 use std::path::Path;
 
-const READABLE: &str =
+/// Extensions of the formats that are read.
+pub const READABLE: &str =
     ".exr, .png, .gsf, .npy, .txt, .asc, .csv, .xyz, .tif, .tiff, .gwy, .sdf, .x3p, .spm, .000 to .999";
 const WRITABLE: &str = ".exr, .png, .gsf, .npy";
 
@@ -36,6 +37,17 @@ pub struct FileScale {
     /// Height of full scale in µm: white, or the largest integer, or the highest value (see [`HeightField::read`]);
     /// finite and positive.
     pub max_height_um: Option<f64>,
+}
+
+impl FileScale {
+    fn check(&self) -> Result<(), HeightFieldError> {
+        for (parameter, value) in [("pixel_size", self.pixel_size_um), ("max_height", self.max_height_um)] {
+            if let Some(value_um) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
+                return Err(HeightFieldError::OutOfRange { parameter, value_um });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// How a file is to be read.
@@ -143,15 +155,24 @@ impl HeightField {
     /// missing heights where [`Fill::None`] is asked for, or nothing but missing heights.
     pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         let path = path.as_ref();
-        let scale = &options.scale;
-        for (parameter, value) in [("pixel_size", scale.pixel_size_um), ("max_height", scale.max_height_um)] {
-            if let Some(value_um) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
-                return Err(HeightFieldError::OutOfRange { parameter, value_um });
-            }
-        }
+        options.scale.check()?;
         let format = Format::of(path)?;
         let bytes = std::fs::read(path).map_err(|source| HeightFieldError::Read { path: path.to_owned(), source })?;
         format.read(path, &bytes, options)
+    }
+
+    /// As [`HeightField::read_with`] of a file that is in memory; its name says the format, and nothing is read from there.
+    ///
+    /// # Errors
+    /// As [`HeightField::read_with`].
+    pub fn read_bytes(
+        name: impl AsRef<Path>,
+        bytes: &[u8],
+        options: &ReadOptions,
+    ) -> Result<FileField, HeightFieldError> {
+        let name = name.as_ref();
+        options.scale.check()?;
+        Format::of(name)?.read(name, bytes, options)
     }
 
     /// Writes `.exr` (32-bit floats in µm with the pixel size), `.gsf` (32-bit floats in metres) or `.png` (16-bit grey from

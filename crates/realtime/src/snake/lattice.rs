@@ -149,12 +149,21 @@ impl Lattice {
     /// The scale that is seen at a point of the sheet: the one nearest to the head that reaches there.
     pub(super) fn on_top(&self, point: DVec2) -> (i64, i64) {
         let (first, middle) = (point.x.floor() as i64 - 1, point.y.round() as i64);
-        let beyond = |scale: &(i64, i64)| self.local(*scale, point).gauge().max(1.0);
-        (first..=first + 3)
-            .flat_map(|i| (middle - 2..=middle + 2).map(move |j| (i, j)))
-            .filter(|(i, j)| (i + j) % 2 == 0)
-            // Of equals the first.
-            .min_by(|one, other| beyond(one).total_cmp(&beyond(other)))
+        let around = || {
+            (first..=first + 3)
+                .flat_map(|i| (middle - 2..=middle + 2).map(move |j| (i, j)))
+                .filter(|(i, j)| (i + j) % 2 == 0)
+        };
+        // Powers are dear, and most scales around a point end long before it.
+        let reaches = |scale: &(i64, i64)| {
+            let local = self.local(*scale, point);
+            local.along <= 1.0 && local.across.abs() <= 1.0 && local.gauge() <= 1.0
+        };
+        let beyond = |scale: &(i64, i64)| self.local(*scale, point).gauge();
+        around()
+            .find(reaches)
+            // Where rounding leaves a gap, the nearest; of equals the first.
+            .or_else(|| around().min_by(|one, other| beyond(one).total_cmp(&beyond(other))))
             .unwrap_or((first, middle))
     }
 }

@@ -29,4 +29,4 @@ mod tests;
 pub use error::SnakeError;
 pub use mesh::SnakeMesh;
 pub use options::SnakeOptions;
-pub use pigment::{PigmentTexture, pigment_texture};
+pub use pigment::{PIGMENT_SIZE, PigmentTexture, pigment_texture};

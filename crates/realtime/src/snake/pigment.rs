@@ -7,6 +7,9 @@ use super::{
 };
 use sunbeam::colour::srgb_encode;
 
+/// Pixels of a texture along and around the body: twice as long as wide, as the skin is.
+pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
+
 /// Linear reflectances: the back, the rim of a scale, the flanks towards the belly.
 const BACK: [f64; 3] = [0.022, 0.017, 0.014];
 const RIM: [f64; 3] = [0.050, 0.041, 0.034];

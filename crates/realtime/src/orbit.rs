@@ -1,5 +1,5 @@
+use super::Camera;
 use glam::DVec3;
-use sunbeam_realtime::Camera;
 
 /// Degrees that the camera turns for each point dragged.
 const DEGREES_PER_POINT: f64 = 0.35;
@@ -17,6 +17,30 @@ pub struct Orbit {
     azimuth_deg: f64,
     elevation_deg: f64,
     fov_deg: f64,
+}
+
+impl Orbit {
+    /// A camera that looks at a place (cm) from an azimuth (degrees, counter-clockwise seen from above, from +x), an elevation and
+    /// a distance (cm), of which the last two are brought into their ranges.
+    pub fn new(target: [f64; 3], azimuth_deg: f64, elevation_deg: f64, distance_cm: f64, fov_deg: f64) -> Self {
+        Self {
+            target: target.into(),
+            distance: distance_cm.clamp(*DISTANCE_CM.start(), *DISTANCE_CM.end()),
+            azimuth_deg,
+            elevation_deg: elevation_deg.clamp(-ELEVATION_MAX_DEG, ELEVATION_MAX_DEG),
+            fov_deg,
+        }
+    }
+
+    /// Elevation of the camera seen from the target, in degrees.
+    pub fn elevation_deg(&self) -> f64 {
+        self.elevation_deg
+    }
+
+    /// Its distance from the target, in cm.
+    pub fn distance_cm(&self) -> f64 {
+        self.distance
+    }
 }
 
 impl From<&Camera> for Orbit {

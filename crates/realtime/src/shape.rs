@@ -1,0 +1,181 @@
+use super::{GpuError, Mesh};
+use crate::snake::{PigmentTexture, SnakeError, SnakeMesh, SnakeOptions, pigment_texture};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, TAU};
+use std::str::FromStr;
+use sunbeam::colour::srgb_encode;
+
+/// Cells of the sphere around its axis and from pole to pole.
+const SPHERE_CELLS: (u32, u32) = (192, 96);
+
+/// What carries the relief. All lie where the default camera looks; z is up, in cm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Shape {
+    /// [`crate::snake`].
+    #[default]
+    Snake,
+    /// A square that lies just above the ground, the relief's x along +x.
+    Flat,
+    /// A sphere on the ground with the axis z, the relief's x along the circles of latitude, counter-clockwise from above.
+    Sphere,
+}
+
+impl Shape {
+    /// All of them, the default first.
+    pub const ALL: [Self; 3] = [Self::Snake, Self::Flat, Self::Sphere];
+    /// Linear reflectance of the pigment of the square and the sphere: that of the snake's back.
+    pub const BARE_PIGMENT: [f64; 3] = [0.022, 0.017, 0.014];
+    /// Middle of the square, in cm.
+    pub const FLAT_CENTRE_CM: [f64; 3] = [-1.0, 0.55, 0.05];
+    /// Half the side of the square, in cm.
+    pub const FLAT_HALF_SIDE_CM: f64 = 2.6;
+    /// Middle of the sphere, in cm.
+    pub const SPHERE_CENTRE_CM: [f64; 3] = [-1.0, 0.55, 1.6];
+    /// Radius of the sphere, in cm.
+    pub const SPHERE_RADIUS_CM: f64 = 1.6;
+
+    /// The name that users give.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Snake => "snake",
+            Self::Flat => "flat",
+            Self::Sphere => "sphere",
+        }
+    }
+
+    /// The mesh, and the pigment for its texture coordinates. `resolution` multiplies the snake's cells in each direction, as
+    /// [`SnakeOptions::with_resolution`] does, and its pigment has so many pixels along and around the body; both are nothing to
+    /// the other shapes.
+    ///
+    /// # Errors
+    /// As [`SnakeMesh::build`].
+    pub fn make(self, resolution: f64, pigment: (usize, usize)) -> Result<(Mesh, PigmentTexture), SnakeError> {
+        Ok(match self {
+            Self::Snake => {
+                let options = SnakeOptions::default().with_resolution(resolution);
+                let pigment = pigment_texture(&options, pigment.0, pigment.1)?;
+                (Mesh::from(&SnakeMesh::build(&options)?), pigment)
+            }
+            Self::Flat => (flat(), bare_pigment()),
+            Self::Sphere => (sphere(), bare_pigment()),
+        })
+    }
+}
+
+impl FromStr for Shape {
+    type Err = GpuError;
+
+    fn from_str(name: &str) -> Result<Self, GpuError> {
+        Self::ALL.into_iter().find(|shape| shape.name() == name).ok_or_else(|| GpuError::Parameter {
+            parameter: "shape",
+            found: format!("{name:?}"),
+            accepted: "\"snake\", \"flat\" or \"sphere\"",
+        })
+    }
+}
+
+fn bare_pigment() -> PigmentTexture {
+    let pixel = srgb_encode(Shape::BARE_PIGMENT).map(|value| (255.0 * value).round() as u8);
+    PigmentTexture { width: 1, height: 1, pixels: vec![pixel] }
+}
+
+fn flat() -> Mesh {
+    let ([x, y, z], half) = (Shape::FLAT_CENTRE_CM, Shape::FLAT_HALF_SIDE_CM);
+    let corner = |right: f64, up: f64| [x + right * half, y + up * half, z].map(|place| place as f32);
+    Mesh {
+        positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
+        normals: vec![[0.0, 0.0, 1.0]; 4],
+        uvs: vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]],
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+    }
+}
+
+fn sphere() -> Mesh {
+    let (around, down) = SPHERE_CELLS;
+    let mut mesh = Mesh::default();
+    for row in 0..=down {
+        for column in 0..=around {
+            // At the poles a column's vertex stands for the cell to its right, so that u runs on in its triangle.
+            let shift = if row == 0 || row == down { 0.5 } else { 0.0 };
+            let (u, v) = ((f64::from(column) + shift) / f64::from(around), f64::from(row) / f64::from(down));
+            let ((sin_p, cos_p), (sin_t, cos_t)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
+            let normal = [sin_t * cos_p, sin_t * sin_p, cos_t];
+            let place = |c: usize| Shape::SPHERE_CENTRE_CM[c] + Shape::SPHERE_RADIUS_CM * normal[c];
+            mesh.positions.push([0, 1, 2].map(|c| place(c) as f32));
+            mesh.normals.push(normal.map(|c| c as f32));
+            mesh.uvs.push([u as f32, v as f32]);
+        }
+    }
+    for row in 0..down {
+        for column in 0..around {
+            let above = row * (around + 1) + column;
+            let below = above + around + 1;
+            // A cell at a pole is one triangle, which has the pole's vertex of its column.
+            let is_last = row + 1 == down;
+            if !is_last {
+                mesh.triangles.push([above, below, below + 1]);
+            }
+            if row > 0 {
+                mesh.triangles.push([above, if is_last { below } else { below + 1 }, above + 1]);
+            }
+        }
+    }
+    mesh
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+
+    fn corners(mesh: &Mesh, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|corner| Vec3::from(mesh.positions[corner as usize]))
+    }
+
+    #[test]
+    fn shapes_can_be_drawn_and_triangles_face_outwards() {
+        for shape in [Shape::Flat, Shape::Sphere] {
+            let (mesh, pigment) = shape.make(1.0, (1, 1)).unwrap();
+            mesh.check().unwrap();
+            assert_eq!(pigment.pixels.len(), pigment.width * pigment.height);
+            for &triangle in &mesh.triangles {
+                let [a, b, c] = corners(&mesh, triangle);
+                let normal = Vec3::from(mesh.normals[triangle[0] as usize]);
+                let area = (b - a).cross(c - a);
+                assert!(area.length() > 0.0 && area.dot(normal) > 0.0, "{shape:?} {triangle:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_sphere_is_closed_and_as_large_as_it_says() {
+        let (mesh, _) = Shape::Sphere.make(1.0, (1, 1)).unwrap();
+        let area: f32 = mesh
+            .triangles
+            .iter()
+            .map(|&triangle| {
+                let [a, b, c] = corners(&mesh, triangle);
+                0.5 * (b - a).cross(c - a).length()
+            })
+            .sum();
+        let expected = 4.0 * PI * Shape::SPHERE_RADIUS_CM.powi(2);
+        assert!((f64::from(area) / expected - 1.0).abs() < 1e-3, "{area} {expected}");
+        assert!(mesh.positions.iter().all(|place| place[2] > -1e-6));
+    }
+
+    #[test]
+    fn u_grows_along_the_circles_of_latitude() {
+        let (mesh, _) = Shape::Sphere.make(1.0, (1, 1)).unwrap();
+        for &triangle in &mesh.triangles {
+            let [a, b, c] = corners(&mesh, triangle);
+            let [ua, ub, uc] = triangle.map(|corner| mesh.uvs[corner as usize]);
+            let (du1, dv1, du2, dv2) = (ub[0] - ua[0], ub[1] - ua[1], uc[0] - ua[0], uc[1] - ua[1]);
+            let tangent = ((b - a) * dv2 - (c - a) * dv1) / (du1 * dv2 - du2 * dv1);
+            let [x, y, _] = ((a + b + c) / 3.0).to_array();
+            let centre = Shape::SPHERE_CENTRE_CM.map(|place| place as f32);
+            let east = Vec3::new(centre[1] - y, x - centre[0], 0.0);
+            assert!(tangent.normalize().dot(east.normalize()) > 0.99, "{triangle:?}");
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Draws natively what the page draws: for tests, and for the pictures of its examples.
+//!
+//!     page_twin settings.json --size 384x256 -o picture.npy [--file scan.gsf] [--png picture.png] [--map 64]
+//!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
+
+use clap::Parser;
+use ndarray::Array3;
+use serde_json::{Value, json};
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use sunbeam::height_field::Preset;
+use sunbeam::reflectance::map_direction;
+use sunbeam::table::Progress;
+use sunbeam_realtime::{AdapterChoice, Gpu, Query, Renderer, Scene, SceneData, Shader, Target};
+use sunbeam_web::{MethodData, Relief, Settings, direction, image};
+
+/// Size of the examples' pictures in pixels, and rays along each side of one.
+const THUMBNAIL: ((u32, u32), u32) = ((288, 192), 3);
+
+/// Draws natively what the page draws.
+#[derive(Parser)]
+struct Args {
+    /// The page's settings (.json)
+    #[arg(required_unless_present = "examples")]
+    settings: Option<PathBuf>,
+    /// Width and height in pixels
+    #[arg(long, value_parser = size, default_value = "384x256")]
+    size: (u32, u32),
+    /// Rays along each side of a pixel
+    #[arg(long, default_value_t = 1)]
+    supersample: u32,
+    /// The dropped file
+    #[arg(long)]
+    file: Option<PathBuf>,
+    /// The BRDF map of the settings' light with so many pixels along a side, instead of a picture
+    #[arg(long)]
+    map: Option<usize>,
+    /// The picture for the screen
+    #[arg(long)]
+    png: Option<PathBuf>,
+    /// Linear sRGB, float32 (height, width, 3) (.npy); with --examples a folder
+    #[arg(short, long)]
+    output: PathBuf,
+    /// A list of examples, to be written with their pictures
+    #[arg(long, conflicts_with = "settings")]
+    examples: Option<PathBuf>,
+    /// Where the examples' scans are; those that are not there are left out
+    #[arg(long, requires = "examples")]
+    scans: Option<PathBuf>,
+}
+
+fn size(text: &str) -> Result<(u32, u32), String> {
+    let sides = text.split_once('x').and_then(|(width, height)| Some((width.parse().ok()?, height.parse().ok()?)));
+    sides.ok_or_else(|| "it must be two whole numbers, such as 384x256".to_owned())
+}
+
+fn main() -> ExitCode {
+    // SAFETY: this is the first thing the process does, so there is no other thread that could read variables.
+    unsafe { sunbeam_realtime::give_drivers_a_runtime_folder() };
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("page_twin: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<(), Box<dyn Error>> {
+    let gpu = || -> Result<Gpu, Box<dyn Error>> { Ok(Gpu::open(AdapterChoice::from_env()?)?) };
+    if let Some(list) = &args.examples {
+        return examples(gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
+    }
+    let path = args.settings.as_deref().ok_or("settings are missing")?;
+    let settings = Settings::from_json(&std::fs::read_to_string(path)?)?;
+    let bytes = args.file.as_ref().map(std::fs::read).transpose()?;
+    let gpu = gpu()?;
+    let drawing = Drawing::new(&gpu, &settings, bytes.as_deref())?;
+    let (pixels, (width, height)) = match args.map {
+        Some(side) => (drawing.map(side)?, (side as u32, side as u32)),
+        None => (drawing.picture(args.size, args.supersample)?, args.size),
+    };
+    if let Some(path) = &args.png {
+        std::fs::write(path, image::picture_png(&pixels, (width, height), settings.exposure)?)?;
+    }
+    let flat = pixels.as_flattened().to_vec();
+    let array = Array3::from_shape_vec((height as usize, width as usize, 3), flat)?;
+    Ok(ndarray_npy::write_npy(&args.output, &array)?)
+}
+
+/// All that is drawn with.
+struct Drawing<'a> {
+    gpu: &'a Gpu,
+    settings: &'a Settings,
+    shader: Shader,
+}
+
+impl<'a> Drawing<'a> {
+    fn new(gpu: &'a Gpu, settings: &'a Settings, file: Option<&[u8]>) -> Result<Self, Box<dyn Error>> {
+        let relief = Relief::new(settings, file)?;
+        // Through the bytes that the page's workers hand to each other.
+        let data = MethodData::from_bytes(relief.method_data(settings, &Progress::none())?)?;
+        let shader = Shader::of(gpu, &data.shader(), data.answers(), &settings.optics())?;
+        Ok(Self { gpu, settings, shader })
+    }
+
+    fn picture(&self, (width, height): (u32, u32), supersample: u32) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
+        let (mesh, pigment) = self.settings.scene()?;
+        let scene = Scene::of(self.gpu, &SceneData::new(&mesh, &pigment)?)?;
+        let target = Target::new(self.gpu, width, height)?;
+        let view = self.settings.view(supersample)?;
+        Renderer::new(self.gpu)?.draw(self.gpu, &scene, &self.shader, &target, &view)?;
+        Ok(target.read_picture(self.gpu)?)
+    }
+
+    fn map(&self, side: usize) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
+        let map = self.settings.map;
+        let single = |direction: [f64; 3]| direction.map(|c| c as f32);
+        let wi = single(direction(map.theta_deg, map.phi_deg));
+        let places: Vec<_> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
+        let asked: Vec<Query> = places.iter().flatten().map(|wo| Query::new(wi, single(*wo))).collect();
+        let mut answers = self.shader.evaluate(self.gpu, &asked)?.reflectances.into_iter();
+        Ok(places.iter().map(|place| place.and_then(|_| answers.next()).unwrap_or_default()).collect())
+    }
+}
+
+/// Writes index.json, the scans and the pictures. Without an adapter there are no pictures, which is said.
+fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path) -> Result<(), Box<dyn Error>> {
+    let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(list)?)?;
+    std::fs::create_dir_all(folder)?;
+    if gpu.is_none() {
+        eprintln!("page_twin: no GPU adapter, not even a software one: the examples get no pictures");
+    }
+    let mut index = Vec::new();
+    for mut example in list {
+        let text = |value: &Value| value.as_str().map(str::to_owned);
+        let name = text(&example["name"]).ok_or("an example has no name")?;
+        let mut bytes = None;
+        if let Some(file) = text(&example["file"]) {
+            if let Some(cut) = example.as_object_mut().and_then(|example| example.remove("cut")) {
+                let preset: Preset = text(&cut["preset"]).unwrap_or_default().parse()?;
+                let side_um = cut["side_um"].as_f64().ok_or("an example is cut to no size")?;
+                preset.build(None, None)?.cropped(0.0, 0.0, side_um, side_um)?.write(folder.join(&file))?;
+            }
+            let own = Some(folder).filter(|folder| folder.join(&file).exists());
+            let Some(found) = own.or(scans).and_then(|folder| std::fs::read(folder.join(&file)).ok()) else {
+                eprintln!("page_twin: no scan {file}: the example {name} is left out");
+                continue;
+            };
+            std::fs::write(folder.join(&file), &found)?;
+            example["bytes"] = json!(found.len());
+            bytes = Some(found);
+        }
+        let settings = Settings::from_json(&example["settings"].to_string())?;
+        if let Some(gpu) = gpu {
+            let (size, supersample) = THUMBNAIL;
+            let pixels = Drawing::new(gpu, &settings, bytes.as_deref())?.picture(size, supersample)?;
+            let picture = format!("{name}.png");
+            std::fs::write(folder.join(&picture), image::picture_png(&pixels, size, settings.exposure)?)?;
+            example["thumbnail"] = json!(picture);
+        }
+        index.push(example);
+    }
+    Ok(std::fs::write(folder.join("index.json"), serde_json::to_string_pretty(&index)?)?)
+}

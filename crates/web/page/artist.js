@@ -1,0 +1,97 @@
+// The Web Worker that has the canvas and the graphics device.
+
+import * as sunbeam from "./wasm/sunbeam_web.js";
+import { answer } from "./answering.js";
+
+let artist = null;
+// They outlive the device.
+let scene = null;
+let method = null;
+let view = null;
+// Counts what has changed what is to be seen.
+let wanted = 0;
+let drawing = false;
+// Calls that draw follow each other.
+let queue = Promise.resolve();
+
+function inTurn(task) {
+  const done = queue.then(task);
+  queue = done.catch(() => {});
+  return done;
+}
+
+async function drawAll() {
+  if (drawing || !artist) return;
+  drawing = true;
+  try {
+    for (let seen = 0; artist && seen !== wanted; ) {
+      seen = wanted;
+      for (;;) {
+        const report = await inTurn(() => artist?.step());
+        if (report === undefined) break;
+        postMessage({ type: "drawn", serial: view.serial, ...JSON.parse(report) });
+      }
+    }
+  } catch (error) {
+    // The loss of the device is told by its own callback.
+    if (error.kind !== "lost") postMessage({ type: "failed", message: error.message ?? String(error) });
+  } finally {
+    drawing = false;
+  }
+}
+
+function look() {
+  if (!artist || !view) return;
+  wanted += 1;
+  artist.set_view(view.settings, view.width, view.height, 1);
+  drawAll();
+}
+
+answer({
+  async open({ canvas }) {
+    const opened = await sunbeam.Artist.open(canvas);
+    artist = opened;
+    opened.on_lost((message) => {
+      if (artist === opened) artist = null;
+      postMessage({ type: "lost", message });
+    });
+    if (scene) await opened.set_scene(scene);
+    if (method) await opened.set_method(method);
+    look();
+    return JSON.parse(opened.adapter());
+  },
+  async scene({ bytes }) {
+    scene = bytes;
+    await inTurn(() => artist?.set_scene(bytes));
+    look();
+  },
+  async method({ bytes }) {
+    method = bytes;
+    await inTurn(() => artist?.set_method(bytes));
+    look();
+    return bytes.length;
+  },
+  view(fields) {
+    view = fields;
+    look();
+  },
+  pixels: () =>
+    inTurn(async () => {
+      const [width, height] = artist.size();
+      return { width, height, rgb: await artist.pixels() };
+    }),
+  // The picture in full, whatever has been drawn of it so far.
+  png: () =>
+    inTurn(async () => {
+      await artist.draw();
+      return artist.png();
+    }),
+  draw: () => inTurn(async () => JSON.parse(await artist.draw())),
+  query: ({ x, y }) =>
+    inTurn(async () => {
+      const found = await artist?.query(x, y);
+      return found && JSON.parse(found);
+    }),
+  map: ({ wi, side }) => inTurn(() => artist?.map(wi, side)),
+  lose: () => artist.lose(),
+});

@@ -1,0 +1,38 @@
+// A Web Worker that reads files and makes data. It is ended where something is cancelled.
+
+import * as sunbeam from "./wasm/sunbeam_web.js";
+import { answer } from "./answering.js";
+
+const PICTURE_SIDE = 512;
+
+let relief = null;
+let reflectance = null;
+
+answer({
+  async relief({ settings, file }) {
+    const bytes = file ? new Uint8Array(await file.arrayBuffer()) : undefined;
+    const read = new sunbeam.Relief(settings, bytes);
+    relief?.free();
+    reflectance?.free();
+    relief = read;
+    reflectance = null;
+    const picture = relief.picture(PICTURE_SIDE);
+    const { width, height, bar_um, um_per_pixel, rgba } = picture;
+    picture.free();
+    return { facts: JSON.parse(relief.facts(settings)), width, height, bar_um, um_per_pixel, rgba };
+  },
+  // Before a file is read, so that an error of reading can say which file it was.
+  async checksum({ file }) {
+    return sunbeam.sha256(new Uint8Array(await file.arrayBuffer()));
+  },
+  estimate: ({ settings }) => JSON.parse(relief.estimate(settings)),
+  method: ({ settings }, progress) => relief.method(settings, progress),
+  reflectance({ settings }, progress) {
+    reflectance?.free();
+    reflectance = null;
+    reflectance = relief.reflectance(settings, progress);
+  },
+  map: ({ theta_deg, phi_deg, side }, progress) => reflectance.map(theta_deg, phi_deg, side, progress),
+  spectrum: ({ wi, wo }) => reflectance.spectrum(wi, wo),
+  scene: ({ settings }, progress) => sunbeam.make_scene(settings, progress),
+});

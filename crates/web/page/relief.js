@@ -1,0 +1,35 @@
+// The relief as a picture with a scale bar, and its numbers.
+
+const byId = (id) => document.getElementById(id);
+// Gwyddion's convention: three significant digits say what a scan knows.
+const micrometres = (value) => (value < 0.1 ? `${Number((1e3 * value).toPrecision(3))} nm` : `${Number(value.toPrecision(3))} µm`);
+
+export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba }) {
+  const canvas = byId("relief-picture");
+  canvas.width = width;
+  canvas.height = height;
+  canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), width, height), 0, 0);
+  // The picture is drawn as wide as the page has room for.
+  byId("bar").style.width = `${(100 * bar_um) / (um_per_pixel * width)}%`;
+  byId("bar-length").textContent = micrometres(bar_um);
+  byId("relief-range").textContent = `0 to ${micrometres(facts.peak_to_valley_um)}`;
+  const rows = [["Pixels", facts.pixels.join(" × ")], ["Size", facts.extent_um.map(micrometres).join(" × ")]];
+  for (const axis of ["x", "y"]) {
+    const period = facts.periods?.[axis];
+    if (period?.period_um) rows.push([`Period along ${axis}`, micrometres(period.period_um)]);
+  }
+  rows.push(["Roughness Sq", micrometres(facts.roughness.sq_um)], ["Roughness Sa", micrometres(facts.roughness.sa_um)]);
+  rows.push(["Slopes x, y (rms)", facts.rms_slope.map((slope) => Number(slope.toPrecision(2))).join(", ")]);
+  if (facts.channel) rows.push(["Channel", facts.channel]);
+  if (facts.filled_points) rows.push(["Filled points", facts.filled_points]);
+  byId("relief-facts").replaceChildren(...rows.map(row));
+}
+
+function row([name, value]) {
+  const line = document.createElement("div");
+  const [term, description] = [document.createElement("dt"), document.createElement("dd")];
+  term.textContent = name;
+  description.textContent = value;
+  line.append(term, description);
+  return line;
+}

@@ -1,0 +1,46 @@
+// The sky seen from above, the viewer at the lower edge, with the sun to be dragged.
+
+import { svg } from "./svg.js";
+
+const RADIUS = 44;
+const RADIAN = Math.PI / 180;
+
+export class Sky {
+  #element;
+  #sun = svg("circle", { class: "disc", r: 5.5 });
+  #ray = svg("line", { x1: 0, y1: 0 });
+  #camera = 0;
+
+  /** `changed` gets the sun's azimuth and elevation in degrees. */
+  constructor(element, changed) {
+    this.#element = element;
+    element.append(svg("circle", { class: "rim", r: RADIUS }));
+    for (const elevation of [30, 60]) element.append(svg("circle", { r: RADIUS * Math.cos(elevation * RADIAN) }));
+    element.append(this.#ray, svg("text", { x: 0, y: 51.5 }, "you"), this.#sun);
+    const drag = (event) => {
+      const box = element.getBoundingClientRect();
+      const x = (((event.clientX - box.x) / box.width) * 104 - 52) / RADIUS;
+      const y = (((event.clientY - box.y) / box.height) * 104 - 52) / RADIUS;
+      const azimuth = Math.atan2(x, y) / RADIAN + this.#camera;
+      changed(((((azimuth + 180) % 360) + 360) % 360) - 180, Math.acos(Math.min(1, Math.hypot(x, y))) / RADIAN);
+    };
+    element.addEventListener("pointerdown", (event) => {
+      element.setPointerCapture(event.pointerId);
+      drag(event);
+    });
+    element.addEventListener("pointermove", (event) => {
+      if (element.hasPointerCapture(event.pointerId)) drag(event);
+    });
+  }
+
+  show(sun, camera) {
+    this.#camera = camera.azimuth_deg;
+    const angle = (sun.azimuth_deg - camera.azimuth_deg) * RADIAN;
+    const radius = RADIUS * Math.cos(sun.elevation_deg * RADIAN);
+    const [x, y] = [radius * Math.sin(angle), radius * Math.cos(angle)];
+    this.#sun.setAttribute("cx", x);
+    this.#sun.setAttribute("cy", y);
+    this.#ray.setAttribute("x2", x);
+    this.#ray.setAttribute("y2", y);
+  }
+}

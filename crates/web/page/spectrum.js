@@ -1,0 +1,72 @@
+// A plot of reflectance over wavelength.
+
+import { svg } from "./svg.js";
+
+const [LEFT, RIGHT, TOP, BOTTOM] = [44, 294, 8, 128];
+const [FIRST_NM, LAST_NM] = [380, 780];
+// What the wavelengths look like, to tell them apart under the curve.
+const HUES = [
+  [380, "#3b1a6b"], [420, "#4a32c0"], [460, "#2b62e0"], [490, "#1f9fc4"], [520, "#28a745"],
+  [560, "#8fb51f"], [580, "#d8b41c"], [610, "#e0701f"], [650, "#c22b20"], [780, "#4d0f0f"],
+];
+
+const place = (nm) => LEFT + ((nm - FIRST_NM) / (LAST_NM - FIRST_NM)) * (RIGHT - LEFT);
+
+/** The least number of one digit, times a power of ten, that is not below. */
+function roundUp(value) {
+  const power = 10 ** Math.floor(Math.log10(value));
+  return Math.ceil(value / power - 1e-9) * power;
+}
+
+export class Spectrum {
+  #element;
+  #area = svg("path", { fill: "url(#hues)" });
+  #curve = svg("path", { class: "curve" });
+  #top = svg("text", { x: LEFT - 4, y: TOP + 8, "text-anchor": "end" });
+  #note = svg("text", { x: (LEFT + RIGHT) / 2, y: (TOP + BOTTOM) / 2, "text-anchor": "middle" });
+
+  constructor(element) {
+    this.#element = element;
+    const hues = svg("linearGradient", { id: "hues" });
+    for (const [nm, colour] of HUES) {
+      hues.append(svg("stop", { offset: (nm - FIRST_NM) / (LAST_NM - FIRST_NM), "stop-color": colour }));
+    }
+    const defs = svg("defs");
+    defs.append(hues);
+    element.append(defs, this.#area, svg("path", { class: "axis", d: `M${LEFT} ${TOP}V${BOTTOM}H${RIGHT}` }), this.#curve);
+    for (const nm of [400, 500, 600, 700]) {
+      element.append(svg("path", { class: "axis", d: `M${place(nm)} ${BOTTOM}v4` }));
+      element.append(svg("text", { x: place(nm), y: BOTTOM + 15, "text-anchor": "middle" }, nm));
+    }
+    element.append(svg("text", { x: RIGHT, y: BOTTOM + 15, "text-anchor": "end" }, "nm"));
+    element.append(svg("text", { x: LEFT - 4, y: TOP + 20, "text-anchor": "end" }, "1/sr"));
+    element.append(svg("text", { x: LEFT - 4, y: BOTTOM + 3, "text-anchor": "end" }, "0"), this.#top, this.#note);
+    this.say("");
+  }
+
+  /** Shows a word instead of a curve. */
+  say(words) {
+    this.#area.setAttribute("d", "");
+    this.#curve.setAttribute("d", "");
+    this.#top.textContent = "";
+    this.#note.textContent = words;
+    this.#element.setAttribute("aria-label", words ? `Spectrum: ${words}` : "Spectrum");
+  }
+
+  /** Reflectances in 1/sr at equal steps from 380 to 780 nm. */
+  show(values) {
+    const most = Math.max(...values);
+    const scale = most > 0 ? roundUp(most) : 1;
+    const points = Array.from(values, (value, i) => {
+      const x = LEFT + (i / (values.length - 1)) * (RIGHT - LEFT);
+      return `${x.toFixed(1)} ${(BOTTOM - (Math.max(0, value) / scale) * (BOTTOM - TOP)).toFixed(1)}`;
+    }).join("L");
+    this.#area.setAttribute("d", `M${LEFT} ${BOTTOM}L${points}L${RIGHT} ${BOTTOM}Z`);
+    this.#curve.setAttribute("d", `M${points}`);
+    this.#top.textContent = Number(scale.toPrecision(1));
+    this.#note.textContent = "";
+    const peak = FIRST_NM + (values.indexOf(most) / (values.length - 1)) * (LAST_NM - FIRST_NM);
+    const words = most > 0 ? `strongest at ${Math.round(peak)} nm, ${most.toPrecision(3)} per steradian` : "dark";
+    this.#element.setAttribute("aria-label", `Spectrum: ${words}`);
+  }
+}

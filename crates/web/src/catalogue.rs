@@ -1,0 +1,91 @@
+//! What can be chosen, for the page's lists.
+
+use serde_json::{Value, json};
+use sunbeam::height_field::{Preset, READABLE};
+use sunbeam::methods::MethodKind;
+
+/// Metals with their refractive index at 550 nm (Rakić 1998 for aluminium and chromium, Johnson and Christy 1972 for the
+/// others). The renderer has one index for all wavelengths, so that gold is as grey as silver.
+const CONDUCTORS: [(&str, f64, f64); 5] = [
+    ("aluminium", 0.96, 6.69),
+    ("chromium", 3.18, 3.33),
+    ("copper", 1.04, 2.59),
+    ("gold", 0.42, 2.35),
+    ("silver", 0.06, 3.59),
+];
+
+/// Presets, methods, metals and the extensions of the files that are read, as JSON.
+pub fn catalogue() -> Value {
+    let preset = |preset: Preset| {
+        let mut entry = json!({ "name": preset.name(), "title": preset_title(preset) });
+        if let Some((period_um, height_um)) = preset.defaults_um() {
+            (entry["period_um"], entry["height_um"]) = (json!(period_um), json!(height_um));
+        }
+        entry
+    };
+    let method = |kind: MethodKind| json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": !kind.is_patch_only() });
+    let conductor = |(name, eta, k): (&str, f64, f64)| json!({ "name": name, "eta": eta, "k": k });
+    json!({
+        "presets": Preset::ALL.map(preset),
+        "methods": MethodKind::ALL.map(method),
+        "conductors": CONDUCTORS.map(conductor),
+        "extensions": extensions(),
+        "version": env!("CARGO_PKG_VERSION"),
+    })
+}
+
+/// With a dot each. Those of Nanoscope that are numbers are named by the first.
+fn extensions() -> Vec<&'static str> {
+    READABLE.split(", ").filter_map(|extension| extension.split(' ').next()).collect()
+}
+
+const fn preset_title(preset: Preset) -> &'static str {
+    match preset {
+        Preset::Flat => "Mirror",
+        Preset::Blazed => "Blazed grating",
+        Preset::Sinusoidal => "Sinusoidal grating",
+        Preset::Lamellar => "Lamellar grating",
+        Preset::Cd => "Compact disc",
+        Preset::Elaphe => "Rat snake (Elaphe)",
+        Preset::Xenopeltis => "Sunbeam snake (Xenopeltis)",
+    }
+}
+
+const fn method_title(kind: MethodKind) -> &'static str {
+    match kind {
+        MethodKind::Flss => "FLSS, equal steps of the wavelength",
+        MethodKind::Nmm => "NMM, wavelengths at whole orders",
+        MethodKind::Pq => "PQ, a finite number of tiles",
+        MethodKind::Stam => "Stam, the spacing alone",
+        MethodKind::Table => "Colour table",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Settings;
+
+    #[test]
+    fn all_that_is_listed_can_be_chosen() {
+        let catalogue = catalogue();
+        let names = |list: &str| -> Vec<String> {
+            catalogue[list].as_array().unwrap().iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect()
+        };
+        for preset in names("presets") {
+            Settings::from_json(&json!({ "surface": { "preset": preset } }).to_string()).unwrap();
+        }
+        for method in names("methods") {
+            Settings::from_json(&json!({ "method": method }).to_string()).unwrap();
+        }
+        for conductor in catalogue["conductors"].as_array().unwrap() {
+            let surface = json!({ "preset": "cd", "eta": conductor["eta"], "k": conductor["k"] });
+            Settings::from_json(&json!({ "surface": surface }).to_string()).unwrap();
+        }
+        let extensions = extensions();
+        for needed in [".gsf", ".gwy", ".npy", ".tiff", ".png", ".txt", ".exr"] {
+            assert!(extensions.contains(&needed), "{needed} in {extensions:?}");
+        }
+        assert!(extensions.iter().all(|extension| extension.starts_with('.')));
+    }
+}

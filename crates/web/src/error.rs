@@ -1,0 +1,134 @@
+use sunbeam::colour_table::ColourTableError;
+use sunbeam::config::BuildError;
+use sunbeam::height_field::HeightFieldError;
+use sunbeam::methods::MethodError;
+use sunbeam::table::TableError;
+use sunbeam_realtime::GpuError;
+use sunbeam_realtime::snake::SnakeError;
+
+/// Why something was not done. Each message is one plain line.
+#[derive(Debug, thiserror::Error)]
+pub enum WebError {
+    /// A setting is unknown, out of range or contradicts another.
+    #[error("{0}")]
+    Settings(String),
+    /// A file is not read.
+    #[error("{0}")]
+    File(String),
+    /// A file has no scale of its own.
+    #[error("{line}")]
+    Scale {
+        /// What to tell.
+        line: String,
+        /// The parameter that gives it.
+        parameter: &'static str,
+    },
+    /// Too much memory or time would be taken.
+    #[error("{0}")]
+    Limit(String),
+    /// There is no GPU that a page may use.
+    #[error("{0}")]
+    NoWebGpu(String),
+    /// The device is gone.
+    #[error("{0}")]
+    Lost(String),
+    /// The device refused the work.
+    #[error("{0}")]
+    Gpu(String),
+    /// Bytes or calls that do not fit what the library gave: a fault of the page.
+    #[error("{0}")]
+    Internal(String),
+}
+
+impl WebError {
+    /// What kind it is, for the page.
+    pub const fn kind(&self) -> &'static str {
+        match self {
+            Self::Settings(_) => "settings",
+            Self::File(_) => "file",
+            Self::Scale { .. } => "scale",
+            Self::Limit(_) => "limit",
+            Self::NoWebGpu(_) => "no-webgpu",
+            Self::Lost(_) => "lost",
+            Self::Gpu(_) => "gpu",
+            Self::Internal(_) => "internal",
+        }
+    }
+
+    /// The parameter to ask for, of [`WebError::Scale`].
+    pub const fn parameter(&self) -> Option<&'static str> {
+        match self {
+            Self::Scale { parameter, .. } => Some(*parameter),
+            _ => None,
+        }
+    }
+}
+
+impl From<HeightFieldError> for WebError {
+    fn from(error: HeightFieldError) -> Self {
+        let line = error.to_string();
+        match error {
+            HeightFieldError::MissingScale { parameter, .. } => Self::Scale { line, parameter },
+            HeightFieldError::UnknownName { .. }
+            | HeightFieldError::PresetParameter { .. }
+            | HeightFieldError::SkinParameter { .. }
+            | HeightFieldError::NotWithin { .. }
+            | HeightFieldError::OutOfRange { .. } => Self::Settings(line),
+            _ => Self::File(line),
+        }
+    }
+}
+
+impl From<TableError> for WebError {
+    fn from(error: TableError) -> Self {
+        let line = error.to_string();
+        match error {
+            TableError::TooMuch { .. } => Self::Limit(line),
+            _ => Self::Settings(line),
+        }
+    }
+}
+
+impl From<BuildError> for WebError {
+    fn from(error: BuildError) -> Self {
+        match error {
+            BuildError::HeightField(error) => error.into(),
+            BuildError::Table(error) | BuildError::Colours(ColourTableError::Table(error)) => error.into(),
+            error => Self::Settings(error.to_string()),
+        }
+    }
+}
+
+impl From<MethodError> for WebError {
+    fn from(error: MethodError) -> Self {
+        let line = error.to_string();
+        match error {
+            MethodError::Table(error) => error.into(),
+            MethodError::TooManyTerms { .. }
+            | MethodError::TaylorRange { .. }
+            | MethodError::TooWide { .. }
+            | MethodError::TooLarge { .. } => Self::Limit(line),
+            _ => Self::Settings(line),
+        }
+    }
+}
+
+impl From<SnakeError> for WebError {
+    fn from(error: SnakeError) -> Self {
+        Self::Settings(error.to_string())
+    }
+}
+
+impl From<GpuError> for WebError {
+    fn from(error: GpuError) -> Self {
+        let line = error.to_string();
+        match error {
+            GpuError::NoAdapter { .. } | GpuError::NoDevice { .. } => Self::NoWebGpu(line),
+            GpuError::Lost { .. } => Self::Lost(line),
+            GpuError::TooLarge { .. } | GpuError::TooWide { .. } | GpuError::CutShort { .. } => Self::Limit(line),
+            GpuError::Parameter { .. } => Self::Settings(line),
+            GpuError::Mesh { .. } => Self::Internal(line),
+            _ => Self::Gpu(line),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! Pictures as files and as bytes for a canvas.
+
+use crate::error::WebError;
+use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage};
+use std::io::Cursor;
+use sunbeam::colour::{automatic_exposure, srgb_encode, tone_map};
+use sunbeam::height_field::HeightField;
+use sunbeam::reflectance::map_direction;
+
+/// A grey picture of a relief with its scale.
+pub struct ReliefPicture {
+    /// Width and height in pixels.
+    pub size: (usize, usize),
+    /// µm for each pixel.
+    pub um_per_pixel: f64,
+    /// A round length in µm for the scale bar, a sixth to a third of the width.
+    pub bar_um: f64,
+    /// Four bytes for each pixel, rows from the top.
+    pub rgba: Vec<u8>,
+}
+
+/// The relief in its true proportions, black the lowest height, +y up, with at most `side_max` pixels along a side.
+pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
+    let (lx, ly) = field.extent_um();
+    let (nx, ny) = field.size();
+    let long_um = lx.max(ly);
+    // Never finer than a quarter of a pixel of the relief.
+    let side = side_max.max(1).min(4 * nx.max(ny));
+    let um_per_pixel = long_um / side as f64;
+    let pixels = |length_um: f64| ((length_um / um_per_pixel).round() as usize).clamp(1, side);
+    let size = (pixels(lx), pixels(ly));
+    let (low, high) = field.range_um();
+    let scale = if high > low { 255.0 / (high - low) } else { 0.0 };
+    let mut rgba = Vec::with_capacity(4 * size.0 * size.1);
+    for row in 0..size.1 {
+        let iy = ny - 1 - row * ny / size.1;
+        for column in 0..size.0 {
+            let height = field.heights_um()[[iy, column * nx / size.0]];
+            let grey = ((height - low) * scale).round() as u8;
+            rgba.extend([grey, grey, grey, 255]);
+        }
+    }
+    ReliefPicture { size, um_per_pixel, bar_um: round_length(lx / 3.0), rgba }
+}
+
+/// The largest of 1, 2 or 5 times a power of ten that is at most `most`, which is positive.
+fn round_length(most: f64) -> f64 {
+    let decade = 10f64.powf(most.log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|digit| digit * decade).find(|length| *length <= most).unwrap_or(decade)
+}
+
+/// A map of `side` × `side` pixels for a canvas, transparent outside the disc; without `exposure`, a factor, 1 % of it clips.
+///
+/// # Errors
+/// [`WebError::Internal`] for another number of pixels.
+pub fn map_picture(rgb: &[[f32; 3]], side: usize, exposure: Option<f64>) -> Result<Vec<u8>, WebError> {
+    check_square(rgb, side)?;
+    let inside = |i: usize| map_direction(i % side, i / side, side).is_some();
+    let lit = (0..rgb.len()).filter(|&i| inside(i)).map(|i| rgb[i].map(f64::from));
+    let factor = exposure.unwrap_or_else(|| automatic_exposure(lit));
+    let pixel = |(i, colour): (usize, &[f32; 3])| {
+        let [r, g, b] = bytes(srgb_encode(colour.map(|value| f64::from(value) * factor)));
+        [r, g, b, if inside(i) { 255 } else { 0 }]
+    };
+    Ok(rgb.iter().enumerate().flat_map(pixel).collect())
+}
+
+/// A map as `sunbeam brdf-map` writes it: linear sRGB, 32-bit floats (OpenEXR).
+///
+/// # Errors
+/// [`WebError::Internal`] for another number of pixels than `side²`.
+pub fn map_exr(rgb: &[[f32; 3]], side: usize) -> Result<Vec<u8>, WebError> {
+    check_square(rgb, side)?;
+    let pixel = |at: exr::math::Vec2<usize>| -> (f32, f32, f32) { rgb[at.y() * side + at.x()].into() };
+    let layer =
+        Layer::new((side, side), LayerAttributes::named(""), Encoding::FAST_LOSSLESS, SpecificChannels::rgb(pixel));
+    let mut file = Cursor::new(Vec::new());
+    let written = Image::from_layer(layer).write().non_parallel().to_buffered(&mut file);
+    written.map_err(|error| WebError::Internal(error.to_string()))?;
+    Ok(file.into_inner())
+}
+
+/// A picture as `sunbeam render --png` writes it: brightened by so many stops, highlights compressed, sRGB.
+///
+/// # Errors
+/// [`WebError::Internal`] for another number of pixels than the size says.
+pub fn picture_png(rgb: &[[f32; 3]], (width, height): (u32, u32), stops: f64) -> Result<Vec<u8>, WebError> {
+    let pixels: Vec<u8> = rgb.iter().flat_map(|pixel| shown(*pixel, stops)).collect();
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, width, height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    let refused = |error: png::EncodingError| WebError::Internal(error.to_string());
+    let mut writer = encoder.write_header().map_err(refused)?;
+    writer.write_image_data(&pixels).map_err(refused)?;
+    writer.finish().map_err(refused)?;
+    Ok(file)
+}
+
+/// Linear radiance as a screen shows it.
+pub fn shown(rgb: [f32; 3], stops: f64) -> [u8; 3] {
+    bytes(srgb_encode(tone_map(rgb.map(f64::from), stops)))
+}
+
+fn bytes(encoded: [f64; 3]) -> [u8; 3] {
+    encoded.map(|value| (255.0 * value).round() as u8)
+}
+
+fn check_square(rgb: &[[f32; 3]], side: usize) -> Result<(), WebError> {
+    if side > 0 && side.checked_mul(side) == Some(rgb.len()) {
+        return Ok(());
+    }
+    Err(WebError::Internal(format!("{} colours are not a map of {side} × {side}", rgb.len())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use exr::prelude::{ReadChannels, ReadLayers};
+    use sunbeam::height_field::Preset;
+
+    #[test]
+    fn a_relief_keeps_its_proportions_and_gets_a_round_bar() {
+        let field = Preset::Cd.build(None, None).unwrap();
+        let picture = relief_picture(&field, 200);
+        let (lx, ly) = field.extent_um();
+        assert_eq!(picture.rgba.len(), 4 * picture.size.0 * picture.size.1);
+        let proportion = picture.size.0 as f64 / picture.size.1 as f64;
+        assert!((proportion / (lx / ly) - 1.0).abs() < 0.02);
+        assert!(picture.bar_um >= lx / 8.0 && picture.bar_um <= lx / 3.0);
+        for (most, length) in [(1.0, 1.0), (4.99, 2.0), (0.07, 0.05), (33.0, 20.0)] {
+            assert!((round_length(most) - length).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_map_is_read_back_as_it_was_written() {
+        let map: Vec<[f32; 3]> = (0..16).map(|i| [i as f32, -0.5, 1e3]).collect();
+        let file = map_exr(&map, 4).unwrap();
+        let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+        let read = read.first_valid_layer().all_attributes().from_buffered(Cursor::new(file)).unwrap();
+        for (name, c) in [("R", 0), ("G", 1), ("B", 2)] {
+            let channels = &read.layer_data.channel_data.list;
+            let channel = channels.iter().find(|channel| channel.name.to_string() == name).unwrap();
+            let expected: Vec<f32> = map.iter().map(|rgb| rgb[c]).collect();
+            assert_eq!(channel.sample_data.values_as_f32().collect::<Vec<f32>>(), expected);
+        }
+        let shown = map_picture(&map, 4, None).unwrap();
+        assert_eq!((shown.len(), shown[3], shown[4 * 5 + 3]), (64, 0, 255));
+        assert!(map_exr(&map, 5).is_err() && map_picture(&map, 0, None).is_err());
+    }
+}

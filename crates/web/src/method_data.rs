@@ -1,0 +1,108 @@
+use crate::error::WebError;
+use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use sunbeam::methods::{AnswerKind, Method, MethodShader};
+
+/// A method as the GPU takes it, as bytes that one worker hands to another: the length of a JSON header (little-endian, 32
+/// bits), the header, then the uniform and the storage buffers.
+pub struct MethodData {
+    bytes: Vec<u8>,
+    header: Header,
+    /// Where the header ends.
+    body: usize,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Header {
+    name: String,
+    wgsl: Vec<String>,
+    answers: AnswerKind,
+    uniform: usize,
+    storage: Vec<usize>,
+}
+
+impl MethodData {
+    /// The bytes of a method.
+    ///
+    /// # Errors
+    /// [`WebError::Internal`] for what does not become JSON.
+    pub fn to_bytes(method: &dyn Method) -> Result<Vec<u8>, WebError> {
+        let shader = method.shader();
+        let header = Header {
+            name: shader.name.to_owned(),
+            wgsl: shader.wgsl.iter().map(|&source| source.to_owned()).collect(),
+            answers: method.answers(),
+            uniform: shader.uniform.len(),
+            storage: shader.storage.iter().map(|contents| contents.len()).collect(),
+        };
+        let header = serde_json::to_vec(&header).map_err(|error| WebError::Internal(error.to_string()))?;
+        let length = u32::try_from(header.len()).map_err(|error| WebError::Internal(error.to_string()))?;
+        let storage = shader.storage.iter().flat_map(|contents| contents.iter().copied());
+        Ok(length.to_le_bytes().into_iter().chain(header).chain(shader.uniform).chain(storage).collect())
+    }
+
+    /// What [`MethodData::to_bytes`] gave.
+    ///
+    /// # Errors
+    /// [`WebError::Internal`] for other bytes.
+    pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, WebError> {
+        let refused = || WebError::Internal("these bytes are not those of a method".to_owned());
+        let length: [u8; 4] = bytes.get(..4).and_then(|word| word.try_into().ok()).ok_or_else(refused)?;
+        let body = 4 + u32::from_le_bytes(length) as usize;
+        let header = bytes.get(4..body).ok_or_else(refused)?;
+        let header: Header = serde_json::from_slice(header).map_err(|_| refused())?;
+        let counted = header.storage.iter().try_fold(header.uniform, |sum, length| sum.checked_add(*length));
+        if counted.and_then(|counted| counted.checked_add(body)) != Some(bytes.len()) {
+            return Err(refused());
+        }
+        Ok(Self { bytes, header, body })
+    }
+
+    /// The shader, for [`sunbeam_realtime::Shader::of_async`].
+    pub fn shader(&self) -> MethodShader<'_> {
+        let (uniform, mut rest) = self.bytes[self.body..].split_at(self.header.uniform);
+        let storage = self.header.storage.iter().map(|length| {
+            let (contents, after) = rest.split_at(*length);
+            rest = after;
+            Cow::Borrowed(contents)
+        });
+        MethodShader {
+            name: &self.header.name,
+            wgsl: self.header.wgsl.iter().map(String::as_str).collect(),
+            uniform: uniform.to_vec(),
+            storage: storage.collect(),
+        }
+    }
+
+    /// As [`Method::answers`].
+    pub fn answers(&self) -> AnswerKind {
+        self.header.answers
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Relief, Settings};
+    use sunbeam::methods::MethodKind;
+    use sunbeam::table::Progress;
+
+    #[test]
+    fn bytes_give_back_the_method_they_are_of() {
+        let json = r#"{"surface": {"preset": "sinusoidal", "coherence_length": 20}}"#;
+        let mut settings = Settings::from_json(json).unwrap();
+        let relief = Relief::new(&settings, None).unwrap();
+        for kind in MethodKind::ALL {
+            settings.method = kind;
+            let method = relief.method(&settings, &Progress::none()).unwrap();
+            let (ours, bytes) = (method.shader(), MethodData::to_bytes(&*method).unwrap());
+            let data = MethodData::from_bytes(bytes.clone()).unwrap();
+            let back = data.shader();
+            assert_eq!((back.name, back.wgsl, data.answers()), (ours.name, ours.wgsl, method.answers()));
+            assert_eq!((back.uniform, back.storage), (ours.uniform, ours.storage));
+            for wrong in [&bytes[..3], &bytes[..40], &bytes[..bytes.len() - 1]] {
+                assert!(MethodData::from_bytes(wrong.to_vec()).is_err());
+            }
+        }
+    }
+}

@@ -1,0 +1,110 @@
+use crate::{Relief, Settings, WebError};
+use sunbeam::table::Progress;
+use sunbeam_realtime::Camera;
+
+fn refusal(json: &str) -> String {
+    let error = Settings::from_json(json).expect_err(json);
+    assert_eq!(error.kind(), "settings");
+    error.to_string()
+}
+
+#[test]
+fn what_is_left_out_has_its_default_and_comes_back() {
+    let settings = Settings::from_json("{}").unwrap();
+    assert_eq!(settings, Settings::default());
+    assert_eq!(settings.to_compact_json(), "{}");
+    assert_eq!(Settings::from_json(&settings.to_json()).unwrap(), settings);
+    let (camera, expected) = (settings.view(1).unwrap().camera, Camera::default());
+    for c in 0..3 {
+        // The page's angles are rounded to 0.01 degrees.
+        assert!((camera.origin[c] - expected.origin[c]).abs() < 0.01 && camera.target == expected.target);
+    }
+}
+
+#[test]
+fn a_compact_form_says_the_same() {
+    for json in [
+        r#"{"surface": {"filename": "a.gsf"}}"#,
+        r#"{"surface": {"preset": "elaphe", "coherence_length": 30}, "rotation_deg": -90}"#,
+        r#"{"surface": {"preset": "xenopeltis", "conserve_energy": true}, "sun": {"elevation_deg": 20}}"#,
+        r#"{"method": "pq", "options": {"repeats": [26, 1]}, "shape": "sphere", "camera": {"target": [0, 1, 2]}}"#,
+    ] {
+        let settings = Settings::from_json(json).unwrap();
+        let compact = settings.to_compact_json();
+        assert_eq!(Settings::from_json(&compact).unwrap(), settings, "{compact}");
+        assert!(compact.len() < 150, "{compact}");
+    }
+}
+
+#[test]
+fn each_wrong_setting_is_named() {
+    for (json, named) in [
+        (r#"{"surface": {"preset": "blazd"}}"#, "preset"),
+        (r#"{"surface": {"coherence_length": -1}}"#, "coherence_length"),
+        (r#"{"surface": {"filename": "../a.gsf"}}"#, "filename"),
+        (r#"{"surface": {"filename": "/etc/passwd"}}"#, "filename"),
+        (r#"{"surface": {"preset": "blazed", "theory": "rigorous"}}"#, "theory"),
+        (r#"{"method": "exact"}"#, "exact"),
+        (r#"{"options": {"lambda_step_nm": 0}}"#, "lambda_step_nm"),
+        (r#"{"shape": "cube"}"#, "cube"),
+        (r#"{"sun": {"elevation_deg": 0}}"#, "sun elevation"),
+        (r#"{"camera": {"distance_cm": 1e9}}"#, "camera distance"),
+        (r#"{"camera": {"fov_deg": 180}}"#, "fov"),
+        (r#"{"share": 2}"#, "share"),
+        (r#"{"exposure": 1e3}"#, "exposure"),
+        (r#"{"map": {"theta_deg": 90}}"#, "map theta"),
+        (r#"{"colour": "red"}"#, "colour"),
+        ("[", "JSON"),
+    ] {
+        let line = refusal(json);
+        assert!(line.contains(named) && !line.contains('\n'), "{line}");
+    }
+}
+
+#[test]
+fn keys_change_with_what_they_are_of() {
+    let keys = |json: &str| Settings::from_json(json).unwrap().keys();
+    let base = keys("{}");
+    for same in [r#"{"sun": {"elevation_deg": 20}}"#, r#"{"exposure": 1, "rotation_deg": 3, "ground": false}"#] {
+        assert_eq!(keys(same), base);
+    }
+    let metal = keys(r#"{"surface": {"preset": "xenopeltis", "eta": 1, "k": 6}}"#);
+    assert_eq!(metal, base);
+    let conserving = keys(r#"{"surface": {"preset": "xenopeltis", "conserve_energy": true}}"#);
+    assert!(conserving.method != base.method && conserving.relief == base.relief);
+    let preset = keys(r#"{"surface": {"preset": "cd"}}"#);
+    assert!(preset.relief != base.relief && preset.method != base.method && preset.scene == base.scene);
+    let sphere = keys(r#"{"shape": "sphere"}"#);
+    assert!(sphere.scene != base.scene && sphere.method == base.method);
+    assert_eq!(keys(r#"{"shape": "sphere", "resolution": 4}"#), sphere);
+}
+
+#[test]
+fn published_methods_get_the_model_that_they_know() {
+    let settings = Settings::from_json(
+        r#"{"surface": {"preset": "sinusoidal", "coherence_length": 10, "conserve_energy": true}, "method": "flss"}"#,
+    )
+    .unwrap();
+    let relief = Relief::new(&settings, None).unwrap();
+    relief.method(&settings, &Progress::none()).unwrap();
+}
+
+#[test]
+fn bad_files_give_one_line_of_their_kind() {
+    let read = |name: &str, bytes: &[u8], more: &str| {
+        let json = format!(r#"{{"surface": {{"filename": "{name}"{more}}}}}"#);
+        Relief::new(&Settings::from_json(&json).unwrap(), Some(bytes)).map(|relief| relief.field().size())
+    };
+    let kind = |name: &str, bytes: &[u8], more: &str| {
+        let error = read(name, bytes, more).unwrap_err();
+        assert!(!error.to_string().contains('\n') && error.to_string().contains(name), "{error}");
+        (error.kind(), error.parameter())
+    };
+    assert_eq!(kind("a.gsf", b"not one", ""), ("file", None));
+    assert_eq!(kind("a.jpg", b"", ""), ("file", None));
+    assert_eq!(kind("a.txt", b"", ""), ("file", None));
+    assert_eq!(kind("a.txt", b"1 2\n3 4\n", ""), ("scale", Some("pixel_size")));
+    assert_eq!(read("a.txt", b"0.1 0.2\n0.3 0.4\n", r#", "pixel_size": 0.1"#).unwrap(), (2, 2));
+    let missing = Relief::new(&Settings::from_json(r#"{"surface": {"filename": "a.gsf"}}"#).unwrap(), None);
+    assert!(matches!(missing, Err(WebError::File(_))));
+}

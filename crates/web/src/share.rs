@@ -1,0 +1,328 @@
+//! The same picture elsewhere: as a command, and as a scene for Mitsuba.
+
+use crate::settings::{Pigment, Settings};
+use serde::Serialize;
+use std::fmt::Write;
+use sunbeam::config::{Source, SurfaceConfig};
+use sunbeam::methods::{MethodKind, MethodOptions, Repeats};
+use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
+
+/// The command that draws the picture of so many pixels, with so many rays along each side of one.
+pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u32) -> String {
+    let mut words = vec!["sunbeam render -o picture.exr --png picture.png".to_owned()];
+    let mut add = |flag: &str, value: String| words.push(format!("--{flag} {}", quoted(&value)));
+    add("size", format!("{width}x{height}"));
+    if supersample > 1 {
+        add("supersample", supersample.to_string());
+    }
+    add("exposure", settings.exposure.to_string());
+    for (flag, value) in surface_words(settings).into_iter().chain(method_words(settings)) {
+        add(&flag.replace('_', "-"), value);
+    }
+    match settings.shape {
+        Shape::Snake => add("resolution", settings.resolution.to_string()),
+        shape => add("shape", shape.name().to_owned()),
+    }
+    match settings.pigment {
+        Pigment::Physical => {}
+        Pigment::Mix => {
+            add("blend", "mix".to_owned());
+            add("share", settings.share.to_string());
+        }
+        Pigment::None => add("blend", "none".to_owned()),
+    }
+    if !settings.ground {
+        add("ground", "false".to_owned());
+    }
+    if settings.rotation_deg != 0.0 {
+        add("rotation", settings.rotation_deg.to_string());
+    }
+    let Camera { origin, target, fov_deg } = settings.camera.orbit().camera();
+    add("camera-origin", point(origin, ","));
+    add("camera-target", point(target, ","));
+    add("fov", fov_deg.to_string());
+    add("light-azimuth", settings.sun.azimuth_deg.to_string());
+    add("light-elevation", settings.sun.elevation_deg.to_string());
+    words.join(" ")
+}
+
+/// The scene of the picture of so many pixels. Mitsuba's material has neither the published methods nor a fixed mix: it is
+/// the relief's own, under the same light.
+pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
+    let mut scene = String::new();
+    let mut line = |text: &str| {
+        scene.push_str(text);
+        scene.push('\n');
+    };
+    line("<!-- The picture of the page, lit by the sun alone; lengths in cm, z up. Save this as picture.xml, then run");
+    line("");
+    if settings.shape == Shape::Snake {
+        // Two hyphens may not stand in a comment.
+        line("     sunbeam snake -o snake.ply");
+        line(&format!("     with the options resolution {}, pigment pigment.exr,", settings.resolution));
+        line(&format!("     and pigment-scale {PIGMENT_SCALE}, then"));
+        line("");
+    }
+    line("     mitsuba -a target/mitsuba -m llvm_ad_spectral picture.xml");
+    if settings.method != MethodKind::Table {
+        line("");
+        line(&format!(
+            "     The picture was drawn by the method {}, which Mitsuba does not have: this is the",
+            settings.method
+        ));
+        line("     relief that it approximates.");
+    }
+    line("-->");
+    line("<scene version=\"3.0.0\">");
+    line("    <integrator type=\"path\"><integer name=\"max_depth\" value=\"2\"/></integrator>");
+    let Camera { origin, target, fov_deg } = settings.camera.orbit().camera();
+    line("    <sensor type=\"perspective\">");
+    line(&format!("        <float name=\"fov\" value=\"{fov_deg}\"/>"));
+    let (origin, target) = (point(origin, ", "), point(target, ", "));
+    line("        <transform name=\"to_world\">");
+    line(&format!("            <lookat origin=\"{origin}\" target=\"{target}\" up=\"0, 0, 1\"/>"));
+    line("        </transform>");
+    line("        <sampler type=\"multijitter\"><integer name=\"sample_count\" value=\"64\"/></sampler>");
+    line("        <film type=\"hdrfilm\">");
+    line(&format!("            <integer name=\"width\" value=\"{width}\"/>"));
+    line(&format!("            <integer name=\"height\" value=\"{height}\"/>"));
+    line("        </film>");
+    line("    </sensor>");
+    line(&shape(settings));
+    if settings.ground {
+        line("    <shape type=\"rectangle\">");
+        line("        <transform name=\"to_world\"><scale value=\"200\"/></transform>");
+        line("        <bsdf type=\"diffuse\">");
+        line(&format!("            <rgb name=\"reflectance\" value=\"{}, {}, {}\"/>", SOIL[0], SOIL[1], SOIL[2]));
+        line("        </bsdf>");
+        line("    </shape>");
+    }
+    let (azimuth, elevation) = (settings.sun.azimuth_deg.to_radians(), settings.sun.elevation_deg.to_radians());
+    let to_sun = [azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()];
+    line("    <emitter type=\"directional\">");
+    line(&format!("        <vector name=\"direction\" value=\"{}\"/>", point(to_sun.map(|c| -c), ", ")));
+    line("        <spectrum name=\"irradiance\" type=\"d65\">");
+    line(&format!("            <float name=\"scale\" value=\"{}\"/>", std::f64::consts::PI));
+    line("        </spectrum>");
+    line("    </emitter>");
+    line("</scene>");
+    scene
+}
+
+/// What carries the relief, with its material.
+fn shape(settings: &Settings) -> String {
+    let mut text = String::new();
+    let mut line = |words: &str| {
+        let _ = writeln!(text, "    {words}");
+    };
+    match settings.shape {
+        Shape::Snake => {
+            line("<shape type=\"ply\">");
+            line("    <string name=\"filename\" value=\"snake.ply\"/>");
+        }
+        Shape::Flat => {
+            line("<shape type=\"rectangle\">");
+            line("    <transform name=\"to_world\">");
+            line(&format!("        <scale value=\"{}\"/>", Shape::FLAT_HALF_SIDE_CM));
+            let [x, y, z] = Shape::FLAT_CENTRE_CM;
+            line(&format!("        <translate x=\"{x}\" y=\"{y}\" z=\"{z}\"/>"));
+            line("    </transform>");
+        }
+        Shape::Sphere => {
+            line("<shape type=\"sphere\">");
+            let [x, y, z] = Shape::SPHERE_CENTRE_CM;
+            line(&format!("    <point name=\"center\" x=\"{x}\" y=\"{y}\" z=\"{z}\"/>"));
+            line(&format!("    <float name=\"radius\" value=\"{}\"/>", Shape::SPHERE_RADIUS_CM));
+        }
+    }
+    line("    <bsdf type=\"twosided\">");
+    line("        <bsdf type=\"diffraction\">");
+    let is_number = |value: &str| value.parse::<f64>().is_ok();
+    for (name, value) in surface_words(settings) {
+        let name = if name == "height_field" { "filename" } else { name };
+        let kind = match (name, value.as_str()) {
+            ("filename" | "channel", _) => "string",
+            (_, "true" | "false") => "boolean",
+            (_, value) if is_number(value) => "float",
+            _ => "string",
+        };
+        line(&format!("            <{kind} name=\"{name}\" value=\"{}\"/>", escaped(&value)));
+    }
+    if settings.rotation_deg != 0.0 {
+        line(&format!("            <float name=\"rotation\" value=\"{}\"/>", settings.rotation_deg));
+    }
+    match (settings.pigment, settings.shape) {
+        (Pigment::None, _) => {}
+        (_, Shape::Snake) => {
+            line("            <texture type=\"bitmap\" name=\"diffuse_reflectance\">");
+            line("                <string name=\"filename\" value=\"pigment.exr\"/>");
+            line("            </texture>");
+        }
+        (_, Shape::Flat | Shape::Sphere) => {
+            let [r, g, b] = Shape::BARE_PIGMENT.map(|value| value * f64::from(PIGMENT_SCALE));
+            line(&format!("            <rgb name=\"diffuse_reflectance\" value=\"{r:.6}, {g:.6}, {b:.6}\"/>"));
+        }
+    }
+    line("        </bsdf>");
+    line("    </bsdf>");
+    text.push_str("    </shape>");
+    text
+}
+
+/// Names and values of the surface's parameters as the command takes them, but for those that are the command's defaults.
+fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
+    let (config, default) = (settings.config(), SurfaceConfig::default());
+    let mut words = Vec::new();
+    let mut number = |name, value: Option<f64>| words.extend(value.map(|value| (name, value.to_string())));
+    number("period", config.period);
+    number("height", config.height);
+    number("region_size", config.region_size);
+    number("region_spread", config.region_spread);
+    number("pixel_size", config.pixel_size);
+    number("max_height", config.max_height);
+    let other = |value: f64, default: f64| Some(value).filter(|value| *value != default);
+    number("coherence_length", other(config.coherence_length, default.coherence_length));
+    number("tolerance", other(config.tolerance, default.tolerance));
+    number("build_limit", other(config.build_limit, default.build_limit));
+    let index = settings.index();
+    number("eta", Some(index.eta));
+    number("k", other(index.k, 0.0));
+    let source = match config.source() {
+        Source::Preset(preset) => ("preset", preset.name().to_owned()),
+        Source::File(path) => ("height_field", path.display().to_string()),
+    };
+    words.insert(0, source);
+    let mut choice = |name, value: Option<String>| words.extend(value.map(|value| (name, value)));
+    choice("channel", config.channel.clone());
+    choice("fill", config.fill.map(named));
+    choice("level", config.level.map(named));
+    choice("tiling", config.tiling.map(named));
+    choice("model", (config.model != default.model).then(|| named(config.model)));
+    choice("obliquity", (config.obliquity != default.obliquity).then(|| named(config.obliquity)));
+    choice("conserve_energy", config.conserve_energy.map(|conserves| conserves.to_string()));
+    choice("shadowing", config.shadowing.then(|| "true".to_owned()));
+    words
+}
+
+/// Names and values of the method's options, but for the defaults and those that it does not heed.
+fn method_words(settings: &Settings) -> Vec<(&'static str, String)> {
+    let (options, default) = (&settings.options, MethodOptions::default());
+    let heeded = settings.method.options();
+    let pair = |[x, y]: [u32; 2]| format!("{x},{y}");
+    let candidates = [
+        (
+            "lambda_step_nm",
+            "lambda_step",
+            options.lambda_step_nm != default.lambda_step_nm,
+            options.lambda_step_nm.to_string(),
+        ),
+        ("terms", "terms", options.terms.is_some(), options.terms.unwrap_or_default().to_string()),
+        (
+            "neighbourhood",
+            "neighbourhood",
+            options.neighbourhood.is_some(),
+            options.neighbourhood.unwrap_or_default().to_string(),
+        ),
+        ("series", "series", options.series != default.series, named(options.series)),
+        ("weighted", "weighted", !options.weighted, options.weighted.to_string()),
+        (
+            "repeats",
+            "repeats",
+            options.repeats.is_some(),
+            options.repeats.map(Repeats::xy).map(pair).unwrap_or_default(),
+        ),
+        ("period_um", "period_um", options.period_um.is_some(), options.period_um.unwrap_or_default().to_string()),
+        ("stam_form", "stam_form", options.stam_form != default.stam_form, named(options.stam_form)),
+        (
+            "gems_sharpness",
+            "gems_sharpness",
+            options.gems_sharpness != default.gems_sharpness,
+            options.gems_sharpness.to_string(),
+        ),
+        (
+            "gems_highlight",
+            "gems_highlight",
+            options.gems_highlight != default.gems_highlight,
+            point(options.gems_highlight, ","),
+        ),
+        ("resolution", "table_resolution", options.resolution != default.resolution, options.resolution.to_string()),
+    ];
+    let method = ("method", settings.method.name().to_owned());
+    let chosen = candidates.into_iter().filter(|(field, _, differs, _)| *differs && heeded.contains(field));
+    std::iter::once(method).chain(chosen.map(|(_, flag, _, value)| (flag, value))).collect()
+}
+
+/// The name by which a choice is given.
+fn named(value: impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+fn point(coordinates: [f64; 3], between: &str) -> String {
+    coordinates.map(|coordinate| coordinate.to_string()).join(between)
+}
+
+/// A word that a shell takes as it is.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "_-+.,/=@%".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+/// A value between quotes of XML.
+fn escaped(value: &str) -> String {
+    value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settings(json: &str) -> Settings {
+        Settings::from_json(json).unwrap()
+    }
+
+    #[test]
+    fn a_command_names_what_was_chosen_and_nothing_else() {
+        let command = |json: &str| command(&settings(json), (384, 256), 1);
+        let plain = command("{}");
+        assert!(plain.starts_with("sunbeam render -o picture.exr --png picture.png --size 384x256 --exposure 2"));
+        assert!(plain.contains("--preset xenopeltis --eta 1.56 --conserve-energy false --method table --resolution 2"));
+        assert!(!plain.contains("coherence") && !plain.contains("blend"));
+        let file = command(
+            r#"{"surface": {"filename": "my scan's.gsf", "level": "quadratic", "coherence_length": 30, "conserve_energy": true},
+                "shape": "sphere", "pigment": "mix", "share": 0.25, "ground": false, "rotation_deg": -90}"#,
+        );
+        for words in [
+            r"--height-field 'my scan'\''s.gsf'",
+            "--level quadratic",
+            "--coherence-length 30",
+            "--conserve-energy true",
+            "--shape sphere",
+            "--blend mix --share 0.25",
+            "--ground false",
+            "--rotation -90",
+        ] {
+            assert!(file.contains(words), "{words} in {file}");
+        }
+        let flss = command(r#"{"method": "flss", "options": {"lambda_step_nm": 10, "weighted": false}}"#);
+        assert!(flss.contains("--method flss --lambda-step 10") && !flss.contains("weighted"));
+        assert!(flss.contains("--tiling periodic --model patch"));
+    }
+
+    #[test]
+    fn a_scene_names_the_relief_and_how_to_get_the_mesh() {
+        let scene = xml(&settings(r#"{"surface": {"filename": "a<b&c.gsf"}, "rotation_deg": 5}"#), (8, 8));
+        assert!(scene.contains(r#"<string name="filename" value="a&lt;b&amp;c.gsf"/>"#));
+        assert!(scene.contains("sunbeam snake -o snake.ply") && scene.contains("resolution 2,"));
+        let comment = scene.split("<!--").nth(1).and_then(|rest| rest.split("-->").next()).unwrap();
+        assert!(!comment.contains("--"));
+        assert!(scene.contains(r#"<float name="rotation" value="5"/>"#));
+        assert!(scene.contains(r#"<boolean name="conserve_energy" value="false"/>"#));
+        let sphere = xml(&settings(r#"{"shape": "sphere", "method": "flss"}"#), (8, 8));
+        assert!(sphere.contains(r#"<shape type="sphere">"#) && sphere.contains("the method flss"));
+        assert!(!sphere.contains("sunbeam snake"));
+    }
+}

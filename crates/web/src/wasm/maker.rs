@@ -1,0 +1,130 @@
+//! What a worker makes.
+
+use super::quick::read;
+use super::report::{progress, thrown};
+use crate::reflectance::direction;
+use crate::{Reflectance, Relief, WebError, image};
+use sunbeam::reflectance::Vec3;
+use sunbeam_realtime::SceneData;
+use wasm_bindgen::JsValue;
+use wasm_bindgen::prelude::wasm_bindgen;
+
+/// A relief; see [`Relief`].
+#[wasm_bindgen(js_name = Relief)]
+pub struct JsRelief(Relief);
+
+#[wasm_bindgen(js_class = Relief)]
+impl JsRelief {
+    /// Reads and levels it.
+    #[wasm_bindgen(constructor)]
+    pub fn new(json: &str, bytes: Option<Vec<u8>>) -> Result<JsRelief, JsValue> {
+        Ok(Self(Relief::new(&read(json)?, bytes.as_deref()).map_err(thrown)?))
+    }
+
+    /// What there is to say about it; its level and tiling are those of the settings.
+    pub fn facts(&self, json: &str) -> Result<String, JsValue> {
+        Ok(serde_json::to_string(&self.0.facts(&read(json)?)).unwrap_or_default())
+    }
+
+    /// A grey picture of it.
+    pub fn picture(&self, side_max: usize) -> JsReliefPicture {
+        JsReliefPicture(image::relief_picture(self.0.field(), side_max))
+    }
+
+    /// What making the method's data takes.
+    pub fn estimate(&self, json: &str) -> Result<String, JsValue> {
+        Ok(serde_json::to_string(&self.0.estimate(&read(json)?)).unwrap_or_default())
+    }
+
+    /// The method's data for the artist.
+    pub fn method(&self, json: &str, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
+        let (progress, _listening) = progress(listener);
+        self.0.method_data(&read(json)?, &progress).map_err(thrown)
+    }
+
+    /// What answers on the processor.
+    pub fn reflectance(&self, json: &str, listener: &JsValue) -> Result<JsReflectance, JsValue> {
+        let (progress, _listening) = progress(listener);
+        Ok(JsReflectance(self.0.reflectance(&read(json)?, &progress).map_err(thrown)?))
+    }
+}
+
+/// A picture of a relief.
+#[wasm_bindgen(js_name = ReliefPicture)]
+pub struct JsReliefPicture(image::ReliefPicture);
+
+#[wasm_bindgen(js_class = ReliefPicture)]
+impl JsReliefPicture {
+    /// Pixels along a row.
+    #[wasm_bindgen(getter)]
+    pub fn width(&self) -> usize {
+        self.0.size.0
+    }
+
+    /// Rows.
+    #[wasm_bindgen(getter)]
+    pub fn height(&self) -> usize {
+        self.0.size.1
+    }
+
+    /// µm for each pixel.
+    #[wasm_bindgen(getter)]
+    pub fn um_per_pixel(&self) -> f64 {
+        self.0.um_per_pixel
+    }
+
+    /// Length of the scale bar in µm.
+    #[wasm_bindgen(getter)]
+    pub fn bar_um(&self) -> f64 {
+        self.0.bar_um
+    }
+
+    /// Four bytes for each pixel, rows from the top.
+    #[wasm_bindgen(getter)]
+    pub fn rgba(&self) -> Vec<u8> {
+        self.0.rgba.clone()
+    }
+}
+
+/// The reflectance on the processor; see [`Reflectance`].
+#[wasm_bindgen(js_name = Reflectance)]
+pub struct JsReflectance(Reflectance);
+
+#[wasm_bindgen(js_class = Reflectance)]
+impl JsReflectance {
+    /// Linear sRGB over the hemisphere.
+    pub fn map(&self, theta_deg: f64, phi_deg: f64, side: usize, listener: &JsValue) -> Vec<f32> {
+        let (progress, _listening) = progress(listener);
+        self.0.map(direction(theta_deg, phi_deg), side, &progress).as_flattened().to_vec()
+    }
+
+    /// `f_r` at 380, 385, …, 780 nm.
+    pub fn spectrum(&mut self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
+        self.0.spectrum(unit(wi)?, unit(wo)?).map_err(thrown)
+    }
+
+    /// Linear sRGB of a pair of directions.
+    pub fn rgb(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
+        Ok(self.0.rgb(unit(wi)?, unit(wo)?).map(|value| value as f32).to_vec())
+    }
+}
+
+/// A direction of length 1 in double precision.
+fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
+    let refused = || thrown(WebError::Internal("a direction is three numbers, not all of them 0".to_owned()));
+    let direction: [f32; 3] = direction.try_into().map_err(|_| refused())?;
+    let unit = glam::DVec3::from(direction.map(f64::from)).try_normalize().ok_or_else(refused)?;
+    Ok(unit.to_array())
+}
+
+/// Mesh, tree and pigment for the artist.
+#[wasm_bindgen]
+pub fn make_scene(json: &str, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
+    let settings = read(json)?;
+    let (progress, _listening) = progress(listener);
+    let (mesh, pigment) = settings.scene().map_err(thrown)?;
+    progress.report(0.6);
+    let data = SceneData::new(&mesh, &pigment).map_err(thrown)?;
+    progress.report(1.0);
+    Ok(data.into_bytes())
+}

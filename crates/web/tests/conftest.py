@@ -1,0 +1,66 @@
+"""Opens the page that `make web` built in headless Chromium."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from pathlib import Path
+
+import browser as browsers
+import pytest
+
+# Their assertions say what they found, as those of tests do.
+pytest.register_assert_rewrite("page")
+
+from page import Page  # noqa: E402
+
+REPOSITORY = Path(__file__).resolve().parents[3]
+SITE = Path(os.environ.get("SUNBEAM_WEB_SITE", REPOSITORY / "target" / "web"))
+# The page has to work from any folder of a host, so it is tested in one.
+PLACE = "some/where"
+
+
+def pytest_sessionstart(session):
+    if not (SITE / "index.html").exists():
+        pytest.exit("the page is not built: run `make web` first", returncode=2)
+
+
+def pytest_collection_modifyitems(items):
+    if reason := browsers.missing():
+        for item in items:
+            if "host" in item.fixturenames:
+                item.add_marker(pytest.mark.skip(reason=reason))
+
+
+def pytest_terminal_summary(terminalreporter):
+    if reason := browsers.missing():
+        terminalreporter.write_line(f"*** THE PAGE WAS NOT TESTED IN A BROWSER: {reason} ***", red=True, bold=True)
+
+
+@pytest.fixture(scope="session")
+def host(tmp_path_factory):
+    root = tmp_path_factory.mktemp("host")
+    (root / PLACE).parent.mkdir(parents=True)
+    (root / PLACE).symlink_to(SITE.resolve())
+    host = browsers.Host(root)
+    host.page = f"{host.url}/{PLACE}/"
+    yield host
+    host.close()
+
+
+@pytest.fixture(scope="module")
+def window(host):
+    """A browser with WebGPU in software."""
+    with browsers.Browser() as browser:
+        yield Page(browser, host)
+
+
+@pytest.fixture
+def page(window):
+    """The same browser for each test; what went wrong in it fails the test that did it."""
+    window.browser.resize(1400, 1000)
+    window.browser.dark(False)
+    shutil.rmtree(window.browser.downloads)
+    window.browser.downloads.mkdir()
+    yield window
+    window.expect_no_errors()

@@ -1,0 +1,136 @@
+"""What tests do with the page."""
+
+from __future__ import annotations
+
+import base64
+import time
+
+import numpy as np
+from browser import until
+
+# Runs ahead of the page's own code.
+WATCH = """
+    window.faults = [];
+    addEventListener("error", (event) => faults.push(String(event.message)));
+    addEventListener("unhandledrejection", (event) => faults.push(String(event.reason)));
+"""
+# A grating is made in no time.
+QUICK = {"surface.preset": "blazed"}
+SMALL = "192x128"
+
+
+class Page:
+    def __init__(self, browser, host):
+        self.browser = browser
+        self.host = host
+        self.address = host.page
+        browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=WATCH)
+        browser.devtools("Page.enable")
+        self.js = browser.js
+
+    def open(self, fields=QUICK, size=None, drawn=True, limit=120):
+        """Opens the page with these settings in its address, and waits for the picture."""
+        # From the same page, an address with another # would not load it again.
+        self.browser.go("about:blank")
+        self.browser.go(self.address + hash_of(fields))
+        self.browser.wait("return document.body.dataset.ready !== undefined", "the page to start", limit)
+        if size:
+            self.choose("#size", size)
+        if drawn:
+            self.finished(limit)
+        return self
+
+    def finished(self, limit=120):
+        """Waits until everything that was asked for is drawn."""
+        self.browser.wait(IS_FINISHED, f"the picture ({self.words()})", limit)
+
+    def words(self):
+        return self.js(
+            "return ['#status', '#message', '#progress-text', '#lost-text']"
+            ".map((css) => document.querySelector(css)?.textContent).join(' | ')"
+        )
+
+    def settings(self):
+        return self.js("return sunbeam.settings")
+
+    def message(self):
+        """The line that tells of an error, or nothing."""
+        return self.js("return message.hidden ? '' : message.querySelector('span').textContent")
+
+    def pixels(self):
+        """The picture on the canvas: linear sRGB."""
+        self.finished()
+        found = self.browser.promise(
+            """
+            const { width, height, rgb } = await sunbeam.engine.pixels();
+            const bytes = new Uint8Array(rgb.buffer);
+            let text = "";
+            for (let i = 0; i < bytes.length; i += 32768) text += String.fromCharCode(...bytes.subarray(i, i + 32768));
+            return { width, height, bytes: btoa(text) };"""
+        )
+        values = np.frombuffer(base64.b64decode(found["bytes"]), np.float32)
+        return values.reshape(found["height"], found["width"], 3)
+
+    def canvas_colours(self, css="#picture"):
+        """How many colours a screenshot of the element has: what the visitor sees, and not what was computed."""
+        from io import BytesIO
+
+        from PIL import Image
+
+        shot = self.browser.call("GET", f"{self.browser.session}/element/{self.browser.element(css)}/screenshot")
+        picture = Image.open(BytesIO(base64.b64decode(shot))).convert("RGB")
+        return len(picture.getcolors(picture.width * picture.height))
+
+    def choose(self, css, value):
+        """Chooses an option of a list by its value, as a hand would."""
+        self.browser.click(f"{css} option[value='{value}']")
+
+    def write(self, css, text):
+        """Replaces what a field holds and leaves it."""
+        self.js("const field = document.querySelector(arguments[0]); field.focus(); field.select?.()", css)
+        self.browser.type(css, str(text))
+        self.js("document.activeElement.blur()")
+
+    def choose_file(self, path):
+        self.browser.type("#file", str(path))
+
+    def drop(self, path):
+        """Lets a file fall onto the page."""
+        text = base64.b64encode(path.read_bytes()).decode()
+        self.js(
+            """
+            const bytes = Uint8Array.from(atob(arguments[1]), (letter) => letter.charCodeAt(0));
+            const dataTransfer = new DataTransfer();
+            dataTransfer.items.add(new File([bytes], arguments[0]));
+            for (const kind of ["dragenter", "dragover", "drop"]) {
+                const event = new DragEvent(kind, { dataTransfer, bubbles: true, cancelable: true });
+                document.getElementById("stage").dispatchEvent(event);
+            }""",
+            path.name,
+            text,
+        )
+
+    def downloaded(self, name):
+        path = self.browser.downloads / name
+        until(path.exists, 30, f"the download of {name}, beside {list(self.browser.downloads.iterdir())}")
+        # Chromium gives it this name when it is complete.
+        time.sleep(0.1)
+        return path
+
+    def expect_no_errors(self):
+        faults = self.js("return window.faults?.splice(0) ?? []")
+        console = [entry for entry in self.browser.console() if entry[0] in ("SEVERE", "WARNING")]
+        assert not faults
+        assert not console
+
+
+IS_FINISHED = """
+    const shown = (id) => !document.getElementById(id).hidden;
+    const { drawn, asked, good, making } = globalThis.sunbeam;
+    const complete = asked && drawn?.finest && drawn.serial === asked.serial;
+    return good && !making && complete && !shown("progress") && !shown("lost");
+"""
+
+
+def hash_of(fields):
+    return "#" + "&".join(f"{key}={value}" for key, value in fields.items())

@@ -1,0 +1,512 @@
+"""The page in a real browser: what it draws, what it does with every control, and what it does when things go wrong."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import urllib.parse
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from browser import Browser, until
+from conftest import PLACE, REPOSITORY
+from difference import lab, shown_difference
+from page import QUICK, SMALL, Page
+
+METHODS = ["table", "flss", "nmm", "pq", "stam"]
+# Both sides run the same shaders in single precision; compilers of two adapters round differently, and an edge of the
+# mesh that passes through a pixel's centre may fall on either side of it.
+MEDIAN_MAX, P99_MAX = 0.5, 2.0
+EXPOSURE = 2.0
+# A browser calls a task long from here on.
+LONG_MS = 50
+SHIFT, CONTROL = "\ue008", "\ue009"
+LEFT, UP, RIGHT, DOWN, TAB = "\ue012", "\ue013", "\ue014", "\ue015", "\ue004"
+
+
+# What is drawn
+
+
+def test_an_example_is_drawn_without_being_asked_for(page):
+    page.open({})
+    assert page.settings()["surface"]["preset"] == "xenopeltis"
+    picture = page.pixels()
+    assert picture.std() > 0.01
+    assert page.canvas_colours() > 1000
+    assert page.canvas_colours("#relief-picture") > 30
+    assert page.canvas_colours("#map") > 100
+    facts = page.js("return document.getElementById('relief-facts').innerText")
+    assert "1.55 µm" in facts
+    assert "72 nm" in facts
+    # The bar is as long as it says: its share of the picture's width is its share of the tile.
+    label, share, extent = page.js(
+        """const bar = document.getElementById("bar").getBoundingClientRect();
+        const picture = document.getElementById("relief-picture").getBoundingClientRect();
+        const label = document.getElementById("bar-length").textContent;
+        return [label, bar.width / picture.width, sunbeam.read.facts.extent_um[0]];"""
+    )
+    assert share * extent == pytest.approx(float(label.split()[0]), rel=0.03)
+
+
+def twin(settings, folder, *arguments):
+    """The same settings by the native renderer, on the software adapter."""
+    (folder / "settings.json").write_text(json.dumps(settings))
+    command = [REPOSITORY / "target" / "release" / "examples" / "page_twin", folder / "settings.json"]
+    done = subprocess.run(
+        [*command, *arguments, "-o", folder / "native.npy"], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    return np.load(folder / "native.npy")
+
+
+def expect_same(found, expected):
+    difference = shown_difference(found, expected, EXPOSURE)
+    assert np.median(difference) <= MEDIAN_MAX
+    assert np.percentile(difference, 99) <= P99_MAX
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_pixels_are_those_of_the_native_renderer(page, tmp_path, method):
+    page.open({"surface.preset": "elaphe", "method": method}, size="384x256", limit=200)
+    found = page.pixels()
+    expected = twin(page.settings(), tmp_path, "--size", "384x256")
+    assert found.shape == expected.shape
+    # A difference of black from black would say nothing.
+    assert (found.max(axis=-1) > 0.02).mean() > 0.2
+    expect_same(found, expected)
+    # A picture that is 4 % brighter, or off by a pixel, would be found out.
+    for other in [expected * 1.04, np.roll(expected, 1, axis=1)]:
+        with pytest.raises(AssertionError):
+            expect_same(other, expected)
+
+
+@pytest.mark.parametrize("shape", ["flat", "sphere"])
+def test_the_other_shapes_are_those_of_the_native_renderer(page, tmp_path, shape):
+    page.open({**QUICK, "shape": shape}, size=SMALL)
+    expect_same(page.pixels(), twin(page.settings(), tmp_path, "--size", SMALL))
+
+
+def test_the_map_is_that_of_the_native_renderer(page, tmp_path):
+    page.open({**QUICK, "map.theta_deg": 20, "map.phi_deg": 35}, size=SMALL)
+    page.browser.wait("return sunbeam.map?.side === 128", "the map")
+    found = np.array(page.js("return Array.from(sunbeam.map.rgb)")).reshape(128, 128, 3)
+    expected = twin(page.settings(), tmp_path, "--map", "128").reshape(128, 128, 3)
+    bright = np.percentile(expected[expected > 0], 99)
+    np.testing.assert_allclose(found, expected, atol=1e-3 * bright, rtol=2e-3)
+    assert not np.allclose(found, expected[:, ::-1], atol=1e-2 * bright)
+
+
+def test_colours_are_right():
+    """Pairs of Sharma, Wu and Dalal 2005, which the difference is held against, and white."""
+    from difference import delta_e
+
+    pairs = [
+        ((50.0, 2.6772, -79.7751), (50.0, 0.0, -82.7485), 2.0425),
+        ((50.0, -1.0, 2.0), (50.0, 0.0, 0.0), 2.3669),
+        ((50.0, 2.49, -0.001), (50.0, -2.49, 0.0011), 7.2195),
+        ((22.7233, 20.0904, -46.694), (23.0331, 14.973, -42.5619), 2.0373),
+        ((2.0776, 0.0795, -1.135), (0.9033, -0.0636, -0.5514), 0.9082),
+    ]
+    for first, second, expected in pairs:
+        assert delta_e(np.array([first]), np.array([second]))[0] == pytest.approx(expected, abs=1e-4)
+    assert lab(np.ones(3)) == pytest.approx([100, 0, 0], abs=1e-3)
+
+
+# Controls
+
+
+def option(css, value):
+    return lambda page: page.choose(css, value)
+
+
+def text(css, value):
+    return lambda page: page.write(css, value)
+
+
+def click(css):
+    return lambda page: page.js("document.querySelector(arguments[0]).click()", css)
+
+
+def keys(css, *names):
+    def press(page):
+        page.js("document.querySelector(arguments[0]).focus()", css)
+        page.browser.keys(*names)
+
+    return press
+
+
+# What is done, the setting that follows, and what has to look different then.
+CONTROLS = {
+    "preset": (option("#preset", "sinusoidal"), ("surface", "preset"), "sinusoidal", "picture relief map"),
+    "period": (text("#period", "1.7"), ("surface", "period"), 1.7, "picture relief map"),
+    "height": (text("#height", "0.4"), ("surface", "height"), 0.4, "picture map"),
+    "level": (option("#level", "plane"), ("surface", "level"), "plane", "picture map"),
+    "tiling": (option("#tiling", "aperiodic"), ("surface", "tiling"), "aperiodic", "picture map"),
+    "method": (option("#method", "stam"), ("method",), "stam", "picture map"),
+    "coherence_length": (text("#coherence_length", "20"), ("surface", "coherence_length"), 20, "picture map"),
+    "conserve_energy": (click("#conserve_energy"), ("surface", "conserve_energy"), True, "picture"),
+    "material": (option("#material", "Polycarbonate"), ("surface", "eta"), 1.58, "picture map"),
+    "eta": (text("#eta", "1.9"), ("surface", "eta"), 1.9, "picture map"),
+    "k": (text("#k", "2"), ("surface", "k"), 2, "picture map"),
+    "azimuth": (keys("#azimuth", RIGHT, RIGHT), ("sun", "azimuth_deg"), -149, "picture"),
+    "elevation": (keys("#elevation", RIGHT), ("sun", "elevation_deg"), 40.5, "picture"),
+    "blend": (option("#blend", "none"), ("pigment",), "none", "picture"),
+    "exposure": (keys("#exposure", RIGHT), ("exposure",), 2.25, "canvas"),
+    "map_theta": (text("#map_theta", "50"), ("map", "theta_deg"), 50, "map"),
+    "map_phi": (text("#map_phi", "70"), ("map", "phi_deg"), 70, "map"),
+    "scene-flat": (click("input[value=flat]"), ("shape",), "flat", "picture"),
+    "scene-sphere": (click("input[value=sphere]"), ("shape",), "sphere", "picture"),
+}
+# These need a file, a device, an error or a clipboard, and have tests of their own below.
+ELSEWHERE = {
+    "file", "pixel_size", "max_height", "fill", "channel", "size", "cancel", "recover", "save-png", "save-exr",
+    "copy-link", "copy-xml", "copy-command", "reset", "scene-snake", "drag-camera", "drag-sun", "scale-submit",
+    "message-dismiss", "example",
+}  # fmt: skip
+
+
+def seen(page, what):
+    if what == "picture":
+        return page.pixels().tobytes()
+    if what == "canvas":
+        return page.browser.screenshot()
+    if what == "relief":
+        return page.js("return document.getElementById('relief-picture').toDataURL()")
+    page.finished()
+    page.browser.wait("return sunbeam.map?.side === 128", "the map")
+    return page.js("return Array.from(sunbeam.map.rgb.filter((_, i) => i % 37 === 0)).join()")
+
+
+@pytest.mark.parametrize("name", CONTROLS)
+def test_each_control_changes_its_setting_and_what_is_seen(page, name):
+    act, path, expected, looks = CONTROLS[name]
+    # A duty of one half by Stam's obliquity and a conductor may exceed what arrives.
+    page.open({"surface.preset": "blazed", "surface.level": "none"}, size=SMALL)
+    before = {what: seen(page, what) for what in looks.split()}
+    act(page)
+    found = page.settings()
+    for key in path:
+        found = found[key]
+    assert found == expected
+    assert not page.message()
+    for what, earlier in before.items():
+        until(lambda what=what, earlier=earlier: seen(page, what) != earlier, 30, f"{what} to change")
+
+
+def test_every_control_of_the_page_is_driven_by_a_test(page):
+    page.open()
+    named = page.js(
+        """return [...document.querySelectorAll("input, select, button")].map((field) => {
+            if (field.name === "example") return "example";
+            if (field.type === "radio") return `${field.name}-${field.value}`;
+            if (field.type === "submit") return `${field.form.id}-submit`;
+            return field.id || `${field.parentElement.id}-dismiss`;
+        })"""
+    )
+    assert set(named) == set(CONTROLS) | ELSEWHERE
+
+
+def test_dragging_turns_the_view_moves_it_and_turns_the_sun(page):
+    page.open(size=SMALL)
+    before = page.settings()
+
+    def drag(**options):
+        page.browser.drag("#picture", (0, 0), (60, -30), **options)
+        return page.settings()
+
+    turned = drag()
+    assert turned["camera"]["azimuth_deg"] == pytest.approx(before["camera"]["azimuth_deg"] - 21, abs=0.5)
+    assert turned["camera"]["target"] == before["camera"]["target"]
+    moved = drag(button=1)
+    assert moved["camera"]["target"] != turned["camera"]["target"]
+    assert moved["camera"]["azimuth_deg"] == turned["camera"]["azimuth_deg"]
+    sunny = drag(button=2)
+    assert sunny["camera"] == moved["camera"]
+    assert sunny["sun"]["elevation_deg"] == pytest.approx(before["sun"]["elevation_deg"] + 10.5, abs=0.5)
+    click("input[value=sun]")(page)
+    again = drag()
+    assert again["sun"]["azimuth_deg"] == pytest.approx(sunny["sun"]["azimuth_deg"] + 21, abs=0.5)
+    page.browser.drag("#sky", (0, 0), (20, 0))
+    assert page.settings()["sun"] != again["sun"]
+    click("input[value=camera]")(page)
+    page.browser.click("#reset")
+    after = page.settings()
+    assert (after["camera"], after["sun"]) == (before["camera"], before["sun"])
+
+
+def test_wheel_fingers_and_keys_zoom_and_turn(page):
+    page.open(size=SMALL)
+    start = page.settings()["camera"]
+    x, y = page.browser.middle("#picture")
+    wheel = {"type": "scroll", "x": x, "y": y, "deltaX": 0, "deltaY": -240, "duration": 0}
+    page.browser.post("/actions", {"actions": [{"type": "wheel", "id": "wheel", "actions": [wheel]}]})
+    near = page.settings()["camera"]["distance_cm"]
+    assert near < 0.9 * start["distance_cm"]
+
+    def finger(name, way):
+        place = {"type": "pointerMove", "duration": 30, "y": y}
+        steps = [
+            {**place, "x": x + 2 * way}, {"type": "pointerDown", "button": 0}, {**place, "x": x + 4 * way},
+            {**place, "x": x + 6 * way}, {"type": "pointerUp", "button": 0},
+        ]  # fmt: skip
+        return {"type": "pointer", "id": name, "parameters": {"pointerType": "touch"}, "actions": steps}
+
+    page.browser.post("/actions", {"actions": [finger("one", -20), finger("two", 20)]})
+    nearer = page.settings()["camera"]
+    # Fingers thrice as far apart bring it to a third of the distance.
+    assert nearer["distance_cm"] == pytest.approx(near / 3, rel=0.05)
+    keys("#picture", LEFT, UP, "+")(page)
+    turned = page.settings()
+    assert turned["camera"]["azimuth_deg"] > nearer["azimuth_deg"]
+    assert turned["camera"]["elevation_deg"] < nearer["elevation_deg"]
+    assert turned["camera"]["distance_cm"] < nearer["distance_cm"]
+    keys("#picture", (SHIFT, RIGHT), "-")(page)
+    assert page.settings()["sun"]["azimuth_deg"] > turned["sun"]["azimuth_deg"]
+    assert page.settings()["camera"]["distance_cm"] == pytest.approx(nearer["distance_cm"])
+    keys("#picture", "r")(page)
+    assert page.settings()["camera"] == start
+
+
+def test_the_resolution_is_what_is_chosen(page):
+    page.open()
+    for size in ["768x512", SMALL, "384x256"]:
+        page.choose("#size", size)
+        height, width, _ = page.pixels().shape
+        assert f"{width}x{height}" == size
+        assert f"{width} × {height}" in page.words()
+
+
+def test_pointing_at_the_map_reads_direction_spectrum_and_colour(page):
+    page.open({"surface.preset": "blazed", "map.theta_deg": 0}, size=SMALL)
+    page.browser.wait("return sunbeam.map?.side === 128", "the map")
+    # A tenth of the diameter right of the middle and 0.2 above it.
+    box = page.js("return document.getElementById('map').getBoundingClientRect().width")
+    page.browser.hover("#map", (round(0.2 * box), round(-0.1 * box)))
+    x, y, z = page.js("return sunbeam.wo")
+    assert (x, y) == pytest.approx((0.4, 0.2), abs=0.02)
+    assert x * x + y * y + z * z == pytest.approx(1)
+    theta = np.degrees(np.arccos(z))
+    assert f"θ {theta:.1f}°" in page.js("return document.getElementById('fact-wo').textContent")
+    # The half vector of light from above halves the angle.
+    assert f"θ {theta / 2:.1f}°" in page.js("return document.getElementById('fact-h').textContent")
+    # The grating sends light into its plane of incidence: 2.5 µm to the first order at asin(λ/2.5 µm).
+    for nm in [450, 620]:
+        sine = nm / 2500
+        page.browser.hover("#map", (round(sine * box / 2), 0))
+        page.browser.wait("return sunbeam.spectrum?.length === 81", "the spectrum")
+        until(lambda nm=nm: abs(380 + 5 * np.argmax(spectrum_of(page)) - nm) < 25, 20, f"a peak at {nm} nm")
+    name = page.js("return document.getElementById('spectrum').getAttribute('aria-label')")
+    assert "strongest at" in name
+    red, green, blue = map(int, page.js("return getComputedStyle(swatch).backgroundColor.match(/\\d+/g).slice(0, 3)"))
+    assert red > max(green, blue)
+    # By keys as well.
+    keys("#map", UP, (SHIFT, RIGHT))(page)
+    moved = page.js("return sunbeam.wo")
+    assert moved[:2] == pytest.approx([sine + 0.1, 0.02], abs=0.02)
+
+
+def spectrum_of(page):
+    return page.js("return Array.from(sunbeam.spectrum)")
+
+
+def test_pointing_at_the_snake_shows_its_half_vector_in_the_map(page):
+    page.open(size=SMALL)
+    page.browser.hover("#picture", (0, 10))
+    page.browser.wait("return sunbeam.wo && sunbeam.map.side === 48", "the place on the snake")
+    wi, wo = page.js("return [Array.from(sunbeam.wi), Array.from(sunbeam.wo)]")
+    found = page.browser.promise(
+        """const { height } = document.getElementById("picture").getBoundingClientRect();
+        return sunbeam.engine.query(0.5, 0.5 + 10 / height);"""
+    )
+    assert wi == pytest.approx(found["wi"], abs=2e-3)
+    assert wo == pytest.approx(found["wo"], abs=2e-2)
+    mark = page.js("return document.querySelector('#map-marks .half').getAttribute('transform')")
+    x, y = map(float, re.findall(r"-?[\d.]+(?:e-\d+)?", mark))
+    assert (x, -y) == pytest.approx(tuple(found["half"][:2]), abs=2e-2)
+    # The map goes on with that light when the pointer is gone, and the link has it.
+    page.browser.hover("#controls", (0, 0))
+    page.browser.wait("return sunbeam.map.side === 128", "the map in full")
+    assert page.settings()["map"]["theta_deg"] == pytest.approx(np.degrees(np.arccos(wi[2])), abs=0.1)
+
+
+# Sharing
+
+
+def copied(page, button):
+    page.browser.devtools("Browser.grantPermissions", permissions=["clipboardReadWrite", "clipboardSanitizedWrite"])
+    page.browser.click(button)
+    page.browser.wait("return document.getElementById('status').textContent.includes('copied')", "the clipboard")
+    return page.browser.promise("return navigator.clipboard.readText()")
+
+
+def test_a_link_gives_the_same_picture(page):
+    page.open(size=SMALL)
+    page.browser.drag("#picture", (0, 0), (40, 20))
+    page.write("#period", "1.9")
+    page.choose("#material", "Polycarbonate")
+    page.choose("#blend", "mix")
+    click("input[value=sphere]")(page)
+    expected, settings = page.pixels(), page.settings()
+    link = copied(page, "#copy-link")
+    assert link.startswith(page.host.page)
+    page.open(dict(urllib.parse.parse_qsl(link.split("#")[1])), size=SMALL)
+    assert page.settings() == settings
+    np.testing.assert_allclose(page.pixels(), expected, atol=1e-6)
+    # The address in the browser's own bar says the same.
+    assert page.js("return location.href") == link
+
+
+def test_a_link_that_is_wrong_is_told_and_left_aside(page):
+    page.open({"surface.preset": "nothing", "method": "magic"}, drawn=False)
+    assert "link" in page.message()
+    page.finished()
+    page.open({"surface.coherence_length": -1}, drawn=False)
+    assert "coherence_length" in page.message()
+    page.open({"__proto__.polluted": 1, "constructor.prototype.polluted": 1}, drawn=False)
+    assert page.js("return ({}).polluted === undefined")
+
+
+def test_the_copied_command_draws_the_same_picture(page, tmp_path):
+    page.open({**QUICK, "sun.azimuth_deg": -120, "surface.period": 1.8}, size=SMALL)
+    found = page.pixels()
+    command = copied(page, "#copy-command")
+    assert command.startswith("sunbeam render ")
+    words = command.replace("\\\n", " ").split()
+    words[0] = str(REPOSITORY / "target" / "release" / "sunbeam")
+    words[words.index("-o") + 1] = str(tmp_path / "command.exr")
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    expect_same(found, read_exr(tmp_path / "command.exr"))
+
+
+def read_exr(path):
+    import mitsuba
+
+    mitsuba.set_variant("scalar_rgb")
+    return np.array(mitsuba.Bitmap(str(path)))[..., :3]
+
+
+def test_the_copied_scene_is_one_of_mitsuba(page):
+    page.open({**QUICK, "surface.period": 1.8}, size=SMALL)
+    scene = ElementTree.fromstring(copied(page, "#copy-xml"))
+    (bsdf,) = [found for found in scene.iter("bsdf") if found.get("type") == "diffraction"]
+    given = {found.get("name"): found.get("value") for found in bsdf}
+    assert given["preset"] == "blazed"
+    assert float(given["period"]) == 1.8
+
+
+def test_what_is_saved_is_what_is_shown(page):
+    from PIL import Image
+
+    page.open({**QUICK, "map.theta_deg": 20}, size=SMALL)
+    linear = page.pixels()
+    page.browser.click("#save-png")
+    saved = np.asarray(Image.open(page.downloaded("blazed.png")).convert("RGB"), float) / 255
+    assert f"{saved.shape[1]}x{saved.shape[0]}" == SMALL
+    # Up to the knee the screen shows the radiance itself.
+    decoded = np.where(saved <= 0.04045, saved / 12.92, ((saved + 0.055) / 1.055) ** 2.4)
+    exposed = linear * 2**EXPOSURE
+    below = (exposed.max(axis=-1) < 0.75) & (exposed.min(axis=-1) >= 0)
+    assert below.mean() > 0.5
+    np.testing.assert_allclose(decoded[below], exposed[below], atol=0.006)
+    page.browser.click("#save-exr")
+    found = read_exr(page.downloaded("blazed-brdf.exr"))
+    assert found.shape == (256, 256, 3)
+    # The map beside it, of half the side, shows the same places.
+    page.browser.wait("return sunbeam.map?.side === 128", "the map")
+    shown = np.array(page.js("return Array.from(sunbeam.map.rgb)")).reshape(128, 128, 3)
+    coarse = found.reshape(128, 2, 128, 2, 3).mean(axis=(1, 3))
+    lit = shown.max(axis=-1) > 0
+    assert np.corrcoef(coarse[lit].ravel(), shown[lit].ravel())[0, 1] > 0.5
+
+
+# Trouble
+
+
+def test_a_table_in_the_making_is_cancelled(page):
+    page.open(size=SMALL)
+    before = page.pixels()
+    page.choose("#preset", "xenopeltis")
+    page.browser.wait(
+        "return !document.getElementById('progress').hidden && document.getElementById('progress-bar').value > 0",
+        "the progress",
+    )
+    shares = [page.js("return document.getElementById('progress-bar').value") for _ in range(3)]
+    assert all(0 < share <= 1 for share in shares)
+    assert shares == sorted(shares)
+    page.browser.click("#cancel")
+    page.browser.wait("return document.getElementById('progress').hidden", "the cancelling", 2)
+    assert "Cancelled" in page.words()
+    assert page.settings()["surface"]["preset"] == "blazed"
+    assert page.js("return document.getElementById('relief-name').textContent.toLowerCase()").startswith("blazed")
+    np.testing.assert_array_equal(page.pixels(), before)
+    # The page goes on: the next surface is made as ever.
+    page.choose("#preset", "sinusoidal")
+    assert not np.array_equal(page.pixels(), before)
+
+
+def test_a_lost_device_is_told_and_recovered(page):
+    page.open(size=SMALL)
+    before = page.pixels()
+    page.browser.promise("await sunbeam.engine.loseDevice();")
+    page.browser.wait("return document.getElementById('message').textContent.includes('lost')", "the message")
+    page.finished()
+    np.testing.assert_allclose(page.pixels(), before, atol=1e-6)
+    assert page.canvas_colours() > 100
+    click("#message button")(page)
+    assert not page.message()
+    # A second loss right after it is left to the visitor.
+    page.browser.promise("await sunbeam.engine.loseDevice();")
+    page.browser.wait("return !document.getElementById('recover').hidden", "the question")
+    page.browser.click("#recover")
+    page.finished()
+    np.testing.assert_allclose(page.pixels(), before, atol=1e-6)
+    # And it can still be used.
+    page.browser.drag("#picture", (0, 0), (40, 0))
+    assert not np.array_equal(page.pixels(), before)
+
+
+# Who asks, and how fast
+
+
+def test_nothing_is_asked_of_anyone_else(page, tmp_path):
+    page.open(size=SMALL)
+    asked = page.js("return performance.getEntriesByType('resource').map(({ name }) => name)")
+    assert len(asked) > 5
+    assert all(name.startswith(page.host.page) for name in asked)
+    assert all(path.startswith(f"/{PLACE}/") for path in page.host.asked)
+    kept = page.js("return [document.cookie, localStorage.length, sessionStorage.length]")
+    assert kept == ["", 0, 0]
+    page.browser.console()
+    # The page's own rule keeps it so: a request to another host is refused by the browser.
+    refused = page.browser.promise(
+        "return fetch(args[0]).then(() => false, () => true);",
+        page.host.url.replace("127.0.0.1", "localhost") + "/",
+    )
+    assert refused
+    assert any("Content Security Policy" in text for _, text in page.browser.console())
+
+
+def test_the_page_answers_while_it_computes(host):
+    """No task of the page's own thread takes 50 ms of the processor; a clock would count other programs too."""
+    with Browser(traced=True) as browser:
+        page = Page(browser, host)
+
+        def use():
+            page.open({}, size=SMALL)
+            page.browser.drag("#picture", (0, 0), (80, 20), steps=12)
+            page.browser.hover("#picture", (10, 10))
+            page.choose("#preset", "elaphe")
+            page.finished()
+
+        use()
+        tasks = browser.task_ms("loaded")
+        assert len(tasks) > 200
+        assert max(tasks) < LONG_MS
+        # A long task is seen.
+        page.open(size=SMALL)
+        page.js("setTimeout(() => { const end = performance.now() + 1000; while (performance.now() < end); })")
+        page.browser.wait("return performance.now() > 0", "the long task")
+        assert max(browser.task_ms("loaded")) > LONG_MS

@@ -1,0 +1,178 @@
+"""Who can use the page: without WebGPU, by keys alone, on a narrow screen, in the dark; and what axe-core says."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+import subprocess
+import tarfile
+
+import numpy as np
+import pytest
+from browser import Browser
+from conftest import REPOSITORY, SITE
+from page import SMALL, Page
+
+AXE = "4.14.1"
+AXE_SHA256 = "e6b0ce02b84d892e2e33e403485e7f3d6c29e2be6df65daf44d89ba564139745"
+TAB = "\ue004"
+# A name that the browser takes for a host of its own.
+ELSEWHERE = "sunbeam.test"
+
+
+@pytest.fixture(scope="session")
+def axe():
+    """The source of axe-core, fetched once from npm's registry and checked; skips loudly where it cannot be."""
+    folder = REPOSITORY / "target" / "axe-core"
+    archive = folder / f"axe-core-{AXE}.tgz"
+    if not archive.exists():
+        if not shutil.which("npm"):
+            pytest.skip("accessibility was not checked: npm is missing, which fetches axe-core")
+        folder.mkdir(parents=True, exist_ok=True)
+        done = subprocess.run(
+            ["npm", "pack", "--silent", f"axe-core@{AXE}"], cwd=folder, capture_output=True, text=True, timeout=120
+        )
+        if done.returncode:
+            pytest.skip(f"accessibility was not checked: axe-core could not be fetched: {done.stderr[-300:]}")
+    assert hashlib.sha256(archive.read_bytes()).hexdigest() == AXE_SHA256
+    with tarfile.open(archive) as packed:
+        return packed.extractfile("package/axe.min.js").read().decode()
+
+
+def violations(page, axe):
+    page.js(axe)
+    found = page.browser.promise(
+        """const { violations } = await axe.run(document, { resultTypes: ["violations"] });
+        return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(" ")).join(", ")}`);"""
+    )
+    # What axe itself does to the page is no fault of the page.
+    page.browser.console()
+    return found
+
+
+@pytest.mark.parametrize("width", [360, 900, 1400])
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+def test_axe_finds_no_fault(page, axe, width, dark):
+    page.browser.resize(width, 1000)
+    page.browser.dark(dark)
+    page.open(size=SMALL)
+    assert violations(page, axe) == []
+    # With everything shown that is hidden at first.
+    page.js("for (const hidden of document.querySelectorAll('[hidden]')) hidden.hidden = hidden.id === 'still'")
+    page.js("document.querySelector('#message span').textContent = 'A line.'")
+    page.js("document.querySelector('#progress-text').textContent = 'Making'")
+    assert violations(page, axe) == []
+    # A fault is found.
+    page.js("document.querySelector('label[for=method]').remove()")
+    assert any(line.startswith("select-name") for line in violations(page, axe))
+
+
+@pytest.mark.parametrize("width", [320, 360, 900, 1400])
+def test_nothing_sticks_out_to_the_side(page, width):
+    page.browser.resize(width, 900)
+    page.open(size=SMALL)
+    assert page.js("return document.documentElement.scrollWidth <= innerWidth")
+    sticking = page.js(
+        """return [...document.querySelectorAll("main *, header *, footer *")]
+            .filter((one) => !one.closest(".cards") && one.getBoundingClientRect().right > innerWidth + 1)
+            .map((one) => one.id || one.className)"""
+    )
+    assert sticking == []
+    # Words are cut off nowhere.
+    assert (
+        page.js(
+            """return [...document.querySelectorAll("button, label, dt, dd, h2, legend")]
+            .filter((one) => one.scrollWidth > one.clientWidth + 1 && getComputedStyle(one).display !== "inline")
+            .map((one) => one.textContent)"""
+        )
+        == []
+    )
+
+
+def test_dark_and_light_differ(page):
+    grounds = []
+    for dark in [False, True]:
+        page.browser.dark(dark)
+        page.open(size=SMALL)
+        ground = page.js("return getComputedStyle(document.documentElement).backgroundColor")
+        grounds.append([int(channel) for channel in re.findall(r"\d+", ground)])
+    assert min(grounds[0][:3]) > 200
+    assert max(grounds[1][:3]) < 50
+
+
+def test_every_control_is_reached_by_the_tabulator(page):
+    page.open(size=SMALL)
+    page.js("document.activeElement.blur(); window.scrollTo(0, 0)")
+    name = "const one = document.activeElement; return one.id || one.name || one.textContent.trim().slice(0, 20)"
+    reached, rings = [], []
+    for _ in range(80):
+        page.browser.keys(TAB)
+        found = page.js(name)
+        if reached and found == reached[0]:
+            break
+        reached.append(found)
+        rings.append(
+            page.js(
+                """const one = document.activeElement;
+                const own = [one, one.nextElementSibling, one.closest("label")].filter(Boolean);
+                return own.some((each) => parseFloat(getComputedStyle(each).outlineWidth) >= 2);"""
+            )
+        )
+    wanted = page.js(
+        """return [...document.querySelectorAll("input, select, button, canvas[tabindex]")]
+            .filter((one) => !one.disabled && one.offsetParent && one.type !== "radio")
+            .map((one) => one.id || one.textContent)"""
+    )
+    assert set(wanted) <= set(reached)
+    assert {"scene", "drag", "example"} <= set(reached)
+    # The body comes in between, before the browser's own parts.
+    assert all(ring for ring, one in zip(rings, reached) if one in wanted)
+
+
+@pytest.mark.parametrize("secure", [True, False], ids=["no-adapter", "no-interface"])
+def test_without_webgpu_there_is_a_message_pictures_and_the_map(host, secure, tmp_path):
+    """Without a driver there is no adapter; to a page that comes over http from elsewhere, browsers offer no WebGPU."""
+    with Browser([f"--host-resolver-rules=MAP {ELSEWHERE} 127.0.0.1"]) as browser:
+        page = Page(browser, host)
+        if not secure:
+            page.address = host.page.replace("127.0.0.1", ELSEWHERE)
+        page.open({"surface.preset": "blazed"}, drawn=False)
+        assert page.js("return navigator.gpu !== undefined") is secure
+        assert ("https" in page.js("return document.getElementById('no-gpu-reason').textContent")) is not secure
+        notice = page.js("const n = document.getElementById('no-gpu'); return n.hidden ? '' : n.textContent")
+        assert "WebGPU" in notice
+        assert "Chrome" in notice
+        page.browser.wait("return sunbeam.map?.side === 128", "the map", 120)
+        assert page.canvas_colours("#map") > 50
+        assert page.canvas_colours("#relief-picture") > 5
+        page.browser.hover("#map", (20, 0))
+        page.browser.wait("return sunbeam.spectrum?.length === 81", "the spectrum")
+        assert max(page.js("return Array.from(sunbeam.spectrum)")) > 0
+        before = page.js("return Array.from(sunbeam.map.rgb.slice(0, 49152)).join()")
+        page.write("#map_theta", 50)
+        page.browser.wait("return sunbeam.wi[0] > 0.7", "the other light")
+        assert page.js("return Array.from(sunbeam.map.rgb.slice(0, 49152)).join()") != before
+        # The pictures of the examples.
+        page.js("document.querySelector('input[name=example]').click()")
+        page.browser.wait("return document.getElementById('still').naturalWidth === 384", "the ready-made picture")
+        assert page.canvas_colours("#still") > 300
+        # Files are read as ever.
+        path = tmp_path / "scan.npy"
+        np.save(path, np.sin(np.arange(1024).reshape(32, 32)).astype(np.float32) * 0.1)
+        page.drop(path)
+        page.browser.wait("return !document.getElementById('scale').hidden", "the question")
+        page.expect_no_errors()
+
+
+def test_the_built_files_are_small():
+    """As the wire carries them; the measured figures are in docs/web.md."""
+    import gzip
+
+    sizes = {path: len(gzip.compress(path.read_bytes(), 9)) for path in SITE.rglob("*") if path.is_file()}
+    examples = sum(path.stat().st_size for path in sizes if path.parent.name == "examples")
+    code = sum(size for path, size in sizes.items() if path.parent.name != "examples")
+    (wasm,) = [size for path, size in sizes.items() if path.suffix == ".wasm"]
+    assert 100e3 < wasm <= 1.3e6
+    assert code <= 2e6
+    assert examples <= 300e3
