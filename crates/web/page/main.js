@@ -120,7 +120,8 @@ function remember() {
 function address() {
   const checksum = (page.source ?? page.wanted)?.sha256;
   const hash = toHash(page.engine.compact(page.settings), page.settings.surface.filename ? checksum : null);
-  return `${location.pathname}${location.search}${hash ? `#${hash}` : ""}`;
+  // An address without settings opens the first example, which the default settings are not.
+  return `${location.pathname}${location.search}#${hash || `surface.preset=${page.settings.surface.preset}`}`;
 }
 
 function isFile() {
@@ -829,6 +830,10 @@ function fillLists() {
 /** Takes the settings of an address. */
 async function open(hash) {
   const { settings, sha256 } = fromHash(hash);
+  if (Object.keys(settings).length === 0 && page.examples.length > 0) {
+    page.settings = JSON.parse(page.engine.quick.default_settings());
+    return chooseExample(page.examples[0]);
+  }
   let complete;
   try {
     complete = page.engine.complete(settings);
