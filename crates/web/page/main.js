@@ -4,7 +4,7 @@ import { openEngine } from "./engine.js";
 import { listen } from "./gestures.js";
 import { fromHash, toHash } from "./link.js";
 import { angles, colourAt, direction, halfway, MapView } from "./map.js";
-import { showRelief } from "./relief.js";
+import { hideRelief, showRelief } from "./relief.js";
 import { Sky } from "./sky.js";
 import { Spectrum } from "./spectrum.js";
 
@@ -19,6 +19,8 @@ const THETA_MAX = 89.9;
 const WIDTH_MAX = 1536;
 /** A second loss within so many milliseconds is not mended without being asked. */
 const LOSS_MS = 10000;
+/** A scan of 4096² in double precision has a quarter of this; all of it has to fit into the memory of a tab, twice. */
+const FILE_BYTES_MAX = 512e6;
 const SPECTRUM_NOTE_MS = 300;
 /** Fields of `surface` that belong to one source of heights and not to another. */
 const OF_A_SOURCE = ["preset", "filename", "period", "height", "region_size", "region_spread", "pixel_size", "max_height", "channel", "fill", "level", "tiling"];
@@ -118,7 +120,8 @@ function remember() {
 function address() {
   const checksum = (page.source ?? page.wanted)?.sha256;
   const hash = toHash(page.engine.compact(page.settings), page.settings.surface.filename ? checksum : null);
-  return `${location.pathname}${location.search}${hash ? `#${hash}` : ""}`;
+  // An address without settings opens the first example, which the default settings are not.
+  return `${location.pathname}${location.search}#${hash || `surface.preset=${page.settings.surface.preset}`}`;
 }
 
 function isFile() {
@@ -245,13 +248,14 @@ async function makeSurface(keys, stale) {
   const start = performance.now();
   const told = (share) => stale() || progress(name, share);
   const bytes = page.adapter === null ? null : await engine.method(settings, told);
+  const seconds = (performance.now() - start) / 1e3;
   await page.opening;
   if (stale()) return;
   if (!page.adapter) {
     await engine.reflectance(settings, keys.method, told);
     return;
   }
-  page.made = { bytes: bytes.length, seconds: (performance.now() - start) / 1e3 };
+  page.made = { bytes: bytes.length, seconds };
   if (sceneShare !== null) progress("Making the shape", sceneShare);
   await engine.setMethod(bytes);
 }
@@ -268,7 +272,7 @@ function failed(error) {
   progress(null);
   page.making = false;
   if (error.kind === "scale") return askScale(error);
-  if (error.kind !== "cancelled") say(error.message);
+  if (error.kind !== "cancelled") say(error.kind === "internal" ? `The computation broke off: ${error.message}` : error.message);
   goBack();
 }
 
@@ -305,8 +309,8 @@ function askScale(error) {
       ? "The file does not say how high its largest value is. How high is it?"
       : "The file does not say how large a pixel is. How large is it?";
   byId(parameter).focus();
-  // It is to be read again with the answer.
-  page.keys = { ...page.keys, relief: null, method: null };
+  hideRelief();
+  page.read = null;
 }
 
 async function makeReflectance() {
@@ -570,6 +574,10 @@ function choosePreset(preset) {
 
 async function chooseFile(file) {
   say(null);
+  if (file.size > FILE_BYTES_MAX) {
+    say(`${file.name} has ${Math.round(file.size / 1e6)} MB, and the page reads files of up to ${FILE_BYTES_MAX / 1e6} MB.`);
+    return;
+  }
   let sha256;
   try {
     progress("Reading the file");
@@ -581,6 +589,8 @@ async function chooseFile(file) {
   }
   progress(null);
   const { wanted } = page;
+  // The same file may be dropped again, to be asked for its scale once more.
+  page.keys = { ...page.keys, relief: null };
   page.source = { name: file.name, file, sha256 };
   page.example = null;
   if (wanted) {
@@ -820,6 +830,10 @@ function fillLists() {
 /** Takes the settings of an address. */
 async function open(hash) {
   const { settings, sha256 } = fromHash(hash);
+  if (Object.keys(settings).length === 0 && page.examples.length > 0) {
+    page.settings = JSON.parse(page.engine.quick.default_settings());
+    return chooseExample(page.examples[0]);
+  }
   let complete;
   try {
     complete = page.engine.complete(settings);

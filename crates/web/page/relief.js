@@ -4,7 +4,13 @@ const byId = (id) => document.getElementById(id);
 // Gwyddion's convention: three significant digits say what a scan knows.
 const micrometres = (value) => (value < 0.1 ? `${Number((1e3 * value).toPrecision(3))} nm` : `${Number(value.toPrecision(3))} µm`);
 
+/** Where nothing is known of it yet. */
+export function hideRelief() {
+  byId("relief-shown").hidden = true;
+}
+
 export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba }) {
+  byId("relief-shown").hidden = false;
   const canvas = byId("relief-picture");
   canvas.width = width;
   canvas.height = height;

