@@ -15,19 +15,22 @@
 mod build;
 #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 mod built_surface;
+mod error;
 #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 mod method;
 mod obliquity;
+#[cfg(test)]
+mod tests;
 mod theory;
 
 #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 pub use build::BuildError;
 #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 pub use built_surface::{BuiltReport, BuiltSurface};
+pub use error::{Accepted, ConfigError};
 pub use obliquity::ObliquityChoice;
 pub use theory::Theory;
 
-use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -162,63 +165,6 @@ impl Default for SurfaceConfig {
             tolerance: 1e-3,
             build_limit: 1.0,
         }
-    }
-}
-
-/// Why a configuration is refused. Each message names the parameter, what was found and what is accepted.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
-pub enum ConfigError {
-    #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
-    OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },
-    #[error(
-        "parameter {parameter:?} is {found} µm, but must be {accepted}: no relief that diffracts is so large. Lengths are \
-         in µm; was it meant in nm?"
-    )]
-    TooLong { parameter: &'static str, found: f64, accepted: Accepted },
-    #[error("parameter {parameter:?} contradicts {other}: {advice}")]
-    Contradiction { parameter: &'static str, other: String, advice: &'static str },
-    /// A value of the wrong type, an unknown name in a list of choices, or an unknown parameter.
-    #[error("parameter {parameter:?}: {reason}")]
-    Malformed { parameter: String, reason: String },
-    #[error("the configuration is not valid JSON: {0}")]
-    Syntax(String),
-}
-
-/// The accepted values of a number, for messages.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Accepted {
-    /// A length in µm in (0, 1e3].
-    Length,
-    /// A coherence length in µm, [`COHERENCE_LENGTH_UM`].
-    CoherenceLength,
-    /// The real part of an index, [`ETA`].
-    Eta,
-    /// The imaginary part of an index, [`K`].
-    K,
-    /// A relative error of tables, [`TOLERANCE`].
-    Tolerance,
-    /// Times as much memory and time as a build may take by itself.
-    BuildLimit,
-    /// The edge of a sub-region of a skin, [`REGION_SIZE_UM`].
-    RegionSize,
-    /// The relative spread of the period between sub-regions, [`REGION_SPREAD`].
-    RegionSpread,
-}
-
-impl fmt::Display for Accepted {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (kind, range) = match self {
-            Self::Length => return write!(f, "a length in µm in (0, {MAX_LENGTH_UM:e}]"),
-            Self::CoherenceLength => ("a length in µm", COHERENCE_LENGTH_UM),
-            Self::Eta => ("the real part of a refractive index", ETA),
-            Self::K => ("the imaginary part of a refractive index", K),
-            Self::Tolerance => ("a relative error", TOLERANCE),
-            Self::BuildLimit => ("a factor", BUILD_LIMIT),
-            Self::RegionSize => ("a length in µm", REGION_SIZE_UM),
-            Self::RegionSpread => ("a relative spread", REGION_SPREAD),
-        };
-        write!(f, "{kind} in [{:e}, {:e}]", range.start(), range.end())
     }
 }
 
@@ -372,109 +318,4 @@ impl SurfaceConfig {
 /// Drops serde_json's " at line 1 column 23": users did not write the JSON.
 fn without_position(message: &str) -> String {
     message.rsplit_once(" at line ").map_or(message, |(head, _)| head).to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn refusal(json: &str) -> String {
-        SurfaceConfig::from_json(json).expect_err(json).to_string()
-    }
-
-    #[test]
-    fn defaults_follow_the_source_and_the_model() {
-        let preset = SurfaceConfig::from_json("{}").unwrap();
-        assert_eq!(preset, SurfaceConfig::default());
-        assert_eq!(preset.source(), Source::Preset(Preset::Elaphe));
-        assert_eq!((preset.level(), preset.tiling(), preset.conserve_energy()), (Level::None, Tiling::Periodic, true));
-        let file = SurfaceConfig::from_json(r#"{"filename": "a.gsf", "model": "patch"}"#).unwrap();
-        assert_eq!((file.level(), file.tiling(), file.conserve_energy()), (Level::Plane, Tiling::Aperiodic, false));
-    }
-
-    #[test]
-    fn json_round_trip_keeps_every_field() {
-        let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
-            "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
-            "eta":0.2,"k":3.0,"tolerance":1e-5,"build_limit":3.5}"#;
-        let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
-        let regions = r#"{"preset":"xenopeltis","region_size":20.0,"region_spread":0.05}"#;
-        for json in [json, file, regions] {
-            let config = SurfaceConfig::from_json(json).unwrap();
-            assert_eq!(SurfaceConfig::from_json(&serde_json::to_string(&config).unwrap()).unwrap(), config);
-        }
-    }
-
-    #[test]
-    fn each_number_out_of_range_is_named_with_what_is_accepted() {
-        let cases = [
-            ("period", r#"{"preset":"blazed","period":0}"#, "(0, 1e3]"),
-            ("height", r#"{"preset":"blazed","height":-1}"#, "(0, 1e3]"),
-            ("pixel_size", r#"{"filename":"a.png","pixel_size":-1}"#, "(0, 1e3]"),
-            ("max_height", r#"{"filename":"a.png","max_height":1e7}"#, "(0, 1e3]: no relief"),
-            ("period", r#"{"preset":"blazed","period":1e6}"#, "was it meant in nm?"),
-            ("coherence_length", r#"{"coherence_length":1e6}"#, "[1e-3, 1e5]"),
-            ("eta", r#"{"eta":0}"#, "[1e-3, 1e3]"),
-            ("k", r#"{"eta":1.5,"k":-1}"#, "[0e0, 1e3]"),
-            ("tolerance", r#"{"tolerance":1e-7}"#, "[1e-6, 1e-1]"),
-            ("build_limit", r#"{"build_limit":0.5}"#, "[1e0, 1e6]"),
-            ("region_size", r#"{"region_size":2,"region_spread":0.05}"#, "[3e0, 3.3e1]"),
-            ("region_spread", r#"{"region_size":20,"region_spread":0.2}"#, "[0e0, 1e-1]"),
-        ];
-        for (parameter, json, accepted) in cases {
-            let message = refusal(json);
-            assert!(message.contains(&format!("{parameter:?}")) && message.contains(accepted), "{message}");
-        }
-        assert!(SurfaceConfig { tolerance: f64::NAN, ..Default::default() }.validate().is_err());
-        assert!(SurfaceConfig { coherence_length: f64::NAN, ..Default::default() }.validate().is_err());
-    }
-
-    #[test]
-    fn each_unknown_choice_and_wrong_type_is_named_with_what_is_accepted() {
-        let cases = [
-            ("preset", r#"{"preset":"blazd"}"#, "xenopeltis"),
-            ("level", r#"{"level":"flat"}"#, "plane"),
-            ("fill", r#"{"filename":"a.gwy","fill":"zero"}"#, "laplace"),
-            ("channel", r#"{"filename":"a.gwy","channel":0}"#, "string"),
-            ("tiling", r#"{"tiling":"both"}"#, "aperiodic"),
-            ("model", r#"{"model":"speckle"}"#, "ensemble"),
-            ("obliquity", r#"{"obliquity":"cos"}"#, "small_slope"),
-            ("shadowing", r#"{"shadowing":"yes"}"#, "boolean"),
-            ("tolerance", r#"{"tolerance":"low"}"#, "f64"),
-            ("coherence", r#"{"coherence":1.0}"#, "coherence_length"),
-        ];
-        for (parameter, json, accepted) in cases {
-            let message = refusal(json);
-            assert!(message.contains(parameter) && message.contains(accepted), "{message}");
-            assert!(!message.contains("column"), "{message}");
-        }
-    }
-
-    #[test]
-    fn contradictions_are_named() {
-        for (parameter, json) in [
-            ("preset", r#"{"preset":"blazed","filename":"a.gsf"}"#),
-            ("period", r#"{"filename":"a.gsf","period":1}"#),
-            ("height", r#"{"preset":"elaphe","height":1}"#),
-            ("pixel_size", r#"{"preset":"elaphe","pixel_size":1}"#),
-            ("max_height", r#"{"max_height":1}"#),
-            ("channel", r#"{"channel":"Height"}"#),
-            ("fill", r#"{"preset":"cd","fill":"none"}"#),
-            ("k", r#"{"k":1}"#),
-            ("region_size", r#"{"region_size":20}"#),
-            ("region_spread", r#"{"region_spread":0.05}"#),
-            ("region_size", r#"{"preset":"cd","region_size":20,"region_spread":0.05}"#),
-            ("region_spread", r#"{"filename":"a.gsf","region_spread":0.05}"#),
-        ] {
-            let message = refusal(json);
-            assert!(message.starts_with(&format!("parameter {parameter:?} contradicts")), "{message}");
-        }
-    }
-
-    #[test]
-    fn broken_json_is_an_error_and_not_a_default() {
-        assert!(refusal("{} x").contains("JSON"));
-        assert!(refusal("[1").contains("JSON"));
-        assert!(refusal(r#"{"tolerance":"#).contains("JSON"));
-    }
 }

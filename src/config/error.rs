@@ -1,0 +1,63 @@
+//! Why a configuration is refused.
+
+use super::{COHERENCE_LENGTH_UM, ETA, K, MAX_LENGTH_UM, TOLERANCE};
+use crate::height_field::{REGION_SIZE_UM, REGION_SPREAD};
+use crate::table::BUILD_LIMIT;
+use std::fmt;
+
+/// Why a configuration is refused. Each message names the parameter, what was found and what is accepted.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[allow(missing_docs)] // Each message says what its fields are.
+pub enum ConfigError {
+    #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
+    OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },
+    #[error(
+        "parameter {parameter:?} is {found} µm, but must be {accepted}: no relief that diffracts is so large. Lengths are \
+         in µm; was it meant in nm?"
+    )]
+    TooLong { parameter: &'static str, found: f64, accepted: Accepted },
+    #[error("parameter {parameter:?} contradicts {other}: {advice}")]
+    Contradiction { parameter: &'static str, other: String, advice: &'static str },
+    /// A value of the wrong type, an unknown name in a list of choices, or an unknown parameter.
+    #[error("parameter {parameter:?}: {reason}")]
+    Malformed { parameter: String, reason: String },
+    #[error("the configuration is not valid JSON: {0}")]
+    Syntax(String),
+}
+
+/// The accepted values of a number, for messages.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Accepted {
+    /// A length in µm in (0, 1e3].
+    Length,
+    /// A coherence length in µm, [`COHERENCE_LENGTH_UM`].
+    CoherenceLength,
+    /// The real part of an index, [`ETA`].
+    Eta,
+    /// The imaginary part of an index, [`K`].
+    K,
+    /// A relative error of tables, [`TOLERANCE`].
+    Tolerance,
+    /// Times as much memory and time as a build may take by itself.
+    BuildLimit,
+    /// The edge of a sub-region of a skin, [`REGION_SIZE_UM`].
+    RegionSize,
+    /// The relative spread of the period between sub-regions, [`REGION_SPREAD`].
+    RegionSpread,
+}
+
+impl fmt::Display for Accepted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (kind, range) = match self {
+            Self::Length => return write!(f, "a length in µm in (0, {MAX_LENGTH_UM:e}]"),
+            Self::CoherenceLength => ("a length in µm", COHERENCE_LENGTH_UM),
+            Self::Eta => ("the real part of a refractive index", ETA),
+            Self::K => ("the imaginary part of a refractive index", K),
+            Self::Tolerance => ("a relative error", TOLERANCE),
+            Self::BuildLimit => ("a factor", BUILD_LIMIT),
+            Self::RegionSize => ("a length in µm", REGION_SIZE_UM),
+            Self::RegionSpread => ("a relative spread", REGION_SPREAD),
+        };
+        write!(f, "{kind} in [{:e}, {:e}]", range.start(), range.end())
+    }
+}

@@ -1,0 +1,101 @@
+use super::*;
+
+fn refusal(json: &str) -> String {
+    SurfaceConfig::from_json(json).expect_err(json).to_string()
+}
+
+#[test]
+fn defaults_follow_the_source_and_the_model() {
+    let preset = SurfaceConfig::from_json("{}").unwrap();
+    assert_eq!(preset, SurfaceConfig::default());
+    assert_eq!(preset.source(), Source::Preset(Preset::Elaphe));
+    assert_eq!((preset.level(), preset.tiling(), preset.conserve_energy()), (Level::None, Tiling::Periodic, true));
+    let file = SurfaceConfig::from_json(r#"{"filename": "a.gsf", "model": "patch"}"#).unwrap();
+    assert_eq!((file.level(), file.tiling(), file.conserve_energy()), (Level::Plane, Tiling::Aperiodic, false));
+}
+
+#[test]
+fn json_round_trip_keeps_every_field() {
+    let json = r#"{"preset":"lamellar","period":1.5,"height":0.1,"level":"mean","tiling":"aperiodic",
+        "coherence_length":10.0,"model":"patch","obliquity":"unit","conserve_energy":true,"shadowing":true,
+        "eta":0.2,"k":3.0,"tolerance":1e-5,"build_limit":3.5}"#;
+    let file = r#"{"filename":"a.gwy","pixel_size":0.1,"max_height":0.5,"channel":"Height","fill":"laplace"}"#;
+    let regions = r#"{"preset":"xenopeltis","region_size":20.0,"region_spread":0.05}"#;
+    for json in [json, file, regions] {
+        let config = SurfaceConfig::from_json(json).unwrap();
+        assert_eq!(SurfaceConfig::from_json(&serde_json::to_string(&config).unwrap()).unwrap(), config);
+    }
+}
+
+#[test]
+fn each_number_out_of_range_is_named_with_what_is_accepted() {
+    let cases = [
+        ("period", r#"{"preset":"blazed","period":0}"#, "(0, 1e3]"),
+        ("height", r#"{"preset":"blazed","height":-1}"#, "(0, 1e3]"),
+        ("pixel_size", r#"{"filename":"a.png","pixel_size":-1}"#, "(0, 1e3]"),
+        ("max_height", r#"{"filename":"a.png","max_height":1e7}"#, "(0, 1e3]: no relief"),
+        ("period", r#"{"preset":"blazed","period":1e6}"#, "was it meant in nm?"),
+        ("coherence_length", r#"{"coherence_length":1e6}"#, "[1e-3, 1e5]"),
+        ("eta", r#"{"eta":0}"#, "[1e-3, 1e3]"),
+        ("k", r#"{"eta":1.5,"k":-1}"#, "[0e0, 1e3]"),
+        ("tolerance", r#"{"tolerance":1e-7}"#, "[1e-6, 1e-1]"),
+        ("build_limit", r#"{"build_limit":0.5}"#, "[1e0, 1e6]"),
+        ("region_size", r#"{"region_size":2,"region_spread":0.05}"#, "[3e0, 3.3e1]"),
+        ("region_spread", r#"{"region_size":20,"region_spread":0.2}"#, "[0e0, 1e-1]"),
+    ];
+    for (parameter, json, accepted) in cases {
+        let message = refusal(json);
+        assert!(message.contains(&format!("{parameter:?}")) && message.contains(accepted), "{message}");
+    }
+    assert!(SurfaceConfig { tolerance: f64::NAN, ..Default::default() }.validate().is_err());
+    assert!(SurfaceConfig { coherence_length: f64::NAN, ..Default::default() }.validate().is_err());
+}
+
+#[test]
+fn each_unknown_choice_and_wrong_type_is_named_with_what_is_accepted() {
+    let cases = [
+        ("preset", r#"{"preset":"blazd"}"#, "xenopeltis"),
+        ("level", r#"{"level":"flat"}"#, "plane"),
+        ("fill", r#"{"filename":"a.gwy","fill":"zero"}"#, "laplace"),
+        ("channel", r#"{"filename":"a.gwy","channel":0}"#, "string"),
+        ("tiling", r#"{"tiling":"both"}"#, "aperiodic"),
+        ("model", r#"{"model":"speckle"}"#, "ensemble"),
+        ("obliquity", r#"{"obliquity":"cos"}"#, "small_slope"),
+        ("shadowing", r#"{"shadowing":"yes"}"#, "boolean"),
+        ("tolerance", r#"{"tolerance":"low"}"#, "f64"),
+        ("coherence", r#"{"coherence":1.0}"#, "coherence_length"),
+    ];
+    for (parameter, json, accepted) in cases {
+        let message = refusal(json);
+        assert!(message.contains(parameter) && message.contains(accepted), "{message}");
+        assert!(!message.contains("column"), "{message}");
+    }
+}
+
+#[test]
+fn contradictions_are_named() {
+    for (parameter, json) in [
+        ("preset", r#"{"preset":"blazed","filename":"a.gsf"}"#),
+        ("period", r#"{"filename":"a.gsf","period":1}"#),
+        ("height", r#"{"preset":"elaphe","height":1}"#),
+        ("pixel_size", r#"{"preset":"elaphe","pixel_size":1}"#),
+        ("max_height", r#"{"max_height":1}"#),
+        ("channel", r#"{"channel":"Height"}"#),
+        ("fill", r#"{"preset":"cd","fill":"none"}"#),
+        ("k", r#"{"k":1}"#),
+        ("region_size", r#"{"region_size":20}"#),
+        ("region_spread", r#"{"region_spread":0.05}"#),
+        ("region_size", r#"{"preset":"cd","region_size":20,"region_spread":0.05}"#),
+        ("region_spread", r#"{"filename":"a.gsf","region_spread":0.05}"#),
+    ] {
+        let message = refusal(json);
+        assert!(message.starts_with(&format!("parameter {parameter:?} contradicts")), "{message}");
+    }
+}
+
+#[test]
+fn broken_json_is_an_error_and_not_a_default() {
+    assert!(refusal("{} x").contains("JSON"));
+    assert!(refusal("[1").contains("JSON"));
+    assert!(refusal(r#"{"tolerance":"#).contains("JSON"));
+}
