@@ -15,7 +15,7 @@ from sweeps import begin, environment, results, sweep, wait_for, write_spec
 
 CASES = 12
 # Long enough that there is a middle, short enough for twelve of them.
-SLOW = 0.3
+SLOW = 0.8
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import time
 import uuid
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import CancelledError
 from typing import Any
 
 from distributed import Client, Future
@@ -50,6 +51,10 @@ class _Driver:
         self._waiting: deque[Case] = deque(cases)
         # Batches that must not be joined with others: what was in one that killed its workers.
         self._alone: deque[list[Case]] = deque()
+        # Cases whose workers were killed while others were given out. Dask counts a worker's death against all that it was
+        # given, so these are tried again in the end, one by one with nothing beside them.
+        self._suspects: deque[Case] = deque()
+        self._on_trial: Case | None = None
         self._given_out: dict[Future[Done], list[Case]] = {}
         self._arrived: queue.Queue[Future[Done]] = queue.Queue()
         self._case_seconds = 0.0
@@ -75,15 +80,20 @@ class _Driver:
             self._threads, self._counted_at = max(1, thread_count(self._client)), time.monotonic()
         while len(self._given_out) < _GIVEN_OUT * self._threads and (self._waiting or self._alone):
             if self._alone:
-                batch = self._alone.popleft()
+                self._submit(self._alone.popleft())
             else:
                 size = min(self._batch_size(), len(self._waiting))
-                batch = [self._waiting.popleft() for _ in range(size)]
-            self._number += 1
-            key = f"sweep-{self._key}-{self._number}"
-            future = self._client.submit(run_batch, self._job, batch, key=key, pure=False)
-            self._given_out[future] = batch
-            future.add_done_callback(self._arrived.put)
+                self._submit([self._waiting.popleft() for _ in range(size)])
+        if self._suspects and not self._given_out:
+            self._on_trial = self._suspects.popleft()
+            self._submit([self._on_trial])
+
+    def _submit(self, batch: list[Case]) -> None:
+        self._number += 1
+        key = f"sweep-{self._key}-{self._number}"
+        future = self._client.submit(run_batch, self._job, batch, key=key, pure=False)
+        self._given_out[future] = batch
+        future.add_done_callback(self._arrived.put)
 
     def _batch_size(self) -> int:
         if self._case_seconds <= 0:
@@ -101,7 +111,8 @@ class _Driver:
             return
         try:
             done: Done = future.result(timeout=10)
-        except (OSError, TimeoutError) as error:
+        except (OSError, TimeoutError, CancelledError) as error:
+            # Also where it is lost between the look at the status and this.
             raise self._lost() from error
         finally:
             future.release()
@@ -121,6 +132,9 @@ class _Driver:
             self._alone.extend([case] for case in batch)
             return
         (case,) = batch
+        if case is not self._on_trial:
+            self._suspects.append(case)
+            return
         told = f"killed {KILLS} workers that tried it; most often the memory is too small for it"
         record = record_of(self._job, case, told)
         parameters = with_full_path(case.parameters, self._job.folder)
