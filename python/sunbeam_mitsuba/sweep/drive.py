@@ -51,8 +51,8 @@ class _Driver:
         self._waiting: deque[Case] = deque(cases)
         # Batches that must not be joined with others: what was in one that killed its workers.
         self._alone: deque[list[Case]] = deque()
-        # Cases whose workers were killed while others were given out. Dask counts a worker's death against all that it was
-        # given, so these are tried again in the end, one by one with nothing beside them.
+        # Cases whose workers were killed while others were given out. Dask counts a worker's death against all that it
+        # was given, so these are tried again in the end, one by one with nothing beside them.
         self._suspects: deque[Case] = deque()
         self._on_trial: Case | None = None
         self._given_out: dict[Future[Done], list[Case]] = {}
