@@ -95,55 +95,57 @@ impl Surface {
         wavelengths_nm: [N::Real; 4],
         active: N::Mask,
     ) -> [N::Real; 5] {
-        let zero = N::Real::lit(0.0);
+        let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
         let (values, density) = match &self.tables {
             Tables::Spectral(tables) => {
                 let lobe = SpectralLobe::<N> { layout: tables.0.layout(), words };
                 let nm = wavelengths_nm.map(within_range);
-                match question {
-                    Question::Value => (lobe.eval(wi, other, nm, active), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, nm, active)),
-                    Question::Direction => (direction(lobe.sample(wi, nm, other, active)), zero),
-                    _ => lobe.eval_pdf(wi, other, nm, active),
-                }
+                answered(
+                    question,
+                    || lobe.eval(wi, other, nm, active),
+                    || lobe.pdf(wi, other, nm, active),
+                    || lobe.sample(wi, nm, other, active),
+                    || lobe.eval_pdf(wi, other, nm, active),
+                )
             }
             Tables::Grating(tables) => {
                 let lobe = GratingLobe::<N> { layout: tables.0.layout(), words: words[0] };
                 let nm = wavelengths_nm.map(within_range);
-                match question {
-                    Question::Value => (lobe.eval(wi, other, nm, active), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, nm, active)),
-                    Question::Direction => (direction(lobe.sample(wi, nm, other, active)), zero),
-                    _ => lobe.eval_pdf(wi, other, nm, active),
-                }
+                answered(
+                    question,
+                    || lobe.eval(wi, other, nm, active),
+                    || lobe.pdf(wi, other, nm, active),
+                    || lobe.sample(wi, nm, other, active),
+                    || lobe.eval_pdf(wi, other, nm, active),
+                )
             }
             Tables::GratingColours(tables) => {
                 let mut lobe = tables.0.lobe_over::<N>([words[0], words[1]]);
                 lobe.gamut = gamut;
-                let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
-                match question {
-                    Question::Value => (four(lobe.eval(wi, other, active)), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, active)),
-                    Question::Direction => (direction(lobe.sample(wi, other, active)), zero),
-                    _ => {
+                answered(
+                    question,
+                    || four(lobe.eval(wi, other, active)),
+                    || lobe.pdf(wi, other, active),
+                    || lobe.sample(wi, other, active),
+                    || {
                         let (colour, density) = lobe.eval_pdf(wi, other, active);
                         (four(colour), density)
-                    }
-                }
+                    },
+                )
             }
             Tables::Colours(tables) => {
                 let mut lobe = tables.0.lobe_over::<N>(words);
                 lobe.factors.gamut = gamut;
-                let four = |[r, g, b]: [N::Real; 3]| [r, g, b, luminance([r, g, b])];
-                match question {
-                    Question::Value => (four(lobe.eval(wi, other, active)), zero),
-                    Question::Density => ([zero; 4], lobe.pdf(wi, other, active)),
-                    Question::Direction => (direction(lobe.sample(wi, other, active)), zero),
-                    _ => {
+                answered(
+                    question,
+                    || four(lobe.eval(wi, other, active)),
+                    || lobe.pdf(wi, other, active),
+                    || lobe.sample(wi, other, active),
+                    || {
                         let (colour, density) = lobe.eval_pdf(wi, other, active);
                         (four(colour), density)
-                    }
-                }
+                    },
+                )
             }
         };
         let [a, b, c, d] = values;
@@ -177,7 +179,23 @@ fn within_range<R: Real>(nm: R) -> R {
     nm.clip(R::lit(WAVELENGTH_MIN_NM), R::lit(WAVELENGTH_MAX_NM))
 }
 
-/// A direction in the place of values.
-fn direction<R: Real>([x, y, z]: [R; 3]) -> [R; 4] {
-    [x, y, z, R::lit(0.0)]
+/// What the question asks for, of a lobe's four answers: values, with zeros or a direction in their place, and the density.
+#[inline(always)]
+fn answered<R: Real>(
+    question: Question,
+    eval: impl FnOnce() -> [R; 4],
+    pdf: impl FnOnce() -> R,
+    sample: impl FnOnce() -> [R; 3],
+    eval_pdf: impl FnOnce() -> ([R; 4], R),
+) -> ([R; 4], R) {
+    let zero = R::lit(0.0);
+    match question {
+        Question::Value => (eval(), zero),
+        Question::Density => ([zero; 4], pdf()),
+        Question::Direction => {
+            let [x, y, z] = sample();
+            ([x, y, z, zero], zero)
+        }
+        _ => eval_pdf(),
+    }
 }

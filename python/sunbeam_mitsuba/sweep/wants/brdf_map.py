@@ -10,8 +10,9 @@ import numpy as np
 
 from ..colours import rgb_weights, wavelengths_nm, weighted
 from ..limits import Numbers
-from ..pictures import automatic_exposure, encoded, exr, png, thumbnail
-from .want import Answer, Column, Options, Question, Want, WantError
+from ..pictures import exr, png, thumbnail
+from .exposed import exposed
+from .want import Answer, Column, Options, Question, Want
 
 
 @dataclass(frozen=True)
@@ -76,15 +77,7 @@ class BrdfMap(Want):
             for first in range(0, len(wo), slab)
         ]
         pixels[inside] = np.concatenate(parts)
-        bad = int(np.count_nonzero(~np.isfinite(pixels)))
-        if bad:
-            raise WantError(f"{bad} of {pixels.size} values are not finite")
-        exposure = self.exposure or automatic_exposure(pixels)
-        answer = Answer()
-        answer.number("exposure", exposure)
-        for channel, mean in zip("rgb", pixels[inside].mean(axis=0)):
-            answer.number(f"mean_{channel}", mean)
-        shown = encoded(pixels, exposure)
+        answer, shown = exposed(pixels, pixels[inside], self.exposure)
         if "exr" in self.files:
             answer.pictures["map.exr"] = exr(pixels)
         if "png" in self.files:

@@ -12,8 +12,9 @@ import numpy as np
 
 from ..errors import SweepError
 from ..limits import LIGHT, Numbers, Text, shown
-from ..pictures import automatic_exposure, encoded, exr, png, thumbnail
+from ..pictures import exr, png, thumbnail
 from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_variant
+from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want, WantError
 
 # Which element says what a parameter is; all others are strings.
@@ -106,15 +107,7 @@ class Render(Want):
 
     def compute(self, question: Question) -> Answer:
         pixels = self._rendered(question)
-        bad = int(np.count_nonzero(~np.isfinite(pixels)))
-        if bad:
-            raise WantError(f"{bad} of {pixels.size} values are not finite")
-        exposure = self.exposure or automatic_exposure(pixels)
-        answer = Answer()
-        answer.number("exposure", exposure)
-        for channel, mean in zip("rgb", pixels.mean(axis=(0, 1))):
-            answer.number(f"mean_{channel}", float(mean))
-        shown_pixels = encoded(pixels, exposure)
+        answer, shown_pixels = exposed(pixels, pixels.reshape(-1, 3), self.exposure)
         answer.pictures = {"render.exr": exr(pixels), "render.png": png(shown_pixels)}
         answer.thumbnails["render"] = thumbnail(shown_pixels)
         return answer
