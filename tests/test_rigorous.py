@@ -1,14 +1,16 @@
 """Gratings by Maxwell's equations in Mitsuba: samples, energy, reciprocity, and that every interface answers alike."""
 
 import json
+import os
 import subprocess
+import sys
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 from batches import direction, eval_pdf
-from conftest import REPOSITORY, built, use_variant
+from conftest import PLUGIN_FOLDER, REPOSITORY, built, use_variant
 from test_chi2 import SIGNIFICANCE, vectorised
 
 # Of the tests of samples below.
@@ -143,3 +145,34 @@ def test_the_material_stays_as_it_is():
     with pytest.raises(RuntimeError, match="not changed later"):
         parameters.update()
     assert "Maxwell" in str(mi.load_dict({"type": "diffraction", **METAL}))
+
+
+# A process of its own: the threads that make tables are started by the first to need one.
+IN_A_SCENE = """
+import json, sys
+import mitsuba as mi
+mi.set_variant("scalar_spectral")
+mi.file_resolver().append(sys.argv[1])
+balls = [{"type": "sphere", "bsdf": bsdf} for bsdf in json.loads(sys.argv[2])]
+scene = mi.load_dict({"type": "scene", **{f"ball{i}": ball for i, ball in enumerate(balls)}})
+si = mi.SurfaceInteraction3f()
+si.wi, wo, si.wavelengths = json.loads(sys.argv[3])
+print(scene.shapes()[0].bsdf().eval(mi.BSDFContext(), si, wo)[0] / wo[2])
+"""
+
+
+def test_the_threads_of_a_renderer_solve_it_too(tmp_path):
+    # They flush subnormal numbers to zero, and load the parts of a scene side by side. This grating is quick, and its
+    # systems have pivots between 1 and √2, which faer inverts by way of such numbers.
+    grating = {"preset": "sinusoidal", "period": 0.3, "height": 0.1, "theory": "rigorous", "eta": 2.5}
+    bsdfs = [{"type": "diffraction", **grating}, {"type": "diffuse"}]
+    wi, wo, nm = direction(15, 10), direction(15, 190.2), [500] * 4
+    environment = {**os.environ, "SUNBEAM_CACHE_DIR": str(tmp_path)}
+    child = [sys.executable, "-c", IN_A_SCENE, str(PLUGIN_FOLDER), json.dumps(bsdfs), json.dumps([wi, wo, nm])]
+    done = subprocess.run(child, env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    line = json.dumps({"wi": wi, "wo": wo, "wavelength": nm})
+    exact = json.loads(asked("eval", "--method", "exact", *arguments(grating), lines=line))["f"][0]
+    assert exact > 0.1
+    # What a table of efficiencies may be off by, of an order of some tenths.
+    assert float(done.stdout) == pytest.approx(exact, rel=0.05)

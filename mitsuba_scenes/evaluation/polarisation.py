@@ -21,6 +21,10 @@ PAGE = "polarisation"
 VARIANT = "scalar_spectral_polarized"
 SIZE, SPP, MAX_DEPTH = (144, 96), 144, 3
 ALUMINIUM, GLASS = {"material": "Al"}, {"eta": 1.5}
+TRACKS = {"preset": "cd"}
+# The tracks of a disc as grooves of the same distance and depth, along which nothing changes: both theories know them.
+GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}
+THEORIES = ("scalar", "rigorous")
 # Weights of linear sRGB in luminance.
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 # Darker than so much of the picture's median, polarisation is noise.
@@ -39,10 +43,10 @@ def sphere(optics: dict) -> dict:
     }
 
 
-def disc(optics: dict, ply) -> dict:
-    """A compact disc, lying level, under an even sky and a lamp."""
+def disc(relief: dict, ply) -> dict:
+    """A compact disc in aluminium, lying level, under an even sky and a lamp."""
     return {
-        "disc": {"type": "ply", "filename": str(ply), "bsdf": {"type": "diffraction", "preset": "cd", **optics}},
+        "disc": {"type": "ply", "filename": str(ply), "bsdf": {"type": "diffraction", **relief, **ALUMINIUM}},
         "floor": floor(20, (0.05, 0.05, 0.05)),
         "lamp": lamp((6, 6, 14), 0.5, 60),
         "sky": sky(0.5),
@@ -71,26 +75,38 @@ def figures() -> dict:
     use_variant(VARIANT, fall_back=False)
     folder = images(PAGE)
     ply = write_disc(folder / "disc.ply")
-    cases = (
-        ("compact disc, aluminium", disc(ALUMINIUM, ply), DISC),
-        ("blazed sphere, aluminium", sphere(ALUMINIUM), SPHERE),
-        ("blazed sphere, glass of 1.5", sphere(GLASS), SPHERE),
-    )
+    cases = [
+        ("compact disc, aluminium, scalar", disc(TRACKS, ply), DISC),
+        *(
+            (f"grooved disc, aluminium, {theory}", disc({**GROOVES, "theory": theory}, ply), DISC)
+            for theory in THEORIES
+        ),
+        *(
+            (f"blazed sphere, aluminium, {theory}", sphere({**ALUMINIUM, "theory": theory}), SPHERE)
+            for theory in THEORIES
+        ),
+        ("blazed sphere, glass of 1.5, scalar", sphere(GLASS), SPHERE),
+    ]
     pictures = [(name, stokes(parts, view)) for name, parts, view in cases]
     ply.unlink()
-    rows = []
-    for name, picture in pictures:
-        degree = linear_degree(picture)
-        rows.append({"name": name, "most": float(np.nanquantile(degree, 0.99))})
-    insist(PAGE, rows[2]["most"] > 1.5 * rows[1]["most"], "glass polarises more than aluminium")
+    rows = [{"name": name, "most": float(np.nanquantile(linear_degree(picture), 0.99))} for name, picture in pictures]
+    most = {row["name"]: row["most"] for row in rows}
+    for surface in ("grooved disc, aluminium", "blazed sphere, aluminium"):
+        scalar, rigorous = (most[f"{surface}, {theory}"] for theory in THEORIES)
+        insist(PAGE, rigorous > 1.5 * scalar, f"orders of the {surface} polarise more than its interface")
+    glass, metal = most["blazed sphere, glass of 1.5, scalar"], most["blazed sphere, aluminium, scalar"]
+    insist(PAGE, glass > 1.5 * metal, "glass polarises more than aluminium")
     draw(folder / "degree.jpg", pictures)
     return {"rows": rows, "size": list(SIZE), "spp": SPP, "variant": VARIANT}
 
 
 def draw(path, pictures: list) -> None:
     """Each picture, and below it its degree of linear polarisation, on a scale of its own."""
-    figure, axes = plt.subplots(2, len(pictures), figsize=(11, 5.6), layout="constrained")
-    for column, (name, picture) in zip(axes.T, pictures):
+    columns = len(pictures) // 2
+    figure, axes = plt.subplots(4, columns, figsize=(11, 10.6), layout="constrained")
+    # Pairs of rows, the picture over its degree.
+    pairs = axes.reshape(2, 2, columns).transpose(0, 2, 1).reshape(-1, 2)
+    for column, (name, picture) in zip(pairs, pictures):
         column[0].imshow(tone_mapped(picture[:, :, 0], 0.0))
         column[0].set_title(name)
         degree = linear_degree(picture)

@@ -145,22 +145,28 @@ impl Cell {
     fn packed(&self, j: usize) -> Vec<u32> {
         let entries = (self.index + 1).pow(2);
         let resample = resampling(SOLVED, STORED);
-        let mut packets = Vec::with_capacity(4 * STORED * STORED * entries);
-        for first in &resample {
-            for second in &resample {
-                for at in 0..entries {
-                    let mut sum = [Complex64::ZERO; 4];
-                    for (i, p) in first.iter().enumerate() {
-                        for (k, q) in second.iter().enumerate() {
-                            let value = self.value(i, k, j, at);
-                            for (sum, part) in sum.iter_mut().zip(value) {
-                                *sum += part * (p * q);
-                            }
-                        }
-                    }
-                    let half = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
-                    packets.extend(sum.map(|part| half(part.re) | half(part.im) << 16));
+        let add = |sum: &mut Shape, shape: Shape, weight: f64| {
+            sum.iter_mut().zip(shape).for_each(|(sum, part)| *sum += part * weight);
+        };
+        // Along the second coordinate, then along the first: `[node][stored · entries + entry]`.
+        let mut half_way = vec![vec![[Complex64::ZERO; 4]; STORED * entries]; SOLVED];
+        for (i, of_node) in half_way.iter_mut().enumerate() {
+            for (k, at) in (0..SOLVED).flat_map(|k| (0..entries).map(move |at| (k, at))) {
+                let value = self.value(i, k, j, at);
+                for (g, weights) in resample.iter().enumerate() {
+                    add(&mut of_node[g * entries + at], value, weights[k]);
                 }
+            }
+        }
+        let half = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
+        let mut packets = Vec::with_capacity(4 * STORED * STORED * entries);
+        for weights in &resample {
+            for at in 0..STORED * entries {
+                let mut sum = [Complex64::ZERO; 4];
+                for (of_node, &weight) in half_way.iter().zip(weights) {
+                    add(&mut sum, of_node[at], weight);
+                }
+                packets.extend(sum.map(|part| half(part.re) | half(part.im) << 16));
             }
         }
         packets
