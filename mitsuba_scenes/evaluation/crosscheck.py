@@ -3,18 +3,27 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
-from ..crosscheck.run import crosscheck, insist
+from ..crosscheck import same_colours, same_points
+from ..crosscheck.cases import Case
+from ..crosscheck.run import CLOSE, LIGHTS, Disagreement, crosscheck, insist
 from ..environment import REPOSITORY, use_variant
+from ..snake import snake_files
 from .speed_error import processor
 
 SAME_RAYS = "ensemble, same rays"
+# Aluminium at 570 nm, as numbers, which both renderers take.
+ALUMINIUM = {"theory": "rigorous", "eta": 1.0, "k": 6.9}
+GRATINGS = [Case(name, {"preset": name, **ALUMINIUM}, supersample=1) for name in ("blazed", "sinusoidal", "lamellar")]
+COLOURS = "llvm_ad_rgb"
 
 
 def figures() -> dict:
     """What `make crosscheck` finds, without the places of its pictures."""
+    folder = REPOSITORY / "out" / "crosscheck"
     variant = use_variant(fall_back=False)
-    report = crosscheck(REPOSITORY / "out" / "crosscheck")
+    report = crosscheck(folder)
     insist(report)
     report = json.loads(json.dumps(report, default=str))
     points = {name: [point_figures(found) for found in each] for name, each in report["points"].items()}
@@ -27,7 +36,21 @@ def figures() -> dict:
         "p99": max(found["p99"] for found in everywhere),
         "pictures": {name: picture_figures(found) for name, found in report["pictures"].items()},
         "methods": {name: method_figures(compared) for name, compared in report["methods"].items()},
+        "gratings": gratings(folder),
+        "gratings_variant": COLOURS,
     }
+
+
+def gratings(folder: Path) -> dict:
+    """The same points of gratings by Maxwell's equations."""
+    use_variant(COLOURS, fall_back=False)
+    files, found = snake_files(), {}
+    for case in GRATINGS:
+        checked = same_colours.check(case, files, LIGHTS, CLOSE, folder)
+        if failures := same_points.failures(case.name, checked):
+            raise Disagreement("; ".join(failures))
+        found[case.name] = [point_figures(each) for each in checked]
+    return found
 
 
 def point_figures(found: dict) -> dict:
