@@ -14,9 +14,12 @@ use rayon::prelude::*;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
-/// Chebyshev nodes along either side of a cell at which matrices are solved, and nodes of the table there.
+/// Chebyshev nodes along either side of a cell at which matrices are solved.
 const SOLVED: usize = 18;
-const STORED: usize = 18;
+/// The fewest and the most nodes of the table there.
+const STORED: [usize; 2] = [12, 18];
+/// Bytes that a table may have for more than the fewest nodes.
+const ROOM: f64 = 24e6;
 /// What one unit of a stored number means. No part of a matrix of unit length is above √2.
 const UNIT: f64 = 1.45 / 32_767.0;
 /// What a stored number of zero is.
@@ -62,13 +65,14 @@ impl JonesTable {
     ) -> Result<Self, GratingError> {
         let (nm, cells_of) = wavelengths(period_um, step_nm);
         let count = cells_of[0];
+        let stored = stored(&cells_of);
         let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); nm.len()];
         let work: usize = (1..=count).sum();
         let mut done = 0;
         for s in 0..count {
             let longest = wavelengths_of(s, &cells_of);
             let cell = Cell::solve(s, orders, &nm[..longest])?;
-            let of_wavelengths: Vec<_> = (0..longest).into_par_iter().map(|j| cell.packed(j)).collect();
+            let of_wavelengths: Vec<_> = (0..longest).into_par_iter().map(|j| cell.packed(j, stored)).collect();
             for (packed, cell) in packed.iter_mut().zip(of_wavelengths) {
                 packed.push(cell);
             }
@@ -88,7 +92,7 @@ impl JonesTable {
             step_nm: nm[1] - nm[0],
             wavelengths: nm.len() as u32,
             cells: count as u32,
-            nodes: STORED as u32,
+            nodes: stored as u32,
         };
         Ok(Self { layout, words })
     }
@@ -107,6 +111,13 @@ impl JonesTable {
     pub fn view<N: Numbers>(&self, words: N::Words) -> JonesView<N> {
         JonesView { layout: self.layout, words }
     }
+}
+
+/// Nodes along either side of a cell, of a table with so many cells at each wavelength.
+fn stored(cells_of: &[usize]) -> usize {
+    let entries: usize = cells_of.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
+    let fitting = (ROOM / (16 * entries) as f64).sqrt() as usize;
+    fitting.clamp(STORED[0], STORED[1])
 }
 
 /// The shapes of one cell: `[first coordinate ≥ second, in a triangle][wavelength][incident · orders + outgoing]`.
@@ -142,14 +153,14 @@ impl Cell {
     }
 
     /// The cell's packets at one wavelength.
-    fn packed(&self, j: usize) -> Vec<u32> {
+    fn packed(&self, j: usize, stored: usize) -> Vec<u32> {
         let entries = (self.index + 1).pow(2);
-        let resample = resampling(SOLVED, STORED);
+        let resample = resampling(SOLVED, stored);
         let add = |sum: &mut Shape, shape: Shape, weight: f64| {
             sum.iter_mut().zip(shape).for_each(|(sum, part)| *sum += part * weight);
         };
         // Along the second coordinate, then along the first: `[node][stored · entries + entry]`.
-        let mut half_way = vec![vec![[Complex64::ZERO; 4]; STORED * entries]; SOLVED];
+        let mut half_way = vec![vec![[Complex64::ZERO; 4]; stored * entries]; SOLVED];
         for (i, of_node) in half_way.iter_mut().enumerate() {
             for (k, at) in (0..SOLVED).flat_map(|k| (0..entries).map(move |at| (k, at))) {
                 let value = self.value(i, k, j, at);
@@ -159,9 +170,9 @@ impl Cell {
             }
         }
         let half = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
-        let mut packets = Vec::with_capacity(4 * STORED * STORED * entries);
+        let mut packets = Vec::with_capacity(4 * stored * stored * entries);
         for weights in &resample {
-            for at in 0..STORED * entries {
+            for at in 0..stored * entries {
                 let mut sum = [Complex64::ZERO; 4];
                 for (of_node, &weight) in half_way.iter().zip(weights) {
                     add(&mut sum, of_node[at], weight);
@@ -301,6 +312,18 @@ mod tests {
                 count > 16 * 10 && rms < RMS && largest < LARGEST,
                 "{medium:?}: {rms:.1e}, {largest:.1e} of {count}"
             );
+        }
+    }
+
+    #[test]
+    fn tables_have_no_more_than_their_room() {
+        // Periods in µm of the presets, and of a grating of few orders, which has the most nodes.
+        for (period_um, most) in [(2.5, false), (1.6, true), (0.9, true)] {
+            let (_, cells_of) = wavelengths(period_um, Some(40.0));
+            let packets: usize = cells_of.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
+            let nodes = stored(&cells_of);
+            assert!(16.0 * (packets * nodes * nodes) as f64 <= ROOM, "{period_um} µm: {nodes} nodes");
+            assert_eq!(nodes == STORED[1], most, "{period_um} µm: {nodes} nodes");
         }
     }
 
