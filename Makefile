@@ -35,8 +35,12 @@ help:
 
 setup: $(READY)
 
+# Packages come over the network while the library, which needs none of them, is compiled. Its errors are told by the build
+# that follows.
 $(READY): requirements.lock scripts/setup.sh
-	PYTHON="$(PYTHON)" scripts/setup.sh
+	@$(CARGO) build --release --quiet -p sunbeam >/dev/null 2>&1 & compiling=$$!; \
+	PYTHON="$(PYTHON)" scripts/setup.sh; ready=$$?; \
+	[ $$ready = 0 ] || kill $$compiling 2>/dev/null; wait $$compiling; exit $$ready
 
 # Cargo knows what is out of date. The copy is replaced in one step, since a running Mitsuba may have it mapped.
 plugin: $(READY)

@@ -18,10 +18,11 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("-o", "--output", type=Path, default=REPOSITORY / "out" / "crosscheck")
     parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")
     parser.add_argument("--scan", type=Path, default=SCAN, help="a measured height field")
+    parser.add_argument("--short", action="store_true", help="two surfaces in one light, as in `make demo`")
     options = parser.parse_args(words)
     try:
         use_variant(options.variant)
-        insist(crosscheck(options.output, options.scan))
+        insist(crosscheck(options.output, options.scan, options.short))
     except Disagreement as error:
         print(f"{parser.prog}: {error}", file=sys.stderr)
         return 1
