@@ -35,10 +35,10 @@ help:
 
 setup: $(READY)
 
-# Packages come over the network while the library, which needs none of them, is compiled. Its errors are told by the build
+# Packages come over the network while the C library, which needs none of them, is compiled. Its errors are told by the build
 # that follows.
 $(READY): requirements.lock scripts/setup.sh
-	@$(CARGO) build --release --quiet -p sunbeam >/dev/null 2>&1 & compiling=$$!; \
+	@$(CARGO) build --release --quiet -p sunbeam-c >/dev/null 2>&1 & compiling=$$!; \
 	PYTHON="$(PYTHON)" scripts/setup.sh; ready=$$?; \
 	[ $$ready = 0 ] || kill $$compiling 2>/dev/null; wait $$compiling; exit $$ready
 
