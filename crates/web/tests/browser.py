@@ -293,5 +293,5 @@ class Host:
 
 
 if __name__ == "__main__":
-    print(missing() or "")
+    print(missing() or "nothing is missing")
     sys.exit(missing() is not None)
