@@ -79,7 +79,11 @@ export function listenToControls() {
     });
   const number = (field) => (field.value === "" ? undefined : field.valueAsNumber);
   for (const id of ["period", "height", "coherence_length", "eta"]) surface(id, number);
-  surface("k", (field) => number(field) || undefined);
+  // The two are given together.
+  byId("k").addEventListener("change", () => change(({ surface }) => {
+    surface.k = number(byId("k")) || undefined;
+    surface.eta ??= number(byId("eta"));
+  }));
   for (const id of ["level", "tiling", "fill"]) surface(id, (field) => field.value);
   surface("channel", (field) => field.value.trim() || undefined);
   surface("conserve_energy", (field) => field.checked);

@@ -139,14 +139,15 @@ export class Engine {
     return this.#ask(this.#maker, "map", { settings: JSON.stringify(settings), theta_deg, phi_deg, side }, { progress });
   }
 
-  async scene(settings, progress) {
+  /** Mesh, tree and pigment; a draft of them is made much sooner. */
+  async scene(settings, draft, progress) {
     if (this.#scenes?.busy) {
       this.#scenes.end();
       this.#scenes = null;
     }
     const channel = (this.#scenes ??= new Channel(MAKER, this.#module));
     try {
-      return await channel.ask("scene", { settings: JSON.stringify(settings) }, { progress });
+      return await channel.ask("scene", { settings: JSON.stringify(settings), draft }, { progress });
     } catch (error) {
       if (this.#scenes === channel) this.#scenes = null;
       throw error;

@@ -47,5 +47,5 @@ answer({
     spectra.set_index(settings);
     return spectra.spectrum(wi, wo);
   },
-  scene: ({ settings }, progress) => sunbeam.make_scene(settings, progress),
+  scene: ({ settings, draft }, progress) => sunbeam.make_scene(settings, draft, progress),
 });

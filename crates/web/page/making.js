@@ -78,10 +78,16 @@ async function makeSurface(keys, stale) {
 
 async function makeScene(stale) {
   sceneShare = 0;
-  const bytes = await page.engine.scene(page.settings, (share) => (sceneShare = share));
-  sceneShare = null;
-  await page.opening;
-  if (!stale() && page.adapter) await page.engine.setScene(bytes);
+  const { engine, settings } = page;
+  // The other shapes are made in no time.
+  for (const draft of settings.shape === "snake" ? [true, false] : [false]) {
+    const bytes = await engine.scene(settings, draft, (share) => (sceneShare = share));
+    if (draft) sceneShare = 0;
+    else sceneShare = null;
+    await page.opening;
+    if (stale() || !page.adapter) return;
+    await engine.setScene(bytes);
+  }
 }
 
 function failed(error) {

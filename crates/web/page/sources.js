@@ -117,7 +117,7 @@ export function showExamples() {
       const [radio, image, title] = ["input", "img", "span"].map((name) => document.createElement(name));
       card.className = "card";
       Object.assign(radio, { type: "radio", name: "example", value: index });
-      Object.assign(image, { src: `examples/${example.thumbnail}`, alt: "", width: 384, height: 256 });
+      Object.assign(image, { src: `examples/${example.thumbnail}`, alt: "", width: 288, height: 192 });
       title.textContent = example.title;
       card.append(radio, image, title);
       radio.addEventListener("change", () => chooseExample(example));

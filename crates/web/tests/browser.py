@@ -24,6 +24,8 @@ BASE = (
     "--no-sandbox",
     "--no-first-run",
     "--disable-background-networking",
+    # A page that was left would keep its workers and its memory.
+    "--disable-features=BackForwardCache",
     "--disable-component-update",
     "--disable-dev-shm-usage",
     "--disable-sync",

@@ -142,12 +142,12 @@ fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     Ok(unit.to_array())
 }
 
-/// Mesh, tree and pigment for the artist.
+/// Mesh, tree and pigment for the artist; those of a draft are made in a fifth of the time.
 #[wasm_bindgen]
-pub fn make_scene(json: &str, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
+pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
     let settings = read(json)?;
     let (progress, _listening) = progress(listener);
-    let (mesh, pigment) = settings.scene().map_err(thrown)?;
+    let (mesh, pigment) = if is_draft { settings.draft_scene() } else { settings.scene() }.map_err(thrown)?;
     progress.report(0.6);
     let data = SceneData::new(&mesh, &pigment).map_err(thrown)?;
     progress.report(1.0);
