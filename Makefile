@@ -71,7 +71,7 @@ library:
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
 
-test: test-rust test-python
+test: test-rust test-python test-web
 
 # In the release profile, which all else is built in too: one set of dependencies serves everything. The plugin's tests, of
 # what Dr.Jit records without a renderer, need the libraries of the wheels.
@@ -152,10 +152,9 @@ web-serve: web
 	@echo "http://localhost:$(or $(PORT),8000)/"
 	$(PYTHON) -m http.server --bind localhost --directory target/web $(or $(PORT),8000)
 
-# In headless Chromium, beside what the native renderer draws of the same settings.
-test-web: $(READY) web
-	$(CARGO) build --release -p sunbeam-web --example page_twin
-	$(PY) -m pytest crates/web/tests
+# In headless Chromium, beside what the native renderer draws of the same settings. Where that is missing, one line says so.
+test-web: $(READY) tool
+	PY=$(PY) scripts/test_web.sh
 
 bench-web: $(READY) web
 	$(PY) crates/web/tests/bench_web.py

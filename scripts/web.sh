@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Builds the page into target/web: the library as WebAssembly, the JavaScript around it, the page's files, the examples.
-# Called by `make web`. Rust's WebAssembly target is taken from where it is found:
+# Called by `make web`; with --check it only finds out whether the compiler for it is there.
+# Rust's WebAssembly target is taken from where it is found:
 # - rustup's, which is added where its servers are reached;
 # - else Debian's compiler with the standard library built from its source.
 set -euo pipefail
@@ -56,6 +57,11 @@ build_bindgen() {
     env -u RUSTC CARGO_TARGET_DIR=target/bindgen \
         cargo build --locked --release --manifest-path crates/web/bindgen/Cargo.toml
 }
+
+if [ "${1:-}" = --check ]; then
+    find_target
+    exit
+fi
 
 # Only what changed is built again.
 say "1/4 the code"

@@ -7,6 +7,7 @@ use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
 use super::{MethodError, MethodOptions, MethodShader, Relief, is_query, spectral_range_um};
 use crate::height_field::HeightField;
+use crate::table::Progress;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
@@ -44,7 +45,21 @@ impl Flss {
         tolerance: f64,
         options: &MethodOptions,
     ) -> Result<Self, MethodError> {
-        let orders = Orders::new(field, coherence_length_um, tolerance, options)?;
+        Self::new_watched(field, coherence_length_um, tolerance, options, &Progress::none())
+    }
+
+    /// As [`Flss::new`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`super::build`].
+    pub fn new_watched(
+        field: &HeightField,
+        coherence_length_um: f64,
+        tolerance: f64,
+        options: &MethodOptions,
+        progress: &Progress,
+    ) -> Result<Self, MethodError> {
+        let orders = Orders::new(field, coherence_length_um, tolerance, options, progress)?;
         Ok(Self { orders, colours: colours::samples(options.lambda_step_nm)? })
     }
 

@@ -20,6 +20,7 @@ use super::{
     MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
 };
 use crate::height_field::HeightField;
+use crate::table::Progress;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -66,7 +67,21 @@ impl Nmm {
         tolerance: f64,
         options: &MethodOptions,
     ) -> Result<Self, MethodError> {
-        let orders = Orders::new(field, coherence_length_um, tolerance, options)?;
+        Self::new_watched(field, coherence_length_um, tolerance, options, &Progress::none())
+    }
+
+    /// As [`Nmm::new`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`super::build`].
+    pub fn new_watched(
+        field: &HeightField,
+        coherence_length_um: f64,
+        tolerance: f64,
+        options: &MethodOptions,
+        progress: &Progress,
+    ) -> Result<Self, MethodError> {
+        let orders = Orders::new(field, coherence_length_um, tolerance, options, progress)?;
         let colours = if options.weighted { colours::density()? } else { colours::density_over_square()? };
         let line_width = orders.grid.sharpness.map(|sharpness| line_width(sharpness.into()) as f32);
         let of_colours = match options.neighbourhood {

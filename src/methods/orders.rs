@@ -6,6 +6,7 @@ use super::order_grid::{OrderGrid, TERMS_MULTIPLE};
 use super::term_weights::TermWeights;
 use super::{MethodError, MethodOptions, WAVELENGTH_MIN_UM};
 use crate::height_field::HeightField;
+use crate::table::Progress;
 use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
@@ -52,12 +53,14 @@ pub struct OrderCounts {
 
 impl Orders {
     /// Transforms `field` for a Gaussian window of four standard deviations `coherence_length_um`; `tolerance` is the
-    /// relative error that the number of terms and the neighbourhood follow from unless they are given.
+    /// relative error that the number of terms and the neighbourhood follow from unless they are given. `progress` hears of
+    /// each pair of terms.
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,
         tolerance: f64,
         options: &MethodOptions,
+        progress: &Progress,
     ) -> Result<Self, MethodError> {
         let transform = TermTransform::<f32>::new(field, options.series);
         let count = term_count(transform.half_range_um(), tolerance, options)?;
@@ -95,7 +98,7 @@ impl Orders {
                 None => (kappa_h_max(transform.half_range_um()) + (terms - count) as f64) as f32,
             },
         };
-        Ok(Self { grid, count, terms: Arc::new(pack(&transform, [nx, ny], reach, count)) })
+        Ok(Self { grid, count, terms: Arc::new(pack(&transform, [nx, ny], reach, count, progress)) })
     }
 
     /// The same terms with no more orders summed at a place than `tolerance` asks for.
@@ -277,7 +280,14 @@ fn neighbourhood(
 }
 
 /// The first `count` terms of the orders up to `reach`, two at a time.
-fn pack(transform: &TermTransform<f32>, pixels: [usize; 2], reach: [usize; 2], count: usize) -> Vec<[f32; 4]> {
+fn pack(
+    transform: &TermTransform<f32>,
+    pixels: [usize; 2],
+    reach: [usize; 2],
+    count: usize,
+    progress: &Progress,
+) -> Vec<[f32; 4]> {
+    let steps = progress.of_steps(count.div_ceil(2));
     let (pairs, width) = (count.next_multiple_of(TERMS_MULTIPLE) / 2, 2 * reach[0] + 1);
     let mut packed = vec![[0.0f32; 4]; width * (reach[1] + 1) * pairs];
     let bin = |j: i64, n: usize| j.rem_euclid(n as i64) as usize;
@@ -294,6 +304,7 @@ fn pack(transform: &TermTransform<f32>, pixels: [usize; 2], reach: [usize; 2], c
                 order[pair] = [even[from].re, even[from].im, odd.re, odd.im].map(|part| part * share);
             }
         });
+        steps.one();
     }
     packed
 }

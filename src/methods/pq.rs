@@ -12,6 +12,7 @@ use super::order_grid::OrderGrid;
 use super::orders::{OrderCounts, Orders};
 use super::{MethodError, MethodOptions, MethodShader, REPEATS_MAX, Relief, Repeats, is_query, spectral_range_um};
 use crate::height_field::HeightField;
+use crate::table::Progress;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f32::consts::PI;
@@ -54,8 +55,22 @@ impl Pq {
         tolerance: f64,
         options: &MethodOptions,
     ) -> Result<Self, MethodError> {
+        Self::new_watched(field, coherence_length_um, tolerance, options, &Progress::none())
+    }
+
+    /// As [`Pq::new`], telling `progress` how far it has come.
+    ///
+    /// # Errors
+    /// As [`super::build`].
+    pub fn new_watched(
+        field: &HeightField,
+        coherence_length_um: f64,
+        tolerance: f64,
+        options: &MethodOptions,
+        progress: &Progress,
+    ) -> Result<Self, MethodError> {
         let options = MethodOptions { neighbourhood: Some(1), ..options.clone() };
-        let mut orders = Orders::new(field, coherence_length_um, tolerance, &options)?;
+        let mut orders = Orders::new(field, coherence_length_um, tolerance, &options, progress)?;
         let (lx, ly) = field.extent_um();
         let as_bright = |extent_um: f64| {
             let repeats = 0.5 * std::f64::consts::PI.sqrt() * coherence_length_um / extent_um;

@@ -6,6 +6,7 @@
 use clap::Parser;
 use ndarray::Array3;
 use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -150,6 +151,7 @@ fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path)
             };
             std::fs::write(folder.join(&file), &found)?;
             example["bytes"] = json!(found.len());
+            example["sha256"] = json!(format!("{:x}", Sha256::digest(&found)));
             bytes = Some(found);
         }
         let settings = Settings::from_json(&example["settings"].to_string())?;

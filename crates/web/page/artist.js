@@ -11,6 +11,8 @@ let view = null;
 // Counts what has changed what is to be seen.
 let wanted = 0;
 let drawing = false;
+// What was told of the picture that is shown.
+let last = null;
 // Calls that draw follow each other.
 let queue = Promise.resolve();
 
@@ -27,9 +29,17 @@ async function drawAll() {
     for (let seen = 0; artist && seen !== wanted; ) {
       seen = wanted;
       for (;;) {
-        const report = await inTurn(() => artist?.step());
-        if (report === undefined) break;
-        postMessage({ type: "drawn", serial: view.serial, ...JSON.parse(report) });
+        // The view may be another one by the time that this one is drawn.
+        let serial;
+        const report = await inTurn(() => {
+          ({ serial } = view);
+          return artist?.step();
+        });
+        if (report !== undefined) last = { serial, ...JSON.parse(report) };
+        // Whoever asked for the picture that is there already hears that it is.
+        else if (last && seen === wanted && last.serial !== serial) last.serial = serial;
+        else break;
+        postMessage({ type: "drawn", ...last });
       }
     }
   } catch (error) {
@@ -50,6 +60,7 @@ function look() {
 answer({
   async open({ canvas }) {
     const opened = await sunbeam.Artist.open(canvas);
+    last = null;
     artist = opened;
     opened.on_lost((message) => {
       if (artist === opened) artist = null;

@@ -30,6 +30,7 @@ export class Engine {
   /** What the maker has read, so that another is told again. */
   #reliefKey = null;
   #reflectanceKey = null;
+  #spectraKey = null;
 
   constructor(module, listener) {
     this.#module = module;
@@ -54,7 +55,7 @@ export class Engine {
   #newMaker() {
     this.#maker?.end();
     this.#maker = new Channel(MAKER, this.#module);
-    this.#reliefKey = this.#reflectanceKey = null;
+    this.#reliefKey = this.#reflectanceKey = this.#spectraKey = null;
     return this.#maker;
   }
 
@@ -85,7 +86,7 @@ export class Engine {
   /** The relief of a preset, or of a file: its facts and its picture. `key` is what [`Engine.holds`] knows it by. */
   async relief(settings, file, key) {
     const maker = this.#idleMaker();
-    this.#reliefKey = this.#reflectanceKey = null;
+    this.#reliefKey = this.#reflectanceKey = this.#spectraKey = null;
     const read = await this.#ask(maker, "relief", { settings: JSON.stringify(settings), file });
     if (maker === this.#maker) this.#reliefKey = key;
     return read;
@@ -105,7 +106,7 @@ export class Engine {
     return this.#ask(this.#maker, "method", { settings: JSON.stringify(settings) }, { progress });
   }
 
-  /** Makes the reflectance on the processor, which spectra and maps without WebGPU are read from. */
+  /** Makes the reflectance on the processor, which maps without WebGPU are read from. */
   async reflectance(settings, key, progress) {
     const maker = this.#maker;
     this.#reflectanceKey = null;
@@ -113,27 +114,40 @@ export class Engine {
     if (maker === this.#maker) this.#reflectanceKey = key;
   }
 
-  /** Whether spectra can be asked for, of the data of this key. */
   hasReflectance(key) {
     return this.#reflectanceKey !== null && this.#reflectanceKey === key;
   }
 
-  spectrum(wi, wo) {
-    return this.#ask(this.#maker, "spectrum", { wi: Float32Array.from(wi), wo: Float32Array.from(wo) });
+  /** Makes what spectra are read from. */
+  async spectra(settings, key, progress) {
+    const maker = this.#maker;
+    this.#spectraKey = null;
+    await this.#ask(maker, "spectra", { settings: JSON.stringify(settings) }, { progress });
+    if (maker === this.#maker) this.#spectraKey = key;
   }
 
-  mapOnProcessor(theta_deg, phi_deg, side, progress) {
-    return this.#ask(this.#maker, "map", { theta_deg, phi_deg, side }, { progress });
+  /** Whether spectra can be asked for, of the data of this key. */
+  hasSpectra(key) {
+    return this.#spectraKey !== null && this.#spectraKey === key;
   }
 
-  async scene(settings, progress) {
+  spectrum(settings, wi, wo) {
+    return this.#ask(this.#maker, "spectrum", { settings: JSON.stringify(settings), wi: Float32Array.from(wi), wo: Float32Array.from(wo) });
+  }
+
+  mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
+    return this.#ask(this.#maker, "map", { settings: JSON.stringify(settings), theta_deg, phi_deg, side }, { progress });
+  }
+
+  /** Mesh, tree and pigment; a draft of them is made much sooner. */
+  async scene(settings, draft, progress) {
     if (this.#scenes?.busy) {
       this.#scenes.end();
       this.#scenes = null;
     }
     const channel = (this.#scenes ??= new Channel(MAKER, this.#module));
     try {
-      return await channel.ask("scene", { settings: JSON.stringify(settings) }, { progress });
+      return await channel.ask("scene", { settings: JSON.stringify(settings), draft }, { progress });
     } catch (error) {
       if (this.#scenes === channel) this.#scenes = null;
       throw error;

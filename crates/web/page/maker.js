@@ -7,6 +7,7 @@ const PICTURE_SIDE = 512;
 
 let relief = null;
 let reflectance = null;
+let spectra = null;
 
 answer({
   async relief({ settings, file }) {
@@ -14,8 +15,9 @@ answer({
     const read = new sunbeam.Relief(settings, bytes);
     relief?.free();
     reflectance?.free();
+    spectra?.free();
     relief = read;
-    reflectance = null;
+    reflectance = spectra = null;
     const picture = relief.picture(PICTURE_SIDE);
     const { width, height, bar_um, um_per_pixel, rgba } = picture;
     picture.free();
@@ -32,7 +34,18 @@ answer({
     reflectance = null;
     reflectance = relief.reflectance(settings, progress);
   },
-  map: ({ theta_deg, phi_deg, side }, progress) => reflectance.map(theta_deg, phi_deg, side, progress),
-  spectrum: ({ wi, wo }) => reflectance.spectrum(wi, wo),
-  scene: ({ settings }, progress) => sunbeam.make_scene(settings, progress),
+  spectra({ settings }, progress) {
+    spectra?.free();
+    spectra = null;
+    spectra = relief.spectra(settings, progress);
+  },
+  map({ settings, theta_deg, phi_deg, side }, progress) {
+    reflectance.set_index(settings);
+    return reflectance.map(theta_deg, phi_deg, side, progress);
+  },
+  spectrum({ settings, wi, wo }) {
+    spectra.set_index(settings);
+    return spectra.spectrum(wi, wo);
+  },
+  scene: ({ settings, draft }, progress) => sunbeam.make_scene(settings, draft, progress),
 });

@@ -4,6 +4,7 @@ use crate::error::WebError;
 use crate::method_data::MethodData;
 use crate::reflectance::Reflectance;
 use crate::settings::Settings;
+use crate::spectra::Spectra;
 use serde::Serialize;
 use sunbeam::height_field::{HeightField, Roughness};
 use sunbeam::methods::{self, Method, MethodKind};
@@ -175,6 +176,17 @@ impl Relief {
     /// # Errors
     /// As [`Relief::method`].
     pub fn reflectance(&self, settings: &Settings, progress: &Progress) -> Result<Reflectance, WebError> {
-        Ok(Reflectance::new(self.field.clone(), self.method(settings, progress)?, settings))
+        Ok(Reflectance::new(self.method(settings, progress)?, settings))
+    }
+
+    /// What spectra are read from on the processor.
+    ///
+    /// # Errors
+    /// As [`Relief::method`].
+    pub fn spectra(&self, settings: &Settings, progress: &Progress) -> Result<Spectra, WebError> {
+        if let Some(line) = self.estimate(settings).too_much {
+            return Err(WebError::Limit(line));
+        }
+        Spectra::new(&self.field, settings, progress)
     }
 }

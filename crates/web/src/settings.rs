@@ -21,6 +21,8 @@ const SUN_ELEVATION: std::ops::RangeInclusive<f64> = 0.5..=90.0;
 const CAMERA_ELEVATION: std::ops::RangeInclusive<f64> = -89.0..=89.0;
 /// Accepted distances of the camera in cm.
 const DISTANCE_CM: std::ops::RangeInclusive<f64> = 0.2..=200.0;
+/// Sides of the pigment are divided by this in a scene that is to be there soon.
+const DRAFT: usize = 4;
 /// Accepted polar angles of the map's light in degrees.
 const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
 
@@ -283,6 +285,15 @@ impl Settings {
     /// [`WebError::Settings`] for a mesh out of range.
     pub fn scene(&self) -> Result<(Mesh, PigmentTexture), WebError> {
         Ok(self.shape.make(self.resolution, PIGMENT_SIZE)?)
+    }
+
+    /// The same with a coarser pigment, which takes most of a scene's time.
+    ///
+    /// # Errors
+    /// As [`Settings::scene`].
+    pub fn draft_scene(&self) -> Result<(Mesh, PigmentTexture), WebError> {
+        let (along, around) = PIGMENT_SIZE;
+        Ok(self.shape.make(self.resolution, (along / DRAFT, around / DRAFT))?)
     }
 
     /// What changes when the relief, the method's data or the scene have to be made anew.

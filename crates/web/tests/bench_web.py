@@ -165,8 +165,7 @@ def table(found):
         (f"memory with a scan of {LARGE}²", f"{found['memory_bytes'] / 1e6:.0f} MB", "≤ 600 MB"),
     ]
     lines = ["| figure | measured | aim |", "| --- | --- | --- |", *(f"| {' | '.join(row)} |" for row in rows)]
-    about = "`make bench-web` measured these in headless Chromium, WebGPU in software, for `docs/data/web.json`."
-    return "\n## Measured\n\n" + about + "\n\n" + "\n".join(lines) + "\n\n"
+    return "\n" + "\n".join(lines) + "\n\n"
 
 
 def main():

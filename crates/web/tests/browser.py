@@ -24,6 +24,8 @@ BASE = (
     "--no-sandbox",
     "--no-first-run",
     "--disable-background-networking",
+    # A page that was left would keep its workers and its memory.
+    "--disable-features=BackForwardCache",
     "--disable-component-update",
     "--disable-dev-shm-usage",
     "--disable-sync",
@@ -293,5 +295,5 @@ class Host:
 
 
 if __name__ == "__main__":
-    print(missing() or "")
+    print(missing() or "nothing is missing")
     sys.exit(missing() is not None)

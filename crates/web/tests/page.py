@@ -40,6 +40,24 @@ class Page:
             self.finished(limit)
         return self
 
+    def reopen(self, fields=QUICK, size=None):
+        """As `open`, by the address alone where the page is there: a visitor who follows a link within it."""
+        if not self.js("return Boolean(document.body?.dataset.ready !== undefined && globalThis.sunbeam?.adapter)"):
+            return self.open(fields, size)
+        self.browser.promise(
+            """await new Promise((resolve) => {
+                // It hears of it after the page. The address has to be another one for that.
+                addEventListener("hashchange", resolve, { once: true });
+                history.replaceState(null, "", location.pathname);
+                location.hash = args[0];
+            });""",
+            hash_of(fields),
+        )
+        if size and self.js("return document.getElementById('size').value") != size:
+            self.choose("#size", size)
+        self.finished()
+        return self
+
     def finished(self, limit=120):
         """Waits until everything that was asked for is drawn."""
         self.browser.wait(IS_FINISHED, f"the picture ({self.words()})", limit)

@@ -103,7 +103,10 @@ def test_whole_numbers_are_asked_for_their_height_too(page, tmp_path):
         page.browser.type(f"#{asked}", f"{answer}\n")
     until(lambda: name_shown(page) == "scan.png", 30, "the file")
     page.finished()
-    assert "300 nm" in page.js("return document.getElementById('relief-range').textContent")
+    # Levelled, it would have another range.
+    page.choose("#level", "none")
+    page.finished()
+    assert page.js("return document.getElementById('relief-range').textContent") == "0 to 0.3 µm"
     expect_same(page.pixels(), twin(page.settings(), tmp_path, "--size", SMALL, "--file", path))
 
 
@@ -230,6 +233,7 @@ def test_what_is_too_large_is_refused_with_what_would_do(page, tmp_path):
     page.open({**QUICK}, size=SMALL)
     page.drop(path)
     page.browser.wait("return !document.getElementById('message').hidden", "the refusal")
-    assert "µm" in page.message()
+    assert "GB" in page.message()
+    assert "coherence length" in page.message()
     page.finished()
     assert page.settings()["surface"]["preset"] == "blazed"

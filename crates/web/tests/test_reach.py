@@ -71,7 +71,7 @@ def test_axe_finds_no_fault(page, axe, width, dark):
 @pytest.mark.parametrize("width", [320, 360, 900, 1400])
 def test_nothing_sticks_out_to_the_side(page, width):
     page.browser.resize(width, 900)
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     assert page.js("return document.documentElement.scrollWidth <= innerWidth")
     sticking = page.js(
         """return [...document.querySelectorAll("main *, header *, footer *")]
@@ -94,7 +94,7 @@ def test_dark_and_light_differ(page):
     grounds = []
     for dark in [False, True]:
         page.browser.dark(dark)
-        page.open(size=SMALL)
+        page.reopen(size=SMALL)
         ground = page.js("return getComputedStyle(document.documentElement).backgroundColor")
         grounds.append([int(channel) for channel in re.findall(r"\d+", ground)])
     assert min(grounds[0][:3]) > 200
@@ -102,7 +102,7 @@ def test_dark_and_light_differ(page):
 
 
 def test_every_control_is_reached_by_the_tabulator(page):
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     page.js("document.activeElement.blur(); window.scrollTo(0, 0)")
     name = "const one = document.activeElement; return one.id || one.name || one.textContent.trim().slice(0, 20)"
     reached, rings = [], []
@@ -155,7 +155,7 @@ def test_without_webgpu_there_is_a_message_pictures_and_the_map(host, secure, tm
         assert map_sum(page) != before
         # The pictures of the examples.
         page.js("document.querySelector('input[name=example]').click()")
-        page.browser.wait("return document.getElementById('still').naturalWidth === 384", "the ready-made picture")
+        page.browser.wait("return document.getElementById('still').naturalWidth === 288", "the ready-made picture")
         assert page.canvas_colours("#still") > 300
         # Files are read as ever.
         path = tmp_path / "scan.npy"
@@ -174,9 +174,16 @@ def test_the_built_files_are_small():
     import gzip
 
     sizes = {path: len(gzip.compress(path.read_bytes(), 9)) for path in SITE.rglob("*") if path.is_file()}
-    examples = sum(path.stat().st_size for path in sizes if path.parent.name == "examples")
-    code = sum(size for path, size in sizes.items() if path.parent.name != "examples")
     (wasm,) = [size for path, size in sizes.items() if path.suffix == ".wasm"]
     assert 100e3 < wasm <= 1.3e6
-    assert code <= 2e6
-    assert examples <= 300e3
+    assert sum(size for path, size in sizes.items() if path.suffix != ".gsf") <= 2e6
+
+
+def test_hardly_any_data_is_committed():
+    """Examples are made from presets and scans when the page is built."""
+    listed = subprocess.run(["git", "ls-files", "-z", "crates/web"], cwd=REPOSITORY, capture_output=True, check=True)
+    paths = [REPOSITORY / name for name in listed.stdout.decode().split("\0") if name]
+    code = {".rs", ".js", ".py", ".html", ".css", ".toml", ".lock", ".md"}
+    data = [path.stat().st_size for path in paths if path.suffix not in code and path.exists()]
+    assert len(paths) > 30
+    assert sum(data) <= 300e3

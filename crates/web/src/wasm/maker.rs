@@ -3,7 +3,7 @@
 use super::quick::read;
 use super::report::{progress, thrown};
 use crate::reflectance::direction;
-use crate::{Reflectance, Relief, WebError, image};
+use crate::{Reflectance, Relief, Spectra, WebError, image};
 use sunbeam::reflectance::Vec3;
 use sunbeam_realtime::SceneData;
 use wasm_bindgen::JsValue;
@@ -46,6 +46,12 @@ impl JsRelief {
     pub fn reflectance(&self, json: &str, listener: &JsValue) -> Result<JsReflectance, JsValue> {
         let (progress, _listening) = progress(listener);
         Ok(JsReflectance(self.0.reflectance(&read(json)?, &progress).map_err(thrown)?))
+    }
+
+    /// What spectra are read from.
+    pub fn spectra(&self, json: &str, listener: &JsValue) -> Result<JsSpectra, JsValue> {
+        let (progress, _listening) = progress(listener);
+        Ok(JsSpectra(self.0.spectra(&read(json)?, &progress).map_err(thrown)?))
     }
 }
 
@@ -92,20 +98,39 @@ pub struct JsReflectance(Reflectance);
 
 #[wasm_bindgen(js_class = Reflectance)]
 impl JsReflectance {
+    /// Takes the refractive index of other settings.
+    pub fn set_index(&mut self, json: &str) -> Result<(), JsValue> {
+        self.0.set_index(&read(json)?);
+        Ok(())
+    }
+
     /// Linear sRGB over the hemisphere.
     pub fn map(&self, theta_deg: f64, phi_deg: f64, side: usize, listener: &JsValue) -> Vec<f32> {
         let (progress, _listening) = progress(listener);
         self.0.map(direction(theta_deg, phi_deg), side, &progress).as_flattened().to_vec()
     }
 
-    /// `f_r` at 380, 385, …, 780 nm.
-    pub fn spectrum(&mut self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
-        self.0.spectrum(unit(wi)?, unit(wo)?).map_err(thrown)
-    }
-
     /// Linear sRGB of a pair of directions.
     pub fn rgb(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
         Ok(self.0.rgb(unit(wi)?, unit(wo)?).map(|value| value as f32).to_vec())
+    }
+}
+
+/// Spectra; see [`Spectra`].
+#[wasm_bindgen(js_name = Spectra)]
+pub struct JsSpectra(Spectra);
+
+#[wasm_bindgen(js_class = Spectra)]
+impl JsSpectra {
+    /// Takes the refractive index of other settings.
+    pub fn set_index(&mut self, json: &str) -> Result<(), JsValue> {
+        self.0.set_index(&read(json)?);
+        Ok(())
+    }
+
+    /// `f_r` at 380, 385, …, 780 nm.
+    pub fn spectrum(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
+        Ok(self.0.spectrum(unit(wi)?, unit(wo)?))
     }
 }
 
@@ -117,12 +142,12 @@ fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     Ok(unit.to_array())
 }
 
-/// Mesh, tree and pigment for the artist.
+/// Mesh, tree and pigment for the artist; those of a draft are made in a fifth of the time.
 #[wasm_bindgen]
-pub fn make_scene(json: &str, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
+pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
     let settings = read(json)?;
     let (progress, _listening) = progress(listener);
-    let (mesh, pigment) = settings.scene().map_err(thrown)?;
+    let (mesh, pigment) = if is_draft { settings.draft_scene() } else { settings.scene() }.map_err(thrown)?;
     progress.report(0.6);
     let data = SceneData::new(&mesh, &pigment).map_err(thrown)?;
     progress.report(1.0);

@@ -1,0 +1,94 @@
+// Draws the BRDF map, and reads colour and spectrum of it.
+
+import { angles, colourAt, direction, halfway } from "./map.js";
+import { currentKeys, remember } from "./settings.js";
+import { byId, page, views } from "./state.js";
+import { degrees, say, signed } from "./words.js";
+
+const MAP_SIDE = 128;
+/** Of a map that follows the pointer. */
+export const DRAFT_SIDE = 48;
+
+let mapping = false;
+let mapNext = null;
+/** Draws the map for light from `wi`; of several asked for meanwhile, the last. */
+export async function drawMap(wi, side) {
+  mapNext = { wi, side };
+  if (mapping) return;
+  mapping = true;
+  try {
+    while (mapNext) {
+      const { wi, side } = mapNext;
+      mapNext = null;
+      const rgb = await mapOf(wi, side);
+      if (!rgb) continue;
+      page.map = { rgb, side, wi };
+      views.map.show(page.engine.quick.map_picture(rgb, side), side);
+      page.wi = wi;
+      if (page.wo) readAt(page.wo);
+      else views.map.mark(wi, null);
+    }
+  } finally {
+    mapping = false;
+  }
+}
+
+export function mapOf(wi, side) {
+  const { engine } = page;
+  if (page.adapter) return engine.map(wi, side);
+  if (!engine.hasReflectance(currentKeys().method)) return null;
+  const { theta_deg, phi_deg } = angles(wi);
+  return engine.mapOnProcessor(page.settings, theta_deg, phi_deg, side);
+}
+
+export async function refreshMap() {
+  const { theta_deg, phi_deg } = page.settings.map;
+  remember();
+  try {
+    await drawMap(direction(theta_deg, phi_deg), MAP_SIDE);
+  } catch (error) {
+    if (error.kind !== "lost" && error.kind !== "cancelled") say(error.message);
+  }
+}
+
+const inDegrees = (unit) => {
+  const { theta_deg, phi_deg } = angles(unit);
+  return `θ ${degrees(theta_deg)}, φ ${degrees(phi_deg)}`;
+};
+
+/** Reads the map towards `wo`. */
+export function readAt(wo) {
+  page.wo = wo;
+  const { wi, map } = page;
+  if (!map || !wi) return;
+  views.map.mark(wi, wo);
+  const rgb = colourAt(map, wo);
+  byId("fact-wo").textContent = inDegrees(wo);
+  byId("fact-h").textContent = inDegrees(halfway(wi, wo));
+  byId("fact-rgb").textContent = Array.from(rgb, (value) => signed(Number(value.toPrecision(3)))).join(", ");
+  // What a surface that lies in this light would show: radiance over that of white which faces the sun.
+  const shown = Float32Array.from(rgb, (value) => value * Math.PI * wi[2]);
+  byId("swatch").style.backgroundColor = `rgb(${page.engine.quick.to_srgb(shown, page.settings.exposure).join(" ")})`;
+  readSpectrum();
+}
+
+let reading = false;
+let readNext = false;
+export async function readSpectrum() {
+  readNext = true;
+  if (reading || !page.wo || !page.engine.hasSpectra(currentKeys().method)) return;
+  reading = true;
+  try {
+    while (readNext) {
+      readNext = false;
+      const values = await page.engine.spectrum(page.settings, page.wi, page.wo);
+      page.spectrum = values;
+      if (values.length) views.spectrum.show(values);
+      else views.spectrum.say(`${page.settings.method} has no spectrum`);
+    }
+  } catch (error) {
+    if (error.kind !== "cancelled") views.spectrum.say(error.message);
+  } finally {
+    reading = false;
+  }
+}
