@@ -71,7 +71,7 @@ library:
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
 
-test: test-rust test-python test-web
+test: test-rust test-python
 
 # In the release profile, which all else is built in too: one set of dependencies serves everything. The plugin's tests, of
 # what Dr.Jit records without a renderer, need the libraries of the wheels.
