@@ -2,6 +2,7 @@
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -76,7 +77,14 @@ def begin(spec, *more, slow=None, group=False, **variables):
     """Begins one in the background, in a process group of its own where it is to be interrupted as a terminal does."""
     env = environment(spec.parent, slow, **variables)
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    return subprocess.Popen(words(spec, *more), env=env, start_new_session=group, **pipes)
+    # Whoever runs the tests in the background may ignore Ctrl-C, which would be inherited.
+    return subprocess.Popen(
+        words(spec, *more), env=env, start_new_session=group, preexec_fn=heeding_interrupts, **pipes
+    )
+
+
+def heeding_interrupts():
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def results(folder):
