@@ -115,8 +115,10 @@ impl JonesTable {
 
 /// Nodes along either side of a cell, of a table with so many cells at each wavelength.
 fn stored(cells_of: &[usize]) -> usize {
-    let entries: usize = cells_of.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
-    let fitting = (ROOM / (16 * entries) as f64).sqrt() as usize;
+    // Of a packet.
+    const BYTES: usize = 16;
+    let packets: usize = cells_of.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
+    let fitting = (ROOM / (BYTES * packets) as f64).sqrt() as usize;
     fitting.clamp(STORED[0], STORED[1])
 }
 

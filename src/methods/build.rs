@@ -60,9 +60,9 @@ pub fn build_watched(
         return unsupported("tiling", "aperiodic", "periodic");
     }
     Ok(match kind {
-        MethodKind::Flss => Box::new(Flss::new_watched(field, coherence_length_um, tolerance, options, progress)?),
-        MethodKind::Nmm => Box::new(Nmm::new_watched(field, coherence_length_um, tolerance, options, progress)?),
-        MethodKind::Pq => Box::new(Pq::new_watched(field, coherence_length_um, tolerance, options, progress)?),
+        MethodKind::Flss => Box::new(Flss::new(field, coherence_length_um, tolerance, options, progress)?),
+        MethodKind::Nmm => Box::new(Nmm::new(field, coherence_length_um, tolerance, options, progress)?),
+        MethodKind::Pq => Box::new(Pq::new(field, coherence_length_um, tolerance, options, progress)?),
         MethodKind::Stam => match options.stam_form {
             StamForm::Spacing => Box::new(Stam::new(field, coherence_length_um, options)?),
             StamForm::Gems => Box::new(StamGems::new(field, options)?),

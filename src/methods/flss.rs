@@ -35,24 +35,12 @@ pub struct Flss {
 }
 
 impl Flss {
-    /// Transforms `field`, of which `lambda_step_nm`, `terms`, `neighbourhood` and `series` are asked.
+    /// Transforms `field`, of which `lambda_step_nm`, `terms`, `neighbourhood` and `series` are asked; `progress` hears how far it
+    /// has come.
     ///
     /// # Errors
     /// As [`super::build`].
     pub fn new(
-        field: &HeightField,
-        coherence_length_um: f64,
-        tolerance: f64,
-        options: &MethodOptions,
-    ) -> Result<Self, MethodError> {
-        Self::new_watched(field, coherence_length_um, tolerance, options, &Progress::none())
-    }
-
-    /// As [`Flss::new`], telling `progress` how far it has come.
-    ///
-    /// # Errors
-    /// As [`super::build`].
-    pub fn new_watched(
         field: &HeightField,
         coherence_length_um: f64,
         tolerance: f64,

@@ -57,24 +57,12 @@ pub struct Nmm {
 }
 
 impl Nmm {
-    /// Transforms `field`, of which `terms`, `neighbourhood`, `series` and `weighted` are asked.
+    /// Transforms `field`, of which `terms`, `neighbourhood`, `series` and `weighted` are asked; `progress` hears how far it
+    /// has come.
     ///
     /// # Errors
     /// As [`super::build`].
     pub fn new(
-        field: &HeightField,
-        coherence_length_um: f64,
-        tolerance: f64,
-        options: &MethodOptions,
-    ) -> Result<Self, MethodError> {
-        Self::new_watched(field, coherence_length_um, tolerance, options, &Progress::none())
-    }
-
-    /// As [`Nmm::new`], telling `progress` how far it has come.
-    ///
-    /// # Errors
-    /// As [`super::build`].
-    pub fn new_watched(
         field: &HeightField,
         coherence_length_um: f64,
         tolerance: f64,

@@ -11,7 +11,7 @@ use sunbeam::methods::{
     self, ColourTable, ColourTableOptions, Flss, Method, MethodKind, MethodOptions, Nmm, OrderCounts, Pq,
 };
 use sunbeam::reflectance::{Options, Surface};
-use sunbeam::table::Model;
+use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 
 const COLOUR_TABLE: &str = "colour-table";
@@ -164,7 +164,8 @@ impl Builder<'_> {
         let start = Instant::now();
         let refused = |source| BenchError::Method { candidate: format!("flss {asked:?}"), source };
         let length_um = self.options.coherence_length_um;
-        let made = Flss::new(self.field, length_um, self.tolerance(tolerance), asked).map_err(refused)?;
+        let made =
+            Flss::new(self.field, length_um, self.tolerance(tolerance), asked, &Progress::none()).map_err(refused)?;
         let build_seconds = start.elapsed().as_secs_f64();
         for lambda_step_nm in steps_nm {
             let stepped = made.with_lambda_step(*lambda_step_nm).map_err(refused)?;
@@ -212,13 +213,13 @@ impl Builder<'_> {
                 sets.push((None, MethodOptions { neighbourhood: Some(neighbourhood), ..default.clone() }));
             }
         }
-        let mut own = None;
+        let (length_um, mut own) = (self.options.coherence_length_um, None);
         for (tolerance, asked) in sets {
             if own.is_some() && asked == (MethodOptions { neighbourhood: own, ..default.clone() }) {
                 continue;
             }
             let start = Instant::now();
-            let made = Nmm::new(self.field, self.options.coherence_length_um, self.tolerance(tolerance), &asked)
+            let made = Nmm::new(self.field, length_um, self.tolerance(tolerance), &asked, &Progress::none())
                 .map_err(|source| BenchError::Method { candidate: format!("nmm {asked:?}"), source })?;
             let (counts, seconds) = (made.counts(), start.elapsed().as_secs_f64());
             own.get_or_insert(counts.neighbourhood);
@@ -237,8 +238,9 @@ impl Builder<'_> {
         for (asked, steps_nm) in sets {
             let start = Instant::now();
             let refused = |source| BenchError::Method { candidate: format!("pq {asked:?}"), source };
-            let tolerance = self.options.tolerance;
-            let made = Pq::new(self.field, self.options.coherence_length_um, tolerance, &asked).map_err(refused)?;
+            let Options { coherence_length_um, tolerance, .. } = *self.options;
+            let made =
+                Pq::new(self.field, coherence_length_um, tolerance, &asked, &Progress::none()).map_err(refused)?;
             let (counts, seconds) = (made.counts(), start.elapsed().as_secs_f64());
             for lambda_step_nm in steps_nm {
                 let stepped = made.with_lambda_step(*lambda_step_nm).map_err(refused)?;

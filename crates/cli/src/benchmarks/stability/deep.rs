@@ -11,7 +11,7 @@ use sunbeam::height_field::HeightField;
 use sunbeam::height_field::random::Random;
 use sunbeam::methods::{Flss, MethodError, MethodOptions, Relief};
 use sunbeam::reflectance::{Exact, Options, Surface};
-use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
+use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Progress};
 use sunbeam::transform::{Expansion, OrderTransform, Series, chebyshev_terms, taylor_terms};
 
 /// Phase rates times half the range of heights, up to the deepest that the model promises.
@@ -66,7 +66,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
     let chebyshev = chebyshev_terms(kappa_h, REMAINDER);
     let flss = |series| {
         let asked = MethodOptions { series, ..MethodOptions::default() };
-        match Flss::new(&field, Options::default().coherence_length_um, TOLERANCE, &asked) {
+        match Flss::new(&field, Options::default().coherence_length_um, TOLERANCE, &asked, &Progress::none()) {
             Ok(method) => Ok(Some(method_errors(&field, &method, directions))),
             Err(MethodError::TaylorRange { .. } | MethodError::TooManyTerms { .. }) => Ok(None),
             Err(source) => Err(BenchError::Method { candidate: format!("flss at κH = {kappa_h}"), source }),
