@@ -136,7 +136,8 @@ export function listenToControls() {
     page.engine.cancel();
     progress(null);
     goBack();
-    byId("status").textContent = page.good ? "Cancelled. This is the picture from before." : "Cancelled.";
+    // Not in the line of the picture, which is drawn again and would replace it.
+    say(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
   });
   byId("recover").addEventListener("click", recover);
   byId("message").querySelector("button").addEventListener("click", () => say(null));

@@ -10,26 +10,32 @@ import { progress, say, titleOf } from "./words.js";
 
 const SPECTRUM_NOTE_MS = 300;
 
-let turns = 0;
+// What is being made of each kind, and how often that was begun: what is changed of one leaves the other at work.
+const pending = { surface: null, scene: null };
+const turns = { surface: 0, scene: 0, all: 0 };
 let sceneShare = null;
+
+/** Whether this kind has been begun anew, or given up, since. */
+function staleOf(kind) {
+  const turn = ++turns[kind];
+  return () => turn !== turns[kind];
+}
 
 /** Makes what the settings need and is not there. */
 export async function make() {
   // Nothing can be made of a file that is not there.
   if (isFile() && !page.source) return;
   const keys = currentKeys();
-  const tasks = [];
   const surfaceChanged = keys.relief !== page.keys.relief || keys.method !== page.keys.method;
   const sceneChanged = keys.scene !== page.keys.scene && page.adapter !== null;
   if (!surfaceChanged && !sceneChanged) return;
   page.keys = { ...keys, scene: sceneChanged ? keys.scene : page.keys.scene };
-  const turn = ++turns;
-  const stale = () => turn !== turns;
+  const stale = staleOf("all");
   page.making = true;
-  if (surfaceChanged) tasks.push(makeSurface(keys, stale));
-  if (sceneChanged) tasks.push(makeScene(stale));
+  if (surfaceChanged) pending.surface = makeSurface(keys, staleOf("surface"));
+  if (sceneChanged) pending.scene = makeScene(staleOf("scene"));
   try {
-    await Promise.all(tasks);
+    await Promise.all([pending.surface, pending.scene]);
     if (stale()) return;
     page.good = { settings: structuredClone(page.settings), source: page.source, read: page.read, keys: page.keys };
     page.making = false;
@@ -101,7 +107,8 @@ function failed(error) {
 /** To what was there before. */
 export function goBack() {
   const { good } = page;
-  turns += 1;
+  for (const kind in turns) turns[kind] += 1;
+  pending.surface = pending.scene = null;
   page.making = false;
   if (!good) {
     page.keys = { relief: null, method: null, scene: null };

@@ -135,9 +135,11 @@ class Page:
         time.sleep(0.1)
         return path
 
-    def expect_no_errors(self):
+    def expect_no_errors(self, but=None):
+        """Neither the page nor the browser has told of an error or a warning, but for those with these words."""
         faults = self.js("return window.faults?.splice(0) ?? []")
         console = [entry for entry in self.browser.console() if entry[0] in ("SEVERE", "WARNING")]
+        console = [[level, text] for level, text in console if but is None or but not in text]
         assert not faults
         assert not console
 
