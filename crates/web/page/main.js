@@ -5,7 +5,7 @@ import { openEngine } from "./engine.js";
 import { fromHash } from "./link.js";
 import { MapView } from "./map.js";
 import { artistSays, openArtist, withoutArtist } from "./picture.js";
-import { readAt } from "./reading.js";
+import { readAt, refreshMap } from "./reading.js";
 import { listenToSaving } from "./saving.js";
 import { change, settled } from "./settings.js";
 import { Sky } from "./sky.js";
@@ -44,6 +44,8 @@ async function open(hash) {
   showWanted();
   showStill(page.examples.find(({ name }) => name === page.example));
   settled();
+  // Another light of the map is all that some addresses bring; what has to be made first is mapped when it is there.
+  if (page.good && !page.making) refreshMap();
 }
 
 async function fetchExamples() {

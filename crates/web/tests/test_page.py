@@ -319,7 +319,9 @@ def spectrum_of(page):
 def test_pointing_at_the_snake_shows_its_half_vector_in_the_map(page):
     page.reopen(size=SMALL)
     page.browser.hover("#picture", (0, 10))
-    page.browser.wait("return sunbeam.wo && sunbeam.map.side === 128", "the place on the snake")
+    # What an earlier test has pointed at may still be read.
+    page.browser.wait("return sunbeam.settings.map.phi_deg !== 0 && sunbeam.wo", "the place on the snake")
+    page.browser.wait("return sunbeam.map.side === 128 && sunbeam.wi[1] !== 0", "its map in full")
     wi, wo = page.js("return [Array.from(sunbeam.wi), Array.from(sunbeam.wo)]")
     found = page.browser.promise(
         """const { height } = document.getElementById("picture").getBoundingClientRect();
