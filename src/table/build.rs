@@ -245,28 +245,24 @@ impl<'a> Build<'a> {
                 zero.im = (nearby[i] - self.mirrored(&nearby, i)).re / (2.0 * small);
             }
         }
-        // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel.
+        // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel. Rows are packed at
+        // once, since all of them in double precision would be most of a build's memory.
         let steps = self.progress.of_steps(last as usize + 1);
-        let mut knots: Vec<Vec<Complex64>> = (0..=last)
+        let rows: Vec<Vec<f32>> = (0..=last)
             .into_par_iter()
             .map(|k| {
                 let kappa = if k == 0 { small } else { k as f64 * self.kappa_step };
-                let scaled = self.scaled(kappa, &at_zero);
-                steps.one();
-                if k > 0 {
-                    return scaled;
+                let mut scaled = self.scaled(kappa, &at_zero);
+                if k == 0 {
+                    scaled = (0..scaled.len()).map(|i| 0.5 * (scaled[i] + self.mirrored(&scaled, i))).collect();
                 }
-                (0..scaled.len()).map(|i| 0.5 * (scaled[i] + self.mirrored(&scaled, i))).collect()
+                steps.one();
+                self.pack(&scaled)
             })
             .collect();
-        let mut rows = Vec::with_capacity(knots.len() + EXTRA_KNOTS as usize);
-        for k in (1..=EXTRA_KNOTS as usize).rev() {
-            rows.push(self.pack((0..at_zero.len()).map(|i| self.mirrored(&knots[k], i))));
-        }
-        for knot in knots.drain(..) {
-            rows.push(self.pack(knot.into_iter()));
-        }
-        (at_zero, rows)
+        let before: Vec<Vec<f32>> =
+            rows[1..=EXTRA_KNOTS as usize].iter().rev().map(|row| self.pack_mirrored(row)).collect();
+        (at_zero, before.into_iter().chain(rows).collect())
     }
 
     /// A scaled quantity at −κ from its values at κ: heights are real, so `P_j(−κ) = P_{−j}(κ)`, `D_j(−κ) = D̄_{−j}(κ)`.
@@ -274,10 +270,18 @@ impl<'a> Build<'a> {
         scaled[scaled.len() - 1 - node].conj()
     }
 
-    fn pack(&self, values: impl Iterator<Item = Complex64>) -> Vec<f32> {
+    fn pack(&self, values: &[Complex64]) -> Vec<f32> {
         match self.kernel {
-            KernelKind::Power => values.map(|c| c.re as f32).collect(),
-            KernelKind::Amplitude => values.flat_map(|c| [c.re as f32, c.im as f32]).collect(),
+            KernelKind::Power => values.iter().map(|c| c.re as f32).collect(),
+            KernelKind::Amplitude => values.iter().flat_map(|c| [c.re as f32, c.im as f32]).collect(),
+        }
+    }
+
+    /// The row of `−κ` from that of κ; see [`Build::mirrored`].
+    fn pack_mirrored(&self, row: &[f32]) -> Vec<f32> {
+        match self.kernel {
+            KernelKind::Power => row.iter().rev().copied().collect(),
+            KernelKind::Amplitude => row.chunks_exact(2).rev().flat_map(|c| [c[0], -c[1]]).collect(),
         }
     }
 

@@ -4,6 +4,7 @@
 //! kept; both numbers follow from sizes alone. Nothing here allocates or transforms anything, so that a relief which
 //! would keep a machine busy for years is refused at once.
 
+use super::band::Band;
 use super::build::{EXTRA_KNOTS, first_spacing, kappa_range, knot_step, record_floats};
 use super::lattice::{Lattice, LatticeAxis};
 use super::lookup::KernelKind;
@@ -218,16 +219,22 @@ impl BuildDemand {
         let spacing = LAST_SPACING * first_spacing(&lattice, self.tolerance);
         let step = knot_step(kernel, 0.5 * self.range_um, spacing);
         let knots = (kappa_range() / step).ceil() + 1.0;
-        let kept = Kept::of(&lattice, frequency_max, |last_knot| floats(kernel, last_knot), step);
+        let nodes_kept = Kept::of(&lattice, frequency_max, |last_knot| floats(kernel, last_knot), step);
 
         let points = |(x, y): (usize, usize)| x as f64 * y as f64;
         let (screen, nodes) = (points(self.size), points((lattice.x.pixels, lattice.y.pixels)));
         let is_native = lattice.x.cutoff.is_infinite() && lattice.y.cutoff.is_infinite();
-        // The lag grid of a relief that stands alone, or its own.
-        let lags = if self.tiling == Tiling::Aperiodic { points(lag_grid(self.size.0, self.size.1)) } else { screen };
+        // Of the transform to the band, and of the autocorrelation over it.
+        let alone = self.tiling == Tiling::Aperiodic;
+        let full = if alone { lag_grid(self.size.0, self.size.1) } else { self.size };
+        let kept = (
+            Band::kept(&lattice.x, full.0 as f64 * self.pixel_um.0),
+            Band::kept(&lattice.y, full.1 as f64 * self.pixel_um.1),
+        );
+        let forward = 0.5 * (points((full.0, self.size.1)) + points((kept.0, full.1)));
         let grids = match (self.model, is_native) {
             (_, true) => vec![screen],
-            (Model::Ensemble, false) => vec![lags, lags, nodes],
+            (Model::Ensemble, false) => vec![forward, points(kept), nodes],
             (Model::Patch, false) => vec![nodes],
         };
         // What a grid is windowed by costs about as much as a screen.
@@ -238,17 +245,15 @@ impl BuildDemand {
         let seconds = 1e-9
             * BUILDS
             * ((all_knots + OTHER_TRANSFORMS) * (TRANSFORM_NS * transforms + SCREEN_NS * (screen + windowed))
-                + kept.nodes * components * KNOT_NS * all_knots);
+                + nodes_kept.nodes * components * KNOT_NS * all_knots);
 
         // Each thread has a knot in work: the grids and as much for their transposes, and the nodes.
         let threads = rayon::current_num_threads() as f64;
         let largest = grids.iter().copied().fold(0.0, f64::max);
-        let working = threads * 16.0 * (2.0 * largest + screen + kept.nodes) + 24.0 * screen;
-        // All knots as complex numbers, before they are packed.
-        let knot_bytes = 16.0 * kept.nodes * (all_knots + 2.0);
-        let kept_bytes = 4.0 * (kept.floats + kept.lattice_nodes);
-        let packed = 0.25 * components * knot_bytes + kept_bytes;
-        TableEstimate { knots, seconds, kept_bytes, peak_bytes: (working + knot_bytes).max(packed) }
+        let working = threads * 16.0 * (2.0 * largest + screen + nodes_kept.nodes) + 24.0 * screen;
+        let knot_bytes = 4.0 * components * nodes_kept.nodes * (all_knots + EXTRA_KNOTS as f64);
+        let kept_bytes = 4.0 * (nodes_kept.floats + nodes_kept.lattice_nodes);
+        TableEstimate { knots, seconds, kept_bytes, peak_bytes: knot_bytes + working.max(kept_bytes) }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Choice of the frequency lattice, axis by axis (the Gaussian window separates).
 
+use super::band::{BAND_MARGIN, Band};
 use super::joining::{Joining, OVERSAMPLING, semicircle};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
@@ -11,7 +12,7 @@ pub(super) const TAPS_MAX: usize = 40;
 pub struct LatticeAxis {
     /// Period whose reciprocal is the spacing of nodes, in µm.
     pub period_um: f64,
-    /// Pixels in one period.
+    /// Pixels in one period, those of the relief or coarser ones (see [`Band`]).
     pub pixels: usize,
     /// How nodes are joined, `e_j`.
     pub joining: Joining,
@@ -72,6 +73,8 @@ pub(super) struct AxisDemand {
     pub is_grating: bool,
     /// Largest |f| asked for, in cycles/µm.
     pub frequency_max: f64,
+    /// Pixels of the grid of lags, where nodes are made of an autocorrelation; see [`Band`].
+    pub lags: Option<usize>,
 }
 
 impl AxisDemand {
@@ -86,6 +89,7 @@ impl AxisDemand {
         let lag_um = (2.0 * log_error).sqrt() * self.window_um;
         let period = OVERSAMPLING * self.support_um.map_or(lag_um, |support| lag_um.min(support));
         let native = self.support_um.is_none() && period > NATIVE_PERIODS * tile_um;
+        let mut pixel_um = self.pixel_um;
         let (pixels, joining, taps) = if native {
             // Gratings put their power into few orders, whose tails then outshine what lies between them further out.
             let margin = if self.is_grating { GRATING_MARGIN.ln() } else { 0.0 };
@@ -94,9 +98,13 @@ impl AxisDemand {
             (self.pixels, Joining::Gaussian { sigma }, taps.ceil() as usize)
         } else {
             let (joining, taps) = semicircle(log_error);
-            (smooth_size((period / self.pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize), joining, taps)
+            pixel_um = self.lags.map_or(pixel_um, |lags| {
+                let edge = self.frequency_max + BAND_MARGIN * taps as f64 / period;
+                pixel_um * lags as f64 / Band::pixels(lags, pixel_um, edge) as f64
+            });
+            (smooth_size((period / pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize), joining, taps)
         };
-        let period_um = pixels as f64 * self.pixel_um;
+        let period_um = pixels as f64 * pixel_um;
         // Below the clamp: the tolerance is at least 1e-6, and orders are at most √(2Λ)/π nodes wide where their lattice is taken.
         let taps = taps.clamp(1, TAPS_MAX);
         let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;

@@ -14,6 +14,7 @@
 //! In κ each node is a cubic B-spline ([`spline`]) of a quantity that stays finite as κ → 0, so that relative
 //! accuracy survives at grazing angles where the reflectance divides by w².
 
+mod band;
 mod build;
 mod error;
 mod estimate;

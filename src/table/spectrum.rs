@@ -1,5 +1,6 @@
 //! What a table's nodes hold at one κ, from the height field.
 
+use super::band::Band;
 use super::lattice::{AxisDemand, Lattice, LatticeAxis, smooth_size};
 use super::lookup::KernelKind;
 use crate::height_field::HeightField;
@@ -59,9 +60,12 @@ pub struct Spectrum {
     /// Normalisation of the ensemble autocorrelation or the patch's power.
     total: f64,
     norm: f64,
-    /// Padded grid on which the autocorrelation of the ensemble is taken, with its two transforms.
+    /// Grid in pixels of the relief on which it is transformed, padded where it stands alone.
     lag_grid: (usize, usize),
-    /// Pixels of that grid and their weights by what is applied before the lattice's transform, along x and y.
+    /// What is kept of that transform, along x and y, for the autocorrelation of the ensemble.
+    bands: [Band; 2],
+    /// Pixels of the autocorrelation or of the patch, and their weights by what is applied before the lattice's transform, along x
+    /// and y.
     applied: [Vec<(usize, f64)>; 2],
     lag_forward: Fft2<f64>,
     lag_back: Fft2<f64>,
@@ -84,6 +88,10 @@ impl Spectrum {
         let lattice = plan_lattice((nx, ny), pixel_um, model, tiling, coherence_s_um, frequency_max, tolerance);
         let tapers = (tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny)));
         let lag_grid = if tapers.is_some() { lag_grid(nx, ny) } else { (nx, ny) };
+        let joined_to = joined_to(model, tiling, tolerance);
+        let band = |axis, lags, pixel_um| Band::new(axis, lags, pixel_um, frequency_max, joined_to);
+        let bands = [band(&lattice.x, lag_grid.0, pixel_um.0), band(&lattice.y, lag_grid.1, pixel_um.1)];
+        let (kx, ky) = (bands[0].weights.len(), bands[1].weights.len());
         let total = match (&tapers, model) {
             (None, _) => 1.0,
             (Some((tx, ty)), Model::Ensemble) => squares(tx, |_| 1.0) * squares(ty, |_| 1.0),
@@ -107,12 +115,13 @@ impl Spectrum {
             total,
             norm,
             lag_grid,
+            bands,
             applied: [
-                axis_weights(&lattice.x, lag_grid.0, tiling == Tiling::Aperiodic),
-                axis_weights(&lattice.y, lag_grid.1, tiling == Tiling::Aperiodic),
+                axis_weights(&lattice.x, kx, tiling == Tiling::Aperiodic),
+                axis_weights(&lattice.y, ky, tiling == Tiling::Aperiodic),
             ],
             lag_forward: Fft2::new(lag_grid.0, lag_grid.1, Direction::Positive),
-            lag_back: Fft2::new(lag_grid.0, lag_grid.1, Direction::Negative),
+            lag_back: Fft2::new(kx, ky, Direction::Negative),
             node_transform: Fft2::new(lattice.x.pixels, lattice.y.pixels, Direction::Positive),
             lattice,
         }
@@ -156,25 +165,31 @@ impl Spectrum {
         self.collect_nodes(&bins)
     }
 
-    /// The autocorrelation `mean of exp(iκ(h(x+τ) − h(x)))` on the lag grid, not normalised by the taper.
+    /// The autocorrelation `mean of exp(iκ(h(x+τ) − h(x)))` over the band, at as many lags as the band has bins; not normalised by the
+    /// taper.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
-        let mut scratch = Vec::new();
-        let mut bins = if self.tapers.is_some() {
-            let mut padded = vec![Complex64::new(0.0, 0.0); self.lag_grid.0 * self.lag_grid.1];
-            let screen = self.tapered_screen(kappa);
-            let nx = self.transform.size().0;
-            for (row, from) in screen.chunks(nx).enumerate() {
-                padded[row * self.lag_grid.0..][..nx].copy_from_slice(from);
+        let (gx, gy) = self.lag_grid;
+        let mut screen = self.tapered_screen(kappa);
+        let scale = if self.tapers.is_some() {
+            let (nx, ny) = self.transform.size();
+            let mut padded = vec![Complex64::new(0.0, 0.0); gx * ny];
+            for (to, from) in padded.chunks_mut(gx).zip(screen.chunks(nx)) {
+                to[..nx].copy_from_slice(from);
             }
-            self.lag_forward.process(&mut padded, &mut scratch);
-            padded
+            screen = padded;
+            1.0 / (gx * gy) as f64
         } else {
-            // amplitudes() divides by the pixel count; its squares then sum to one, which is lag zero.
-            self.transform.amplitudes(kappa)
+            // Then lag zero is one.
+            ((gx * gy) as f64).powi(-2)
         };
-        let scale = if self.tapers.is_some() { 1.0 / bins.len() as f64 } else { 1.0 };
-        bins.par_iter_mut().with_min_len(4096).for_each(|c| *c = (c.norm_sqr() * scale).into());
-        self.lag_back.process(&mut bins, &mut scratch);
+        let [x, y] = &self.bands;
+        let mut bins = self.lag_forward.band(&mut screen, (x.weights.len(), y.weights.len()));
+        bins.par_chunks_mut(x.weights.len()).zip(&y.weights).for_each(|(row, wy)| {
+            for (c, wx) in row.iter_mut().zip(&x.weights) {
+                *c = (c.norm_sqr() * scale * wx * wy).into();
+            }
+        });
+        self.lag_back.process(&mut bins, &mut Vec::new());
         bins
     }
 
@@ -212,12 +227,13 @@ impl Spectrum {
     /// Multiplies `values` (on a grid about the origin, wrapped where the tile repeats, zero beyond where it does not)
     /// by the part of the window applied beforehand and transforms to the lattice.
     fn windowed(&self, values: &[Complex64], scale: f64) -> Vec<Complex64> {
-        let (px, py, gx) = (self.lattice.x.pixels, self.lattice.y.pixels, self.lag_grid.0);
+        let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
+        let width = self.bands[0].weights.len();
         let [column, row] = &self.applied;
         let scale = scale / (px * py) as f64;
         let mut grid = vec![Complex64::new(0.0, 0.0); px * py];
         grid.par_chunks_mut(px).zip(row).for_each(|(out, &(from_row, wy))| {
-            let from = &values[from_row * gx..][..gx];
+            let from = &values[from_row * width..][..width];
             for (out, &(ix, wx)) in out.iter_mut().zip(column) {
                 *out = from[ix] * (wx * wy * scale);
             }
@@ -283,13 +299,20 @@ pub(super) fn plan_lattice(
         Model::Patch => (coherence_s_um, 0.8),
     };
     let is_grating = nx == 1 || ny == 1;
-    let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
-    let tolerance = if has_gaps { GAP_SHARE * tolerance } else { tolerance };
-    let axis = |pixels: usize, pixel_um: f64| {
+    let tolerance = joined_to(model, tiling, tolerance);
+    let (lags_x, lags_y) = if tiling == Tiling::Aperiodic { lag_grid(nx, ny) } else { (nx, ny) };
+    let axis = |pixels: usize, pixel_um: f64, lags: usize| {
         let support_um = (tiling == Tiling::Aperiodic).then_some(support * (pixels as f64 * pixel_um));
-        AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max, is_grating }.plan()
+        let lags = (model == Model::Ensemble).then_some(lags);
+        AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, frequency_max, is_grating, lags }.plan()
     };
-    Lattice { x: axis(nx, dx_um), y: axis(ny, dy_um) }
+    Lattice { x: axis(nx, dx_um, lags_x), y: axis(ny, dy_um, lags_y) }
+}
+
+/// The error that nodes are joined to.
+fn joined_to(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
+    let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
+    if has_gaps { GAP_SHARE * tolerance } else { tolerance }
 }
 
 /// Size of the grid on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.

@@ -43,6 +43,45 @@ impl<T: FftNum> Fft2<T> {
             transpose(scratch, data, self.ny, self.nx);
         }
     }
+
+    /// As [`Fft2::process`], of `data` whose rows beyond those given are zero and of which the bins nearest to frequency zero are
+    /// asked for alone, `kept` along x and y: row-major, in the FFT order of so many bins. What is not asked for is not computed.
+    /// `data` is worked in.
+    pub fn band(&self, data: &mut [Complex<T>], kept: (usize, usize)) -> Vec<Complex<T>> {
+        let zero = Complex::new(T::zero(), T::zero());
+        let (kx, ky) = kept;
+        debug_assert!(data.len() <= self.nx * self.ny && kx <= self.nx && ky <= self.ny);
+        rows(&*self.along_x, data, self.nx);
+        // One column after the other.
+        let mut columns = vec![zero; kx * self.ny];
+        columns.par_chunks_mut(self.ny * COLUMNS_PER_TASK).enumerate().for_each(|(task, columns)| {
+            for (i, column) in columns.chunks_mut(self.ny).enumerate() {
+                let bin = bin_of(task * COLUMNS_PER_TASK + i, kx, self.nx);
+                for (to, row) in column.iter_mut().zip(data.chunks(self.nx)) {
+                    *to = row[bin];
+                }
+            }
+            if self.ny > 1 {
+                self.along_y.process(columns);
+            }
+        });
+        let mut bins = vec![zero; kx * ky];
+        bins.par_chunks_mut(kx).enumerate().for_each(|(iy, row)| {
+            let bin = bin_of(iy, ky, self.ny);
+            for (to, column) in row.iter_mut().zip(columns.chunks(self.ny)) {
+                *to = column[bin];
+            }
+        });
+        bins
+    }
+}
+
+/// Columns that a task gathers and transforms; rows of the data hold their bins next to each other.
+const COLUMNS_PER_TASK: usize = 16;
+
+/// The bin of `n`, in FFT order, that is the `i`th of the `kept` nearest to frequency zero.
+fn bin_of(i: usize, kept: usize, n: usize) -> usize {
+    if 2 * i > kept { i + n - kept } else { i }
 }
 
 fn rows<T: FftNum>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
@@ -68,6 +107,29 @@ fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], width: usize, heig
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_band_has_the_bins_of_the_whole() {
+        for ((nx, ny), filled, (kx, ky)) in [((12, 10), 10, (12, 10)), ((12, 10), 4, (5, 6)), ((9, 1), 1, (4, 1))] {
+            let value = |i: usize| Complex::new((i as f64 * 0.7).sin(), (i as f64 * 1.3).cos());
+            let given: Vec<_> = (0..nx * filled).map(value).collect();
+            let fft = Fft2::new(nx, ny, Direction::Negative);
+            let mut whole = given.clone();
+            whole.resize(nx * ny, Complex::new(0.0, 0.0));
+            fft.process(&mut whole, &mut Vec::new());
+            let band = fft.band(&mut given.clone(), (kx, ky));
+            for y in 0..ky as i64 {
+                for x in 0..kx as i64 {
+                    // The frequency of a place of the band, and its bin in the whole.
+                    let signed = |i: i64, kept: usize| if 2 * i > kept as i64 { i - kept as i64 } else { i };
+                    let bin = |i: i64, kept, n: usize| signed(i, kept).rem_euclid(n as i64) as usize;
+                    let expected = whole[bin(y, ky, ny) * nx + bin(x, kx, nx)];
+                    // The same sums, but for their roundings.
+                    assert!((band[y as usize * kx + x as usize] - expected).norm() < 1e-12, "{nx}x{ny}: {x},{y}");
+                }
+            }
+        }
+    }
 
     #[test]
     fn agrees_with_the_definition_on_awkward_sizes() {

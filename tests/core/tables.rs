@@ -121,6 +121,23 @@ fn the_ensemble_of_a_scan_that_stands_alone_is_within_the_tolerance() {
     assert!(all);
 }
 
+/// Their spectrum goes far beyond any frequency that is asked for, which the table cuts off.
+#[test]
+fn fine_pixels_are_within_the_tolerance() {
+    let mut all = true;
+    let smooth = waves(180, 150, 0.018, 0.02, 0.5);
+    let mut random = Random::new(3);
+    let grain = smooth.heights_um().mapv(|height| height + random.between(-0.05, 0.05));
+    let field = HeightField::new(grain, smooth.dx_um(), smooth.dy_um()).unwrap();
+    for (length, tolerance) in [(3.0, 1e-2), (2.0, 1e-3), (20.0, 1e-3), (1e4, 1e-3), (20.0, 1e-5)] {
+        let alone = with(Model::Ensemble, Tiling::Aperiodic, length, tolerance);
+        all &= holds(&format!("grain alone {length} µm"), &field, &alone, 400);
+    }
+    let repeated = with(Model::Ensemble, Tiling::Periodic, 1.0, 1e-3);
+    all &= holds("grain repeated 1 µm", &field, &repeated, 400);
+    assert!(all);
+}
+
 /// Beyond half the rate of the pixels a table says nothing, and there is no error to measure.
 #[test]
 fn the_stated_error_is_within_the_tolerance_where_pixels_are_coarse() {
