@@ -30,7 +30,7 @@ help:
 	@echo "              peers is one that also needs PEER=PROGRAM, another's: see docs/peers.md"
 	@echo "make docs     build the documentation, target/docs/index.html; make api-docs that of the Rust API"
 	@echo "make web      build the page for browsers, target/web/; make web-serve opens it to this machine's browsers"
-	@echo "make test-web test it in headless Chromium; make bench-web measures it there"
+	@echo "make test-web the part of make test that tests it in headless Chromium; make bench-web measures it there"
 	@echo "make bench | clean"
 
 setup: $(READY)
@@ -71,7 +71,7 @@ library:
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
 
-test: test-rust test-python
+test: test-rust test-python test-web
 
 # In the release profile, which all else is built in too: one set of dependencies serves everything. The plugin's tests, of
 # what Dr.Jit records without a renderer, need the libraries of the wheels.

@@ -3,6 +3,12 @@
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
+/**
+ * While the view moves, pictures stay coarse until it has rested for so many milliseconds: the finest one is a single piece of work
+ * for the device, and whoever moves on would have to wait for it.
+ */
+const REST_MS = 100;
+
 let artist = null;
 // They outlive the device.
 let scene = null;
@@ -13,6 +19,8 @@ let wanted = 0;
 let drawing = false;
 // What was told of the picture that is shown.
 let last = null;
+let movedAt = -Infinity;
+let wake = () => {};
 // Calls that draw follow each other.
 let queue = Promise.resolve();
 
@@ -20,6 +28,16 @@ function inTurn(task) {
   const done = queue.then(task);
   queue = done.catch(() => {});
   return done;
+}
+
+/** Waits until the view has rested, or is another one. */
+async function rest() {
+  const ms = movedAt + REST_MS - performance.now();
+  if (ms <= 0) return;
+  await new Promise((resolve) => {
+    wake = resolve;
+    setTimeout(resolve, ms);
+  });
 }
 
 async function drawAll() {
@@ -40,6 +58,7 @@ async function drawAll() {
         else if (last && seen === wanted && last.serial !== serial) last.serial = serial;
         else break;
         postMessage({ type: "drawn", ...last });
+        if (!last.finest) await rest();
       }
     }
   } catch (error) {
@@ -53,6 +72,7 @@ async function drawAll() {
 function look() {
   if (!artist || !view) return;
   wanted += 1;
+  wake();
   artist.set_view(view.settings, view.width, view.height, 1);
   drawAll();
 }
@@ -84,6 +104,7 @@ answer({
   },
   view(fields) {
     view = fields;
+    movedAt = performance.now();
     look();
   },
   pixels: () =>

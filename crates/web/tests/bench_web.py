@@ -25,6 +25,8 @@ DATA = REPOSITORY / "docs" / "data" / "web.json"
 DOCUMENT = REPOSITORY / "docs" / "web.md"
 FIGURES = re.compile(r"(?<=<!-- figures -->\n).*(?=<!-- end of figures -->)", re.DOTALL)
 REPEATS = 3
+# No figure is near it: what takes longer has failed.
+LIMIT_S = 200
 # Of the surface that memory is measured with, and of the scan that is dropped.
 LARGE, MEDIUM = 1024, 512
 
@@ -44,39 +46,32 @@ def mark(page, name):
 
 
 def first_pictures(page):
-    """Seconds from the files' being loaded to the first picture of each example and to the finest."""
+    """Seconds from each example's being chosen to its first picture."""
     rows = {}
     for index, example in enumerate(page.js("return sunbeam.examples")):
         times = []
         for _ in range(REPEATS):
-            page.open({}, drawn=False)
-            # Nothing of the surface that is drawn at first is to be of use.
-            page.finished(200)
-            times.append(
-                page.browser.promise(
-                    """const [index] = args;
-                    const drawn = new Promise((resolve) => {
-                        const look = () => sunbeam.drawn !== before && !sunbeam.making && sunbeam.drawn
-                            ? resolve(performance.now()) : requestAnimationFrame(look);
-                        const before = sunbeam.drawn;
-                        sunbeam.drawn = null;
-                        requestAnimationFrame(look);
-                    });
-                    const start = performance.now();
-                    document.querySelectorAll("input[name=example]")[index].click();
-                    return (await drawn - start) / 1e3;""",
-                    index,
-                )
-            )
+            # Nothing of the surface that is drawn at first is of use to any of them.
+            page.open({"surface.preset": "sinusoidal"}, limit=LIMIT_S)
+            page.js("window.before = sunbeam.good; window.asked = performance.now()")
+            page.browser.click(f"input[name=example][value='{index}']")
+            page.browser.wait("return sunbeam.good !== before", example["name"], LIMIT_S)
+            times.append(first_picture(page))
         rows[example["name"]] = statistics.median(times)
     return rows
+
+
+def first_picture(page):
+    """Seconds from `asked` to the first picture of what was made since."""
+    page.finished(LIMIT_S)
+    return page.js("return (sunbeam.good.at - window.asked) / 1e3")
 
 
 def opening(page):
     """Seconds from the page's being loaded to its first picture, which is that of an example."""
     times = []
     for _ in range(REPEATS):
-        page.open({}, drawn=True, limit=200)
+        page.open({}, limit=LIMIT_S)
         times.append((mark(page, "first-picture") - mark(page, "loaded")) / 1e3)
     return statistics.median(times)
 
@@ -92,21 +87,22 @@ def dropping(page, side):
     """Seconds from a scan's falling onto the page to its first picture."""
     times = []
     for repeat in range(REPEATS):
-        page.open(limit=200)
+        page.open(limit=LIMIT_S)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"scan-{repeat}.gsf"
             path.write_bytes(gsf(scan(side), metres=0.025e-6))
-            page.js("sunbeam.drawn = null; window.dropped = performance.now()")
+            page.js("window.asked = performance.now()")
             page.drop(path)
-        page.browser.wait("return sunbeam.source && sunbeam.good?.source === sunbeam.source", "the scan", 200)
-        page.finished(200)
-        times.append(page.js("return (sunbeam.good.at - window.dropped) / 1e3"))
+        page.browser.wait("return sunbeam.source && sunbeam.good?.source === sunbeam.source", "the scan", LIMIT_S)
+        times.append(first_picture(page))
     return statistics.median(times)
 
 
 def drawing(page):
     """Milliseconds of a whole picture of 384 × 256, and between a drag and the picture that follows it."""
-    page.open({}, size="384x256", limit=200)
+    page.open({}, size="384x256", limit=LIMIT_S)
+    # What spectra are read from is made beside, on one of the cores, for a few seconds after the first picture.
+    page.browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", LIMIT_S)
     whole = [page.browser.promise("return (await sunbeam.engine.draw()).ms") for _ in range(5)]
     answers = page.browser.promise(
         """const answers = [];
@@ -157,7 +153,7 @@ def table(found):
     rows = [
         ("the library, gzipped", f"{found['wasm_gzipped_bytes'] / 1e6:.2f} MB", "≤ 1.3 MB"),
         ("the whole page without examples, gzipped", f"{found['page_gzipped_bytes'] / 1e6:.2f} MB", "≤ 2 MB"),
-        ("the examples", f"{found['examples_bytes'] / 1e3:.0f} kB", "≤ 300 kB"),
+        ("the examples", f"{found['examples_bytes'] / 1e3:.0f} kB", "–"),
         ("first picture of an example, after the files are loaded", f"{found['opening_s']:.1f} s", "≤ 3 s"),
         (f"first picture of a dropped scan of {MEDIUM}²", f"{found['dropping_s']:.1f} s", "≤ 6 s"),
         ("a whole picture of 384 × 256", f"{found['picture_ms']:.0f} ms", "≤ 200 ms"),

@@ -1,0 +1,35 @@
+"""The page's picture in README.md and docs/web.md; SUNBEAM_WRITE_PICTURE=1 takes it anew."""
+
+from __future__ import annotations
+
+import base64
+import io
+import os
+
+import numpy as np
+from conftest import REPOSITORY
+from PIL import Image
+
+PICTURE = REPOSITORY / "docs" / "images" / "web.jpg"
+SIZE = (1320, 860)
+BYTES_MAX = 150_000
+# Mean difference of sRGB bytes between the committed picture and the page of now: what JPEG, another font and other numbers in
+# the page change. A page without its picture is 20 and more off.
+DIFFERENCE_MAX = 8.0
+
+
+def test_the_picture_of_the_page_is_the_page(page):
+    page.browser.resize(*SIZE)
+    # The first example, which a visitor sees first.
+    page.open({})
+    page.browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", 120)
+    shot = Image.open(io.BytesIO(base64.b64decode(page.browser.call("GET", f"{page.browser.session}/screenshot"))))
+    shot = shot.convert("RGB")
+    assert shot.size == SIZE
+    if os.environ.get("SUNBEAM_WRITE_PICTURE"):
+        shot.save(PICTURE, quality=85, optimize=True)
+    committed = Image.open(PICTURE)
+    assert committed.size == SIZE
+    assert PICTURE.stat().st_size <= BYTES_MAX
+    difference = np.abs(np.asarray(committed, float) - np.asarray(shot, float)).mean()
+    assert difference < DIFFERENCE_MAX
