@@ -14,6 +14,8 @@ const SPECTRUM_NOTE_MS = 300;
 const pending = { surface: null, scene: null };
 const turns = { surface: 0, scene: 0, all: 0 };
 let sceneShare = null;
+// What the artist has, by the keys of the library, whether or not all that belongs to it was made.
+const held = { method: null, scene: null };
 
 /** Whether this kind has been begun anew, or given up, since. */
 function staleOf(kind) {
@@ -33,7 +35,7 @@ export async function make() {
   const stale = staleOf("all");
   page.making = true;
   if (surfaceChanged) pending.surface = makeSurface(keys, staleOf("surface"));
-  if (sceneChanged) pending.scene = makeScene(staleOf("scene"));
+  if (sceneChanged) pending.scene = makeScene(keys, staleOf("scene"));
   try {
     await Promise.all([pending.surface, pending.scene]);
     if (stale()) return;
@@ -79,10 +81,11 @@ async function makeSurface(keys, stale) {
   }
   page.made = { bytes: bytes.length, seconds };
   if (sceneShare !== null) progress("Making the shape", sceneShare);
+  held.method = keys.method;
   await engine.setMethod(bytes);
 }
 
-async function makeScene(stale) {
+async function makeScene(keys, stale) {
   sceneShare = 0;
   const { engine, settings } = page;
   // The other shapes are made in no time.
@@ -92,6 +95,7 @@ async function makeScene(stale) {
     else sceneShare = null;
     await page.opening;
     if (stale() || !page.adapter) return;
+    held.scene = keys.scene;
     await engine.setScene(bytes);
   }
 }
@@ -117,7 +121,7 @@ export function goBack() {
   const { surface, method, options, shape, resolution } = good.settings;
   page.settings = structuredClone({ ...page.settings, surface, method, options, shape, resolution });
   page.source = good.source;
-  page.keys = good.keys;
+  page.keys = page.adapter ? { ...good.keys, ...held } : good.keys;
   if (page.read !== good.read) {
     page.read = good.read;
     byId("relief-name").textContent = page.source?.name ?? titleOf(surface.preset);
@@ -126,6 +130,10 @@ export function goBack() {
   byId("scale").hidden = true;
   showControls();
   remember();
+  // The artist may have got one of two things that were to be shown together. If what was there cannot be made anew, nothing is
+  // left to go back to.
+  if (page.keys.method !== good.keys.method || page.keys.scene !== good.keys.scene) page.good = null;
+  make();
   look();
 }
 

@@ -454,6 +454,24 @@ def test_a_table_in_the_making_is_cancelled(page):
     assert not np.array_equal(page.pixels(), before)
 
 
+def test_cancelling_brings_the_shape_back_too(page):
+    page.open(size=SMALL)
+    before = page.pixels()
+    page.js(
+        """window.scenes = 0;
+        const { engine } = sunbeam;
+        const setScene = engine.setScene.bind(engine);
+        engine.setScene = (bytes) => setScene(bytes).then(() => { window.scenes += 1; });
+        preset.value = "cd";
+        preset.dispatchEvent(new Event("change", { bubbles: true }));
+        document.querySelector("input[value=sphere]").click();"""
+    )
+    page.browser.wait("return window.scenes > 0", "the sphere", 20)
+    page.browser.click("#cancel")
+    assert page.settings()["shape"] == "snake"
+    np.testing.assert_allclose(page.pixels(), before, atol=1e-6)
+
+
 def test_another_shape_does_not_end_the_making_of_the_surface(page):
     page.open(size=SMALL)
     # Both at once: the shape is chosen while the table is made.
