@@ -36,7 +36,7 @@ fn surfaces_in_wrong_units_are_refused_at_once_in_one_line() {
         (&["--preset", "blazed", "--height", "2500"], &["\"height\"", "2500 µm", "meant in nm?"]),
         (&["--height-field", "a.gsf", "--pixel-size", "1001"], &["\"pixel_size\"", "1001 µm", "meant in nm?"]),
         (
-            &["--preset", "xenopeltis", "--tiling", "aperiodic", "--tolerance", "1e-6", "--model", "patch"],
+            &["--preset", "sinusoidal", "--height", "100", "--tolerance", "1e-6", "--conserve-energy", "true"],
             &["GB and", "a tolerance of 0.0"],
         ),
         (&["--preset", "blazed", "--build-limit", "0.5"], &["\"build_limit\"", "0.5", "[1e0, 1e6]"]),
