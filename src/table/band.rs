@@ -8,7 +8,7 @@
 use super::lattice::{LatticeAxis, smooth_size};
 
 /// How far beyond what is asked for the spectrum goes, in taps of the joining, which are about as wide as what the window
-/// spreads; and how far beyond that it falls. With these the error stays that of the joining, from a tolerance of 1e-2 to 1e-5.
+/// spreads; and how far beyond that it falls. With these the error stays that of the joining, from a tolerance of 1e-2 to 1e-6.
 const KEPT_MARGIN: f64 = 3.0;
 const FALL_MARGIN: f64 = 12.0;
 /// Both together.

@@ -251,6 +251,7 @@ impl BuildDemand {
         let threads = rayon::current_num_threads() as f64;
         let largest = grids.iter().copied().fold(0.0, f64::max);
         let working = threads * 16.0 * (2.0 * largest + screen + nodes_kept.nodes) + 24.0 * screen;
+        // The rows of all knots, beside the transforms that fill them and then beside the records.
         let knot_bytes = 4.0 * components * nodes_kept.nodes * (all_knots + EXTRA_KNOTS as f64);
         let kept_bytes = 4.0 * (nodes_kept.floats + nodes_kept.lattice_nodes);
         TableEstimate { knots, seconds, kept_bytes, peak_bytes: knot_bytes + working.max(kept_bytes) }
