@@ -1,7 +1,5 @@
 //! How fine a picture is drawn first, and how it becomes finer while nobody touches anything.
 
-/// A first picture after a change should not take longer than this.
-const PREVIEW_MS: f64 = 70.0;
 /// Pixels of the window along each side of a pixel of the coarsest picture.
 const COARSEST: u32 = 16;
 
@@ -64,14 +62,14 @@ impl Pace {
     }
 }
 
-/// The level to draw after `done`: the finest that fits [`PREVIEW_MS`], at least one step finer than what is there.
-/// `None` when that is the finest.
-pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, pace: &Pace) -> Option<Level> {
+/// The level to draw after `done`: the finest that is drawn within `preview_ms`, at least one step finer than what is
+/// there. `None` when that is the finest.
+pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, pace: &Pace, preview_ms: f64) -> Option<Level> {
     let mut level = match done {
         Some(done) => done.finer(supersample)?,
         None => Level { divisor: COARSEST, supersample: 1 },
     };
-    let fits = |level: &Level| pace.fits(level.rays(size), PREVIEW_MS);
+    let fits = |level: &Level| pace.fits(level.rays(size), preview_ms);
     while let Some(finer) = level.finer(supersample).filter(fits) {
         level = finer;
     }
@@ -83,12 +81,13 @@ mod tests {
     use super::*;
 
     const SIZE: (u32, u32) = (1000, 700);
+    const PREVIEW_MS: f64 = 70.0;
 
     fn all(supersample: u32, ms_per_ray: Option<f64>) -> Vec<(u32, u32)> {
         let pace = Pace { learnt: ms_per_ray.map(|ms| (1.0, ms)) };
         let mut levels = Vec::new();
         let mut done = None;
-        while let Some(level) = next(done, SIZE, supersample, &pace) {
+        while let Some(level) = next(done, SIZE, supersample, &pace, PREVIEW_MS) {
             levels.push((level.divisor, level.supersample));
             done = Some(level);
         }

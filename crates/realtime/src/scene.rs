@@ -4,6 +4,11 @@ use super::sunlight::Sunlight;
 use super::{Gpu, GpuError};
 use crate::snake::PigmentTexture;
 
+/// Texels along each side of the map of what the sun sees.
+const SUNLIGHT_SIDE: u32 = 1024;
+/// The same of a draft.
+const DRAFT_SUNLIGHT_SIDE: u32 = 256;
+
 /// A mesh and its pigment on the GPU, ready to be seen from anywhere.
 pub struct Scene {
     pub(super) vertices: wgpu::Buffer,
@@ -28,12 +33,24 @@ impl Scene {
     /// # Errors
     /// [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
     pub fn of(gpu: &Gpu, data: &SceneData) -> Result<Self, GpuError> {
+        Self::with_sunlight(gpu, data, SUNLIGHT_SIDE)
+    }
+
+    /// As [`Scene::of`] for coarse pictures while the sun moves: edges of shadows are less exact, and drawn much sooner.
+    ///
+    /// # Errors
+    /// As [`Scene::of`].
+    pub fn draft(gpu: &Gpu, data: &SceneData) -> Result<Self, GpuError> {
+        Self::with_sunlight(gpu, data, DRAFT_SUNLIGHT_SIDE)
+    }
+
+    fn with_sunlight(gpu: &Gpu, data: &SceneData, side: u32) -> Result<Self, GpuError> {
         Ok(Self {
             vertices: gpu.storage_of("vertices", data.vertices())?,
             triangles: gpu.storage_of("triangles", data.triangles())?,
             nodes: gpu.storage_of("tree over the triangles", data.nodes())?,
             pigment: gpu.storage_of("pigment", data.pigment())?,
-            sunlight: Sunlight::new(gpu, data.bounds())?,
+            sunlight: Sunlight::new(gpu, data.bounds(), side)?,
             corners: data.corners(),
         })
     }

@@ -5,14 +5,14 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use std::sync::{Mutex, PoisonError};
 
-/// Texels along each side of the map.
-const SIDE: u32 = 1024;
 /// Texels of the map around the mesh, so that a place outside is lit.
 const MARGIN: f64 = 4.0;
 
 /// The mesh as the sun sees it: a depth map, drawn anew when the sun has moved.
 pub(super) struct Sunlight {
     map: wgpu::Texture,
+    /// Texels along each side of the map.
+    side: u32,
     /// The map's depths, rows from the top.
     pub depths: wgpu::Buffer,
     pub uniform: wgpu::Buffer,
@@ -23,11 +23,12 @@ pub(super) struct Sunlight {
 }
 
 impl Sunlight {
-    /// A map that is yet to be drawn, of a mesh between these corners of a box.
-    pub fn new(gpu: &Gpu, (low, high): (DVec3, DVec3)) -> Result<Self, GpuError> {
+    /// A map that is yet to be drawn, of a mesh between these corners of a box. It has `side` × `side` texels, a multiple of
+    /// 64 along each.
+    pub fn new(gpu: &Gpu, (low, high): (DVec3, DVec3), side: u32) -> Result<Self, GpuError> {
         let map = gpu.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("sunlight"),
-            size: wgpu::Extent3d { width: SIDE, height: SIDE, depth_or_array_layers: 1 },
+            size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -37,7 +38,8 @@ impl Sunlight {
         });
         Ok(Self {
             map,
-            depths: gpu.storage("sunlight", u64::from(SIDE) * u64::from(SIDE) * size_of::<f32>() as u64)?,
+            side,
+            depths: gpu.storage("sunlight", u64::from(side) * u64::from(side) * size_of::<f32>() as u64)?,
             uniform: gpu.uniform_of("sunlight", bytemuck::bytes_of(&SunlightUniform::zeroed()))?,
             low,
             high,
@@ -72,7 +74,7 @@ impl Sunlight {
         let mut encoder = gpu.encoder();
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(SIDE * size_of::<f32>() as u32),
+            bytes_per_row: Some(self.side * size_of::<f32>() as u32),
             rows_per_image: None,
         };
         let buffer = wgpu::TexelCopyBufferInfo { buffer: &self.depths, layout };
@@ -85,12 +87,12 @@ impl Sunlight {
         let centre = 0.5 * (self.low + self.high);
         let (across, up) = to_sun.any_orthonormal_pair();
         let half = 0.5 * (self.high - self.low);
-        let margin = 1.0 + 2.0 * MARGIN / f64::from(SIDE);
+        let margin = 1.0 + 2.0 * MARGIN / f64::from(self.side);
         // Of a mesh without extent too the box has a volume.
         let extent = |axis: DVec3| (margin * axis.abs().dot(half)).max(1e-6) as f32;
         SunlightUniform {
             centre: centre.as_vec3().to_array(),
-            side: SIDE as f32,
+            side: self.side as f32,
             across: across.as_vec3().to_array(),
             half_width: extent(across),
             up: up.as_vec3().to_array(),

@@ -11,6 +11,7 @@ const REST_MS = 100;
 
 let artist = null;
 // They outlive the device.
+let draft = null;
 let scene = null;
 let method = null;
 let view = null;
@@ -86,14 +87,16 @@ answer({
       if (artist === opened) artist = null;
       postMessage({ type: "lost", message });
     });
-    if (scene) await opened.set_scene(scene);
+    if (draft) await opened.set_scene(draft, true);
+    if (scene) await opened.set_scene(scene, false);
     if (method) await opened.set_method(method);
     look();
     return JSON.parse(opened.adapter());
   },
-  async scene({ bytes }) {
-    scene = bytes;
-    await inTurn(() => artist?.set_scene(bytes));
+  async scene({ bytes, draft: isDraft }) {
+    if (isDraft) [draft, scene] = [bytes, null];
+    else scene = bytes;
+    await inTurn(() => artist?.set_scene(bytes, isDraft));
     look();
   },
   async method({ bytes }) {

@@ -181,8 +181,8 @@ export class Engine {
     }
   }
 
-  setScene(bytes) {
-    return this.#artist.ask("scene", { bytes }, { transfer: [bytes.buffer] });
+  setScene(bytes, draft) {
+    return this.#artist.ask("scene", { bytes, draft }, { transfer: [bytes.buffer] });
   }
 
   setMethod(bytes) {

@@ -88,15 +88,14 @@ async function makeSurface(keys, stale) {
 async function makeScene(keys, stale) {
   sceneShare = 0;
   const { engine, settings } = page;
-  // The other shapes are made in no time.
-  for (const draft of settings.shape === "snake" ? [true, false] : [false]) {
+  for (const draft of [true, false]) {
     const bytes = await engine.scene(settings, draft, (share) => (sceneShare = share));
     if (draft) sceneShare = 0;
     else sceneShare = null;
     await page.opening;
     if (stale() || !page.adapter) return;
     held.scene = keys.scene;
-    await engine.setScene(bytes);
+    await engine.setScene(bytes, draft);
   }
 }
 

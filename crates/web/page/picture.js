@@ -12,6 +12,8 @@ import { rounded, say, showStatus } from "./words.js";
 
 /** Widest picture of the screen's own resolution, in pixels. */
 const WIDTH_MAX = 1536;
+/** What is drawn is told of in words when it has stayed for so many milliseconds. */
+const SAYING_MS = 100;
 /** A second loss within so many milliseconds is not mended without being asked. */
 const LOSS_MS = 10000;
 
@@ -22,20 +24,14 @@ export function pictureSize() {
   return [width, Math.round((width * 2) / 3)];
 }
 
-let looking = 0;
-let serial = 0;
-/** Asks for the picture anew, once a frame. */
+/** Asks for the picture anew. Browsers tell of what is dragged once a frame, and the artist draws what was asked for last. */
 export function look() {
   if (!page.adapter) return;
-  page.asked = null;
-  if (looking) return;
-  looking = requestAnimationFrame(() => {
-    looking = 0;
-    page.asked = { serial: ++serial, at: performance.now() };
-    page.engine.view(page.settings, ...pictureSize(), serial);
-  });
+  page.asked += 1;
+  page.engine.view(page.settings, ...pictureSize(), page.asked);
 }
 
+let saying = 0;
 export function artistSays(event) {
   if (event.type === "lost") return lost(event.message);
   if (event.type === "failed") return say(event.message);
@@ -44,7 +40,10 @@ export function artistSays(event) {
   if (page.good && !page.making) page.good.at ??= performance.now();
   page.drawn = event;
   if (event.finest) performance.mark("finest-picture");
-  showStatus();
+  // Nobody reads what is said of a draft that the next one replaces, and laying the words out takes a tenth of its time.
+  clearTimeout(saying);
+  if (event.finest) showStatus();
+  else saying = setTimeout(showStatus, SAYING_MS);
 }
 
 function newCanvas() {

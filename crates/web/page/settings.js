@@ -35,8 +35,8 @@ export function settled() {
   if (index === mappedIndex) return;
   mappedIndex = index;
   if (!page.good) return;
-  // The picture's device hears of it in this frame too, ahead of this.
-  requestAnimationFrame(refreshMap);
+  // The artist has heard of it by now.
+  refreshMap();
 }
 
 let remembering = 0;

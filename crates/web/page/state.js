@@ -25,8 +25,8 @@ export const page = {
   /** Directions that the map's facts are of. */
   wi: null,
   wo: null,
-  /** The picture that was asked for last, null while that is being done: {serial, at}; and the one that was drawn last. */
-  asked: null,
+  /** The serial number of the picture that was asked for last, and what was told of the one that was drawn last. */
+  asked: 0,
   drawn: null,
   making: false,
 };

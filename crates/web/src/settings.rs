@@ -21,8 +21,10 @@ const SUN_ELEVATION: std::ops::RangeInclusive<f64> = 0.5..=90.0;
 const CAMERA_ELEVATION: std::ops::RangeInclusive<f64> = -89.0..=89.0;
 /// Accepted distances of the camera in cm.
 const DISTANCE_CM: std::ops::RangeInclusive<f64> = 0.2..=200.0;
-/// Sides of the pigment are divided by this in a scene that is to be there soon.
-const DRAFT: usize = 4;
+/// Sides of a draft's pigment are divided by this.
+const DRAFT_PIGMENT: usize = 4;
+/// The snake's mesh in a draft is not finer than this; see [`Shape::make`].
+const DRAFT_RESOLUTION: f64 = 0.35;
 /// Accepted polar angles of the map's light in degrees.
 const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
 
@@ -287,13 +289,14 @@ impl Settings {
         Ok(self.shape.make(self.resolution, PIGMENT_SIZE)?)
     }
 
-    /// The same with a coarser pigment, which takes most of a scene's time.
+    /// The same with a coarser mesh and pigment: made much sooner, and fast to draw.
     ///
     /// # Errors
     /// As [`Settings::scene`].
     pub fn draft_scene(&self) -> Result<(Mesh, PigmentTexture), WebError> {
         let (along, around) = PIGMENT_SIZE;
-        Ok(self.shape.make(self.resolution, (along / DRAFT, around / DRAFT))?)
+        let pigment = (along / DRAFT_PIGMENT, around / DRAFT_PIGMENT);
+        Ok(self.shape.make(self.resolution.min(DRAFT_RESOLUTION), pigment)?)
     }
 
     /// What changes when the relief, the method's data or the scene have to be made anew.

@@ -12,6 +12,7 @@ import re
 import statistics
 import sys
 import tempfile
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -85,25 +86,37 @@ def scan(side):
 
 def dropping(page, side):
     """Seconds from a scan's falling onto the page to its first picture."""
-    times = []
-    for repeat in range(REPEATS):
-        page.open(limit=LIMIT_S)
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / f"scan-{repeat}.gsf"
-            path.write_bytes(gsf(scan(side), metres=0.025e-6))
-            page.js("window.asked = performance.now()")
-            page.drop(path)
-        page.browser.wait("return sunbeam.source && sunbeam.good?.source === sunbeam.source", "the scan", LIMIT_S)
-        times.append(first_picture(page))
-    return statistics.median(times)
+    return statistics.median(drop(page, side) for _ in range(REPEATS))
+
+
+def drop(page, side):
+    """Drops a scan of so many pixels onto the page; seconds to its first picture."""
+    page.open(limit=LIMIT_S)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scan.gsf"
+        path.write_bytes(gsf(scan(side), metres=0.025e-6))
+        page.js("window.asked = performance.now()")
+        page.drop(path)
+    page.browser.wait("return sunbeam.source && sunbeam.good?.source === sunbeam.source", "the scan", LIMIT_S)
+    return first_picture(page)
 
 
 def drawing(page):
-    """Milliseconds of a whole picture of 384 × 256, and between a drag and the picture that follows it."""
+    """Milliseconds of a whole picture of 384 × 256, and between a drag of the view or the sun and the picture that follows."""
     page.open({}, size="384x256", limit=LIMIT_S)
     # What spectra are read from is made beside, on one of the cores, for a few seconds after the first picture.
     page.browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", LIMIT_S)
     whole = [page.browser.promise("return (await sunbeam.engine.draw()).ms") for _ in range(5)]
+    return {
+        "picture_ms": statistics.median(whole),
+        "drag_ms": dragging(page, "camera"),
+        "sun_drag_ms": dragging(page, "sun"),
+    }
+
+
+def dragging(page, what):
+    """Milliseconds between a step of the pointer and the picture that follows it."""
+    page.browser.click(f"input[name=drag][value={what}]")
     answers = page.browser.promise(
         """const answers = [];
         const canvas = document.getElementById("picture");
@@ -118,7 +131,7 @@ def drawing(page):
             const start = performance.now();
             point("pointermove", 100 + 3 * i, 1);
             await new Promise((resolve) => {
-                const done = () => sunbeam.asked && sunbeam.drawn.serial === sunbeam.asked.serial;
+                const done = () => sunbeam.drawn.serial === sunbeam.asked;
                 const look = () => done() ? resolve() : setTimeout(look, 1);
                 look();
             });
@@ -127,19 +140,42 @@ def drawing(page):
         point("pointerup", 160, 0);
         return answers;"""
     )
-    return statistics.median(whole), statistics.median(answers)
+    return statistics.median(answers)
 
 
-def memory(page, side):
-    """Bytes of the page's process, its workers in it, when a scan of so many pixels is shown."""
-    dropping(page, side)
+def memory(host, side):
+    """Most bytes of the page's process, its workers in it, while a scan of so many pixels is read, tabulated and shown.
+
+    In a browser of its own: what earlier pages left there is not the page's.
+    """
+    most, ended = [0], threading.Event()
+
+    def watch(browser):
+        while not ended.wait(0.2):
+            most[0] = max(most[0], used(browser))
+
+    with Browser() as browser:
+        watching = threading.Thread(target=watch, args=[browser])
+        watching.start()
+        try:
+            page = Page(browser, host)
+            drop(page, side)
+            browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", LIMIT_S)
+        finally:
+            ended.set()
+            watching.join()
+    return most[0]
+
+
+def used(browser):
+    """Bytes of the browser's process that shows pages."""
     pids = [
         path.parent
         for path in Path("/proc").glob("[0-9]*/cmdline")
-        if str(page.browser.folder).encode() in content(path) and b"--type=renderer" in content(path)
+        if str(browser.folder).encode() in content(path) and b"--type=renderer" in content(path)
     ]
-    rollups = [content(pid / "smaps_rollup").decode() for pid in pids]
-    return max(1024 * int(re.search(r"^Pss:\s+(\d+)", text, re.MULTILINE)[1]) for text in rollups if text)
+    found = [re.search(r"^Pss:\s+(\d+)", content(pid / "smaps_rollup").decode(), re.MULTILINE) for pid in pids]
+    return max((1024 * int(pss[1]) for pss in found if pss), default=0)
 
 
 def content(path):
@@ -157,8 +193,9 @@ def table(found):
         ("first picture of an example, after the files are loaded", f"{found['opening_s']:.1f} s", "≤ 3 s"),
         (f"first picture of a dropped scan of {MEDIUM}²", f"{found['dropping_s']:.1f} s", "≤ 6 s"),
         ("a whole picture of 384 × 256", f"{found['picture_ms']:.0f} ms", "≤ 200 ms"),
-        ("from a drag to the picture that follows", f"{found['drag_ms']:.0f} ms", "2 frames, 33 ms"),
-        (f"memory with a scan of {LARGE}²", f"{found['memory_bytes'] / 1e6:.0f} MB", "≤ 600 MB"),
+        ("from a drag of the view to the picture that follows", f"{found['drag_ms']:.0f} ms", "2 frames, 33 ms"),
+        ("from a drag of the sun to the picture that follows", f"{found['sun_drag_ms']:.0f} ms", "2 frames, 33 ms"),
+        (f"most memory with a scan of {LARGE}²", f"{found['memory_bytes'] / 1e6:.0f} MB", "≤ 600 MB"),
     ]
     lines = ["| figure | measured | aim |", "| --- | --- | --- |", *(f"| {' | '.join(row)} |" for row in rows)]
     return "\n" + "\n".join(lines) + "\n\n"
@@ -174,9 +211,9 @@ def main():
             page = Page(browser, host)
             found = {**sizes(), "opening_s": opening(page), "examples_s": first_pictures(page)}
             found["dropping_s"] = dropping(page, MEDIUM)
-            found["picture_ms"], found["drag_ms"] = drawing(page)
-            found["memory_bytes"] = memory(page, LARGE)
+            found.update(drawing(page))
             found["browser"] = browser.version
+        found["memory_bytes"] = memory(host, LARGE)
         host.close()
         DATA.write_text(json.dumps(found, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
     found = json.loads(DATA.read_text(encoding="utf-8"))

@@ -147,7 +147,7 @@ class Page:
 IS_FINISHED = """
     const shown = (id) => !document.getElementById(id).hidden;
     const { drawn, asked, good, making } = globalThis.sunbeam;
-    const complete = asked && drawn?.finest && drawn.serial === asked.serial;
+    const complete = asked && drawn?.finest && drawn.serial === asked;
     return good && !making && complete && !shown("progress") && !shown("lost");
 """
 

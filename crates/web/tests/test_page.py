@@ -461,7 +461,7 @@ def test_cancelling_brings_the_shape_back_too(page):
         """window.scenes = 0;
         const { engine } = sunbeam;
         const setScene = engine.setScene.bind(engine);
-        engine.setScene = (bytes) => setScene(bytes).then(() => { window.scenes += 1; });
+        engine.setScene = (bytes, draft) => setScene(bytes, draft).then(() => { window.scenes += 1; });
         preset.value = "cd";
         preset.dispatchEvent(new Event("change", { bubbles: true }));
         document.querySelector("input[value=sphere]").click();"""

@@ -12,6 +12,8 @@ use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer
 
 /// Targets that are kept for the next picture: two sizes while something moves, each shown and drawn in turns.
 const TARGETS_KEPT: usize = 4;
+/// A first picture after a change should not take longer than this.
+const PREVIEW_MS: f64 = 70.0;
 
 /// What is to be seen.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,7 +153,7 @@ impl Artist {
     pub fn next_step(&self) -> Option<Step> {
         let (Some(job), Some(_), Some(_)) = (&self.job, &self.scene, &self.shader) else { return None };
         let drawn = self.latest.as_ref().map(|(_, level)| *level);
-        let picture = levels::next(drawn, job.size, job.view.supersample, &self.pace).map(Step::Picture);
+        let picture = levels::next(drawn, job.size, job.view.supersample, &self.pace, PREVIEW_MS).map(Step::Picture);
         let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
         let save = self.shot.as_ref().map(|_| Step::Save);
         match (drawn, self.map) {

@@ -9,7 +9,8 @@ use sunbeam::methods::Method;
 use sunbeam::reflectance::{ComplexIndex, Pair, fresnel_unpolarised};
 use sunbeam_realtime::snake::{PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{
-    Blend, Camera, Gpu, Light, Mesh, Optics, PIGMENT_SCALE, Query, Renderer, SOIL, Scene, Shader, Target, View,
+    Blend, Camera, Gpu, Light, Mesh, Optics, PIGMENT_SCALE, Query, Renderer, SOIL, Scene, SceneData, Shader, Target,
+    View,
 };
 
 const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
@@ -91,6 +92,31 @@ fn rays_frames_and_shadows_are_mitsubas() {
     assert!(agreeing(0.0) >= 1.0 - EDGE_SHARE, "only {} of the pixels agree", agreeing(0.0));
     // A hundredth of a degree is seen.
     assert!(agreeing(0.01) < 0.9, "{}", agreeing(0.01));
+}
+
+/// A draft differs from its scene at edges of shadows alone.
+#[test]
+fn a_draft_has_the_same_shadows_but_for_their_edges() {
+    let Some(studio) = Studio::new() else { return };
+    let mesh = Mesh::from(&SnakeMesh::build(&SnakeOptions::default()).unwrap());
+    let data = SceneData::new(&mesh, &studio.pigment).unwrap();
+    let draft = Scene::draft(&studio.gpu, &data).unwrap();
+    let shader = studio.shader(&White);
+    let (size, view) = ((96, 64), View::default());
+    let (_, whole) = studio.picture(&shader, size, &view);
+    let target = Target::new(&studio.gpu, size.0, size.1).unwrap();
+    studio.renderer.draw(&studio.gpu, &draft, &shader, &target, &view).unwrap();
+    let drawn = target.read_queries(&studio.gpu).unwrap();
+    let dark = whole.iter().filter(|query| query.lit == 0 && query.kind != Query::NOTHING).count();
+    assert!(dark > 100, "{dark} pixels are in the shadow");
+    let mut others = 0;
+    for (a, b) in whole.iter().zip(&drawn) {
+        others += usize::from(a.lit != b.lit);
+        let mut b = *b;
+        b.lit = a.lit;
+        assert_eq!(b, *a);
+    }
+    assert!(others * 100 < whole.len(), "{others} pixels of {}", whole.len());
 }
 
 #[test]

@@ -20,6 +20,9 @@ use web_time::Instant;
 /// Targets that are kept for next pictures: while something is dragged, two sizes in turns.
 const TARGETS_KEPT: usize = 3;
 
+/// A first picture after a change should not take longer than this: with the messages about it, two frames of a screen.
+const PREVIEW_MS: f64 = 25.0;
+
 /// What is to be seen.
 #[derive(Clone, Debug, PartialEq)]
 struct Job {
@@ -39,6 +42,8 @@ struct Screen {
 #[derive(Default)]
 struct State {
     scene: Option<Rc<Scene>>,
+    /// What coarse pictures show, and all of them until there is a scene.
+    draft: Option<Rc<Scene>>,
     shader: Option<Rc<Shader>>,
     job: Option<Job>,
     stops: f64,
@@ -49,6 +54,14 @@ struct State {
     tone_changed: bool,
     pace: Pace,
     targets: Vec<Rc<Target>>,
+}
+
+impl State {
+    /// What a picture of this level shows.
+    fn scene_at(&self, level: Level) -> Option<&Rc<Scene>> {
+        let (first, second) = if level.divisor > 1 { (&self.draft, &self.scene) } else { (&self.scene, &self.draft) };
+        first.as_ref().or(second.as_ref())
+    }
 }
 
 /// Draws with WebGPU on a canvas.
@@ -87,10 +100,19 @@ impl Artist {
         LOST.with_borrow_mut(|listener| *listener = Some(callback));
     }
 
-    /// Uploads what `make_scene` made.
-    pub async fn set_scene(&self, bytes: Vec<u8>) -> Result<(), JsValue> {
-        let scene = SceneData::from_bytes(bytes).and_then(|data| Scene::of(&self.gpu, &data)).map_err(thrown)?;
-        self.state.borrow_mut().scene = Some(Rc::new(scene));
+    /// Uploads what `make_scene` made. A draft comes before the scene that it is of, and instead of the one before.
+    pub async fn set_scene(&self, bytes: Vec<u8>, is_draft: bool) -> Result<(), JsValue> {
+        let upload = if is_draft { Scene::draft } else { Scene::of };
+        let scene = SceneData::from_bytes(bytes).and_then(|data| upload(&self.gpu, &data)).map_err(thrown)?;
+        let scene = Some(Rc::new(scene));
+        {
+            let mut state = self.state.borrow_mut();
+            if is_draft {
+                (state.draft, state.scene) = (scene, None);
+            } else {
+                state.scene = scene;
+            }
+        }
         self.start_over();
         Ok(())
     }
@@ -239,7 +261,7 @@ impl Artist {
             if state.tone_changed && state.latest.is_some() {
                 None
             } else {
-                let next = levels::next(state.latest, job.size, job.view.supersample, &state.pace);
+                let next = levels::next(state.latest, job.size, job.view.supersample, &state.pace, PREVIEW_MS);
                 let Some(level) = next else { return Ok(None) };
                 Some(level)
             }
@@ -269,7 +291,7 @@ impl Artist {
         let start = Instant::now();
         let (scene, shader, job, refining) = {
             let state = self.state.borrow();
-            let (Some(scene), Some(shader), Some(job)) = (&state.scene, &state.shader, &state.job) else {
+            let (Some(scene), Some(shader), Some(job)) = (state.scene_at(level), &state.shader, &state.job) else {
                 return Ok(None);
             };
             (Rc::clone(scene), Rc::clone(shader), job.clone(), state.latest.is_some())

@@ -142,7 +142,7 @@ fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     Ok(unit.to_array())
 }
 
-/// Mesh, tree and pigment for the artist; those of a draft are made in a fifth of the time.
+/// Mesh, tree and pigment for the artist, or those of a draft; see [`Settings::draft_scene`](crate::Settings::draft_scene).
 #[wasm_bindgen]
 pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
     let settings = read(json)?;
