@@ -102,7 +102,7 @@ def drop(page, side):
 
 
 def drawing(page):
-    """Milliseconds of a whole picture of 384 × 256, and from a drag of the view or the sun to the picture that follows."""
+    """Milliseconds of a whole picture of 384 × 256, and from a drag of view or sun to the picture that follows."""
     page.open({}, size="384x256", limit=LIMIT_S)
     # What spectra are read from is made beside, on one of the cores, for a few seconds after the first picture.
     page.browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", LIMIT_S)
