@@ -73,7 +73,9 @@ if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
 fi
 
 say "3/5 Python packages (about 200 MB the first time)"
-.venv/bin/python -m pip install --quiet --disable-pip-version-check --only-binary=:all: -r requirements.lock
+# Modules are compiled when they are first imported: most never are.
+.venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --only-binary=:all: \
+    -r requirements.lock
 
 # LLVM 15 loads and then fails in code generation, so this asks for code and not for a file.
 say "4/5 LLVM"
