@@ -1,8 +1,7 @@
 /* Throughput of the C ABI's batches, as one JSON object on stdout.
  *
- * For each preset, number of wavelengths and call: evaluations (an item at one wavelength) per second of one core's own
- * time, the median of several repetitions, all calls in turn in each; and with a thread on every core, of the wall
- * clock. Half of the directions are spread evenly over the hemisphere, half are where the surface sends its light. */
+ * For each preset, number of wavelengths and call: evaluations (an item at one wavelength) per second with one thread, and
+ * with one on every core; medians of several repetitions, all calls in turn in each, by the wall clock. Half of the directions are spread evenly over the hemisphere, half are where the surface sends its light. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <pthread.h>
@@ -13,7 +12,7 @@
 
 #include "sunbeam.h"
 
-enum { COUNT = 4096, CARRIED_MAX = 16, REPETITIONS = 7, PASSES_ON_ALL = 8, CORES_MAX = 256 };
+enum { COUNT = 4096, CARRIED_MAX = 16, REPETITIONS = 7, PASSES = 8, CORES_MAX = 256 };
 
 static const char *PRESETS[]  = { "blazed", "elaphe", "xenopeltis" };
 static const size_t CARRIED[] = { 1, 4, 16 };
@@ -66,9 +65,9 @@ static void run(batch *b) {
     }
 }
 
-static double seconds(clockid_t clock) {
+static double seconds(void) {
     struct timespec now;
-    clock_gettime(clock, &now);
+    clock_gettime(CLOCK_MONOTONIC, &now);
     return (double) now.tv_sec + 1e-9 * (double) now.tv_nsec;
 }
 
@@ -77,29 +76,29 @@ static int ascending(const void *a, const void *b) {
     return (x > y) - (x < y);
 }
 
-static void *run_on_all(void *argument) {
-    for (int pass = 0; pass < PASSES_ON_ALL; ++pass)
+static void *run_passes(void *argument) {
+    for (int pass = 0; pass < PASSES; ++pass)
         run(argument);
     return NULL;
 }
 
-/* Evaluations per second of the wall clock with a thread on every core, each with a batch of its own. */
-static double on_all_cores(const batch *one, long cores) {
+/* Evaluations per second of the wall clock with so many threads, each with a batch of its own. */
+static double per_second(const batch *one, long cores) {
     pthread_t threads[CORES_MAX];
     batch *batches = malloc((size_t) cores * sizeof *batches);
     if (!batches)
         exit(1);
     for (long t = 0; t < cores; ++t)
         batches[t] = *one;
-    const double start = seconds(CLOCK_MONOTONIC);
+    const double start = seconds();
     for (long t = 0; t < cores; ++t)
-        if (pthread_create(&threads[t], NULL, run_on_all, &batches[t]))
+        if (pthread_create(&threads[t], NULL, run_passes, &batches[t]))
             exit(1);
     for (long t = 0; t < cores; ++t)
         pthread_join(threads[t], NULL);
-    const double spent = seconds(CLOCK_MONOTONIC) - start;
+    const double spent = seconds() - start;
     free(batches);
-    return (double) cores * PASSES_ON_ALL * COUNT * (double) one->carried / spent;
+    return (double) cores * PASSES * COUNT * (double) one->carried / spent;
 }
 
 int main(void) {
@@ -128,23 +127,22 @@ int main(void) {
             for (int k = 0; k < 3; ++k)
                 if (b.sampled[i][2] > 0.f)
                     b.wo[i][k] = b.sampled[i][k];
-        double times[CARRIED_COUNT][CALL_COUNT][REPETITIONS];
+        double found[CARRIED_COUNT][CALL_COUNT][2][REPETITIONS];
         for (int repetition = 0; repetition < REPETITIONS; ++repetition)
             for (int c = 0; c < CARRIED_COUNT; ++c)
                 for (int call = 0; call < CALL_COUNT; ++call) {
                     b.carried = CARRIED[c], b.call = call;
-                    const double start = seconds(CLOCK_THREAD_CPUTIME_ID);
-                    run(&b);
-                    times[c][call][repetition] = seconds(CLOCK_THREAD_CPUTIME_ID) - start;
+                    found[c][call][0][repetition] = per_second(&b, 1);
+                    found[c][call][1][repetition] = per_second(&b, cores);
                 }
         for (int c = 0; c < CARRIED_COUNT; ++c)
             for (int call = 0; call < CALL_COUNT; ++call) {
-                b.carried = CARRIED[c], b.call = call;
-                qsort(times[c][call], REPETITIONS, sizeof(double), ascending);
+                for (int all = 0; all < 2; ++all)
+                    qsort(found[c][call][all], REPETITIONS, sizeof(double), ascending);
                 printf("%s\n{\"preset\": \"%s\", \"wavelengths\": %zu, \"call\": \"%s\", \"per_second\": %.4g, "
                        "\"per_second_all_cores\": %.4g}",
-                       comma, PRESETS[s], b.carried, CALLS[call],
-                       COUNT * (double) b.carried / times[c][call][REPETITIONS / 2], on_all_cores(&b, cores));
+                       comma, PRESETS[s], CARRIED[c], CALLS[call], found[c][call][0][REPETITIONS / 2],
+                       found[c][call][1][REPETITIONS / 2]);
                 comma = ",";
             }
         sunbeam_surface_free(surface);

@@ -2,8 +2,7 @@
 
 #![allow(clippy::print_stdout)] // That is what it is for.
 
-use sunbeam::height_field::Preset;
-use sunbeam::reflectance::{Options, Surface};
+use sunbeam::{Options, Preset, Surface};
 
 /// Light comes in at this angle from the normal, along x.
 const THETA_I_DEG: f64 = 20.0;

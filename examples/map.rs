@@ -2,9 +2,9 @@
 
 use std::io::Write;
 use sunbeam::colour::srgb_encode;
-use sunbeam::height_field::Preset;
 use sunbeam::methods::{MethodKind, MethodOptions, build};
-use sunbeam::reflectance::{Options, Pair};
+use sunbeam::reflectance::Pair;
+use sunbeam::{Options, Preset};
 
 const SIZE: usize = 256;
 /// What a reflectance in 1/sr is multiplied by for the screen.

@@ -5,8 +5,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use sunbeam::height_field::Preset;
-use sunbeam::reflectance::{Options, Surface};
+use sunbeam::{Options, Preset, Surface};
 
 const COUNT: usize = 20_000;
 /// A sample carries several wavelengths, as paths of a spectral renderer do.

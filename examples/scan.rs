@@ -3,10 +3,9 @@
 #![allow(clippy::print_stdout)] // That is what it is for.
 
 use std::path::Path;
-use sunbeam::height_field::{FileScale, HeightField, Level};
-use sunbeam::reflectance::{Options, Surface};
-use sunbeam::table::Tiling;
+use sunbeam::height_field::{FileScale, Level};
 use sunbeam::transform::periods;
+use sunbeam::{HeightField, Options, Surface, Tiling};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);

@@ -1,12 +1,11 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
 //! A relief of fractions of a micrometre (a grating, a compact disc, the skin of a snake) sends each wavelength its own way. From its
-//! [`HeightField`](height_field::HeightField) this library computes the spectral BSDF, with the transforms of the
+//! [`HeightField`] this library computes the spectral BSDF, with the transforms of the
 //! relief tabulated beforehand: an evaluation is a handful of look-ups, and directions are drawn by the orders.
 //!
 //! ```
-//! use sunbeam::height_field::Preset;
-//! use sunbeam::reflectance::{Options, Surface};
+//! use sunbeam::{Options, Preset, Surface};
 //!
 //! // A blazed grating of 2.5 µm, seen through a coherence length of 20 µm.
 //! let field = Preset::Blazed.build(None, None)?;
@@ -26,12 +25,11 @@
 //! ```
 //!
 //! Parameters under the names that scene files and the command line have, with their defaults, are a
-//! [`SurfaceConfig`](config::SurfaceConfig):
+//! [`SurfaceConfig`]:
 //!
 //! ```
 //! # #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))] {
-//! use sunbeam::cache::Cache;
-//! use sunbeam::config::SurfaceConfig;
+//! use sunbeam::{Cache, SurfaceConfig};
 //!
 //! let config = SurfaceConfig::from_json(r#"{"preset": "sinusoidal", "period": 2, "conserve_energy": false}"#)?;
 //! let (surface, _) = config.build(&Cache::off())?;
@@ -42,7 +40,7 @@
 //!
 //! # Where what is
 //!
-//! Data flows one way: [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → whoever asks
+//! What most programs begin with is here at the root; everything else is in its room. Data flows one way: [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → whoever asks
 //! (a command line, a plugin for Mitsuba, a C interface and a realtime renderer are packages of their own). Nothing here
 //! knows who that is.
 //!
@@ -64,6 +62,7 @@
 //!
 //! - `files` (on by default): height fields from and to files.
 //! - `cache` (on by default): tables on disk. With both, [`config`] also builds what it describes.
+//! - `rigorous` (on by default): gratings by Maxwell's equations.
 
 #[cfg(feature = "cache")]
 pub mod cache;
@@ -79,3 +78,10 @@ pub mod numeric;
 pub mod reflectance;
 pub mod table;
 pub mod transform;
+
+#[cfg(feature = "cache")]
+pub use cache::Cache;
+pub use config::SurfaceConfig;
+pub use height_field::{HeightField, Preset};
+pub use reflectance::{Options, Surface};
+pub use table::{Model, Tiling};

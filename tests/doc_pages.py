@@ -5,7 +5,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-PAGES = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").glob("*.md"))]
+SITE_PAGES = sorted((REPOSITORY / "docs").glob("*.md"))
+#: What registries show of a package, where no other file of the repository is.
+PACKAGE_PAGES = [REPOSITORY / "python" / "README.md", REPOSITORY / "src" / "README.md"]
+PAGES = [REPOSITORY / "README.md", *PACKAGE_PAGES, *SITE_PAGES]
 
 FENCE = re.compile(r"^(?P<indent>\s*)(?P<marks>`{3,})(?P<language>[^`]*)$")
 COMMENT = re.compile(r"^\s*<!-- (?P<kind>not run|first): (?P<text>.*) -->\s*$")

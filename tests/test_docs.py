@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import doc_pages
 import pytest
 import run_page
-from doc_pages import PAGES, REPOSITORY
+from doc_pages import PACKAGE_PAGES, PAGES, REPOSITORY, SITE_PAGES
 
 TOOL = REPOSITORY / "target" / "release"
 # Blocks that are shown and not run: output, and directives of the site.
@@ -64,7 +64,12 @@ def run(words, folder):
     return done.stdout
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def name(page):
+    """`README.md` and `python.md` of the front page and the site, `python/README.md` of a package."""
+    return str(page.relative_to(REPOSITORY)).removeprefix("docs/")
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_blocks_run(page, folder):
     steps = []
     for block in doc_pages.split(page)[0]:
@@ -135,7 +140,7 @@ def check_command(words, block):
             )
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", PAGES, ids=name)
 def test_links_lead_somewhere(page):
     broken = []
     for number, target in doc_pages.links(page):
@@ -150,12 +155,18 @@ def test_links_lead_somewhere(page):
     assert not broken, "\n".join(broken)
 
 
+@pytest.mark.parametrize("page", PACKAGE_PAGES, ids=name)
+def test_a_package_s_page_stands_alone(page):
+    relative = [f"line {number}: {target}" for number, target in doc_pages.links(page) if ":" not in target]
+    assert not relative, f"{page} links to what its readers do not have: {relative}"
+
+
 def test_site_builds(tmp_path):
     """Without a warning, and with every page in the contents."""
     words = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "doctrees"]
     run([*words, REPOSITORY / "docs", tmp_path / "site"], tmp_path)
     contents = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
-    for page in PAGES[1:]:
+    for page in SITE_PAGES:
         assert (tmp_path / "site" / f"{page.stem}.html").exists()
         assert f'href="{page.stem}.html"' in contents or page.stem == "index", f"{page.stem} is not in the contents"
 

@@ -62,7 +62,9 @@ def test_the_wheel_holds_the_plugin_and_names_its_platform(wheel):
     assert "sunbeam_mitsuba/plugins/3.9.1/plugins/diffraction.so" in names
     assert "sunbeam_mitsuba/__init__.py" in names
     (metadata,) = [name for name in names if name.endswith("METADATA")]
-    assert "Requires-Dist: mitsuba<=3.9.1,>=3.7.1" in zipfile.ZipFile(wheel).read(metadata).decode()
+    described = zipfile.ZipFile(wheel).read(metadata).decode()
+    assert "Requires-Dist: mitsuba<=3.9.1,>=3.7.1" in described
+    assert described.endswith((REPOSITORY / "python" / "README.md").read_text(encoding="utf-8"))
 
 
 def test_the_readme_s_scene_renders_in_an_empty_environment(wheel, tmp_path):
