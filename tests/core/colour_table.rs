@@ -4,6 +4,7 @@
 use super::common::colour_differences;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
@@ -19,26 +20,32 @@ const PERCENTILE: f64 = 0.99;
 struct Case {
     field: HeightField,
     options: ColourTableOptions,
-    spectral: PackedTable,
+    /// The spectral table, which those build that ask for the truth.
+    spectral: OnceLock<PackedTable>,
 }
 
 impl Case {
     fn new(json: &str, model: Model) -> Self {
         let config = SurfaceConfig::from_json(json).unwrap();
         let field = config.height_field().unwrap();
-        let coherence_length_um = config.coherence_length;
         let options = ColourTableOptions {
-            coherence_length_um,
+            coherence_length_um: config.coherence_length,
             model,
             tiling: config.tiling(),
             tolerance: TOLERANCE,
             resolution: 1.0,
             build_limit: 1.0,
         };
-        let s_um = coherence_length_um / 4.0;
-        let spectrum = Spectrum::new(&field, model, options.tiling, s_um, 2e3 / WAVELENGTH_MIN_NM, TOLERANCE);
-        let spectral = build(&spectrum, TOLERANCE, &Progress::none()).unwrap().packed;
-        Self { field, options, spectral }
+        Self { field, options, spectral: OnceLock::new() }
+    }
+
+    fn spectral(&self) -> &PackedTable {
+        self.spectral.get_or_init(|| {
+            let ColourTableOptions { coherence_length_um, model, tiling, .. } = self.options;
+            let s_um = coherence_length_um / 4.0;
+            let spectrum = Spectrum::new(&self.field, model, tiling, s_um, 2e3 / WAVELENGTH_MIN_NM, TOLERANCE);
+            build(&spectrum, TOLERANCE, &Progress::none()).unwrap().packed
+        })
     }
 
     fn table(&self) -> ColourTable {
@@ -46,15 +53,16 @@ impl Case {
     }
 
     fn truth(&self, spectrum: &SpectralToRgb, pair: &Pair) -> [f64; 3] {
+        let spectral = self.spectral();
         spectrum.rgb_of(|nm| {
             let um = nm * 1e-3;
-            self.spectral.density([pair.u / um, pair.v / um], TAU * pair.w / um) / (um * um)
+            spectral.density([pair.u / um, pair.v / um], TAU * pair.w / um) / (um * um)
         })
     }
 
     /// ΔE₀₀ over the hemisphere for one `wi`, ascending: of f_r, exposed so that a tenth of what is lit at all clips.
     fn colour_errors(&self, table: &ColourTable, theta_deg: f64, phi_deg: f64) -> Vec<f64> {
-        const SIZE: usize = 96;
+        const SIZE: usize = 64;
         let spectrum = SpectralToRgb::visible(1.0).unwrap();
         let ((sin, cos), (sin_phi, cos_phi)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
         let wi = [sin * cos_phi, sin * sin_phi, cos];

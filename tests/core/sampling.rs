@@ -1,9 +1,10 @@
 //! `sample`, `eval` and `pdf` agree (docs/model.md#sampling).
 
 use super::chi_square::{self, Bins, SIGNIFICANCE};
-use super::common::{Random, direction, preset, relief, sinusoid, waves};
+use super::common::{Random, built as build, direction, preset, relief, sinusoid, waves};
 use ndarray::Array2;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 use sunbeam::height_field::{HeightField, Level, Preset};
 use sunbeam::numeric::{Lanes, Numbers, Plain};
 use sunbeam::reflectance::sampler::{SamplerLayout, SamplerView};
@@ -21,10 +22,6 @@ const PLACES_MAX: usize = 80;
 const PLACES_PER_SIGMA: f64 = 4.0;
 /// The least width of a bin in direction cosines.
 const WIDTH: f64 = 2.0 / BINS as f64;
-
-fn build(field: &HeightField, options: &Options) -> Surface {
-    Surface::new(field, options).unwrap()
-}
 
 /// Bins over the hemisphere. Where the density is bilinear between nodes and wavelengths are one, bins begin and end at
 /// nodes: one place in each mesh of the lattice is then exact.
@@ -72,7 +69,7 @@ fn crossed(n: usize, period_um: f64, height_um: f64) -> HeightField {
     HeightField::new(heights, period_um / n as f64, period_um / n as f64).unwrap()
 }
 
-fn surfaces() -> Vec<(&'static str, Surface)> {
+fn surfaces() -> Vec<(&'static str, Arc<Surface>)> {
     vec![
         ("blazed", build(&preset(Preset::Blazed), &options(15.0, Model::Ensemble))),
         ("sinusoidal", build(&sinusoid(128, 2.5, 0.125), &options(15.0, Model::Ensemble))),
@@ -83,7 +80,7 @@ fn surfaces() -> Vec<(&'static str, Surface)> {
 }
 
 /// Surfaces that the square draws from, of every kind of lattice.
-fn squares() -> Vec<(String, Surface)> {
+fn squares() -> Vec<(String, Arc<Surface>)> {
     let (large, wide) = (waves(256, 200, 0.13, 0.15, 0.5), relief(160, 120, 0.07, 0.07, 0.3));
     let alone = |model, coherence| Options { tiling: Tiling::Aperiodic, ..options(coherence, model) };
     let mut squares = vec![
