@@ -1,7 +1,8 @@
 /* Throughput of the C ABI's batches, as one JSON object on stdout.
  *
- * For each preset, number of wavelengths and call: evaluations (an item at one wavelength) per second with one thread, and
- * with one on every core; medians of several repetitions, all calls in turn in each, by the wall clock. Half of the directions are spread evenly over the hemisphere, half are where the surface sends its light. */
+ * For each preset, number of wavelengths and call: evaluations (an item at one wavelength) per second with one thread,
+ * and with one on every core; medians of several repetitions, all calls in turn in each, by the wall clock. Half of
+ * the directions are spread evenly over the hemisphere, half are where the surface sends its light. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <pthread.h>

@@ -40,8 +40,9 @@
 //!
 //! # Where what is
 //!
-//! What most programs begin with is here at the root; everything else is in its room. Data flows one way: [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → whoever asks
-//! (a command line, a plugin for Mitsuba, a C interface and a realtime renderer are packages of their own). Nothing here
+//! What most programs begin with is here at the root; everything else is in its room. Data flows one way:
+//! [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → whoever asks (a
+//! command line, a plugin for Mitsuba, a C interface and a realtime renderer are packages of their own). Nothing here
 //! knows who that is.
 //!
 //! # Conventions

@@ -36,7 +36,8 @@ impl Scene {
         Self::with_sunlight(gpu, data, SUNLIGHT_SIDE)
     }
 
-    /// As [`Scene::of`] for coarse pictures while the sun moves: edges of shadows are less exact, and drawn much sooner.
+    /// As [`Scene::of`] for coarse pictures while the sun moves: the map of what it sees is coarser, so that edges of shadows
+    /// are less exact and another sun is drawn sooner.
     ///
     /// # Errors
     /// As [`Scene::of`].
