@@ -1,5 +1,6 @@
 """Loads the plugin that `make plugin` built into the stock wheel of Mitsuba."""
 
+import gc
 import json
 import os
 from pathlib import Path
@@ -42,13 +43,28 @@ _built = {}
 def built(variant, **parameters):
     """Selects a variant and gives its `diffraction` BSDF of these parameters.
 
-    Built once a session, since the tables of a skin take seconds: not for tests that change it.
+    Made once a module, since the tables of a skin take seconds: not for tests that change it.
     """
     use_variant(variant)
     key = variant, json.dumps(parameters, sort_keys=True)
     if key not in _built:
         _built[key] = mi.load_dict({"type": "diffraction", **parameters})
     return _built[key]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def nothing_left(request):
+    """A kernel that renders holds every BSDF that there is.
+
+    Those of one module would make the kernels of the next many times as long, and others whenever modules run in another
+    order, so that none is found again among those compiled before.
+    """
+    yield
+    _built.clear()
+    for value in vars(request.module).values():
+        if hasattr(value, "cache_clear"):
+            value.cache_clear()
+    gc.collect()
 
 
 @pytest.fixture(params=VARIANTS)

@@ -7,6 +7,7 @@ use super::{ColourLayout, ColourTable, ColourTableError, ColourTableReport, RESO
 use crate::clock::Instant;
 use crate::colour::SpectralToRgb;
 use crate::height_field::HeightField;
+use crate::numeric::math::cubic_b_spline;
 use crate::table::{
     BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM,
 };
@@ -249,7 +250,7 @@ fn interpolation_inverse(ring: &RingPlan) -> Vec<f32> {
     let samples = ring.samples();
     let basis = DMatrix::from_fn(n, n, |sample, coefficient| {
         let y = ring.knot_position(samples[sample]);
-        crate::table::cubic(y - (coefficient as f64 - 1.0))
+        cubic_b_spline(y - (coefficient as f64 - 1.0))
     });
     // Schoenberg and Whitney: each basis function has a sample of its own, so the inverse exists.
     let inverse = basis.try_inverse().unwrap_or_else(|| DMatrix::identity(n, n));

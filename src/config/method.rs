@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn only_the_table_answers_by_maxwells_equations() {
-        let json = r#"{"preset":"sinusoidal","period":0.3,"height":0.05,"theory":"rigorous","eta":1.0,"k":6.9}"#;
+        let json = r#"{"preset":"flat","theory":"rigorous","eta":1.0,"k":6.9}"#;
         let config = SurfaceConfig::from_json(json).unwrap();
         let build = |config: &SurfaceConfig, kind, index: Option<&SpectralIndex>| {
             config.build_method(kind, &MethodOptions::default(), index, &Cache::off(), &Progress::none())

@@ -57,7 +57,7 @@ fn turns(q: vec2<f32>) -> f32 {
     return select(half, -half, q.y < 0.0);
 }
 
-fn cubic_weights(t: f32) -> vec4<f32> {
+fn cubic_b_spline_weights(t: f32) -> vec4<f32> {
     let s = 1.0 - t;
     return vec4<f32>(
         s * s * s,
@@ -79,8 +79,8 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
     let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / table.w_log);
     let column = floor(x);
     let row = min(floor(y), f32(ring.heights) - 4.0);
-    let across = cubic_weights(x - column);
-    let along = cubic_weights(y - row);
+    let across = cubic_b_spline_weights(x - column);
+    let along = cubic_b_spline_weights(y - row);
     // A turn lies in [-0.5, 1], so one addition makes the number of the direction positive, and one subtraction small
     // enough; a remainder would take software adapters longer than all the rest of this.
     let beyond = u32(i32(column) + i32(ring.directions) - 1);

@@ -215,11 +215,11 @@ impl Real for f64x4 {
     common!(f64);
     #[inline(always)]
     fn floor(self) -> Self {
-        self.to_array().map(f64::floor).into()
+        self.to_array().map(Real::floor).into()
     }
     #[inline(always)]
     fn ceil(self) -> Self {
-        self.to_array().map(f64::ceil).into()
+        self.to_array().map(Real::ceil).into()
     }
     #[inline(always)]
     fn exp2(self) -> Self {

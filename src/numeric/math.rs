@@ -23,6 +23,15 @@ pub fn cubic_b_spline<R: Real>(distance: R) -> R {
     R::select(d.lt(R::lit(1.0)), near, rest * rest * rest * R::lit(1.0 / 6.0))
 }
 
+/// Weights of the coefficients −1, 0, 1, 2 of a uniform cubic B-spline at `t` in [0, 1].
+#[inline(always)]
+pub fn cubic_b_spline_weights<R: Real>(t: R) -> [R; 4] {
+    let s = R::lit(1.0) - t;
+    let outer = |t: R| t * t * t * R::lit(1.0 / 6.0);
+    let inner = |t: R| (t * t).fma(t.fma(R::lit(0.5), R::lit(-1.0)), R::lit(2.0 / 3.0));
+    [outer(s), inner(t), inner(s), outer(t)]
+}
+
 /// `a + t·(b − a)`.
 #[inline(always)]
 pub fn lerp<R: Real>(a: R, b: R, t: R) -> R {
@@ -111,6 +120,9 @@ mod tests {
             let t = f64::from(i) / 10.0;
             let sum: f64 = (-2..3).map(|k| cubic_b_spline(t + f64::from(k))).sum();
             assert!((sum - 1.0).abs() < 1e-15);
+            for (weight, k) in cubic_b_spline_weights(t).into_iter().zip(-1..3) {
+                assert!((weight - cubic_b_spline(t - f64::from(k))).abs() < 1e-15);
+            }
         }
     }
 

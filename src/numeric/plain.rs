@@ -49,7 +49,7 @@ macro_rules! comparisons {
 }
 
 macro_rules! real {
-    ($($t:ident)+) => {$(
+    ($($t:ident of $whole:ident)+) => {$(
         impl Number for $t {
             comparisons!();
         }
@@ -74,11 +74,19 @@ macro_rules! real {
             }
             #[inline(always)]
             fn floor(self) -> Self {
-                $t::floor(self)
+                // Without the instruction `floor` is a call.
+                if cfg!(all(target_arch = "x86_64", not(target_feature = "sse4.1"))) {
+                    let towards_zero = self as $whole as $t;
+                    let floor = if towards_zero > self { towards_zero - 1.0 } else { towards_zero };
+                    // Beyond, there are only whole numbers, and some are none of so many bits.
+                    if $t::abs(self) < 1.0 / $t::EPSILON { floor } else { self }
+                } else {
+                    $t::floor(self)
+                }
             }
             #[inline(always)]
             fn ceil(self) -> Self {
-                $t::ceil(self)
+                -Real::floor(-self)
             }
             #[inline(always)]
             fn exp2(self) -> Self {
@@ -164,7 +172,7 @@ macro_rules! real {
         }
     )+};
 }
-real! { f32 f64 }
+real! { f32 of i32 f64 of i64 }
 
 impl Number for u32 {
     comparisons!();

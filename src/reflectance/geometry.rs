@@ -91,6 +91,7 @@ impl Pair {
 
     /// What the interface makes of unpolarised light: the Fresnel reflectance R at the half vector, 1 without an index; or the
     /// small-slope factor Q, without an index that of a perfect conductor.
+    #[inline]
     pub fn interface(&self, index: Option<ComplexIndex>, kind: Obliquity) -> f64 {
         match kind {
             Obliquity::SmallSlope => small_slope([self.u, self.v, self.w], [self.cos_i, self.cos_o], index),

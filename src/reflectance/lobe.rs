@@ -50,7 +50,7 @@ impl Lobe<'_> {
         let Setting { wi, wavelength_um, known, phase, cut } = *setting;
         let q = [0, 1].map(|c| wavelength_um * self.f[c] - wi[c]);
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
-        let rho = q[0].hypot(q[1]);
+        let rho = length(q);
         let widest = sigma[0].max(sigma[1]);
         if rho - CUT * widest >= 1.0 {
             return;
@@ -81,10 +81,10 @@ impl Lobe<'_> {
             let within = [0, 1].map(|c| reach[c].map(|t| q[c] + t.clamp(-CUT, CUT) * sigma[c]));
             let widths = sigma.map(|sigma| (2.5 * CUT * sigma).min(PHASE_PANEL / phase));
             let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
-            for (wo, area) in hemisphere(within, widths, wi[2]) {
+            hemisphere(within, widths, wi[2], |wo, area| {
                 let z = [0, 1].map(|c| (wo[c] - q[c]) / sigma[c]);
                 visit(wo, area * norm * (-0.5 * (z[0] * z[0] + z[1] * z[1])).exp());
-            }
+            });
         } else {
             self.integrate_radially(setting, q, sigma, fine, |wo, part| {
                 if [0, 1].iter().all(|&c| known[c][0] <= wo[c] && wo[c] <= known[c][1]) {
@@ -104,10 +104,10 @@ impl Lobe<'_> {
         fine: bool,
         mut visit: impl FnMut(Vec3, f64),
     ) {
-        let rho = qx.hypot(qy);
+        let rho = length([qx, qy]);
         let (ex, ey) = if rho > 1e-9 { (qx / rho, qy / rho) } else { (1.0, 0.0) };
         // Lobes gathered from an oblong tile are oblong.
-        let (sigma, across) = ((ex * sx).hypot(ey * sy), (ey * sx).hypot(ex * sy));
+        let (sigma, across) = (length([ex * sx, ey * sy]), length([ey * sx, ex * sy]));
         let sharp = !fine || across < SHARP.min(ACROSS_OF_COSINE * setting.wi[2]);
         let across_rule: &[(f64, f64)] = match () {
             _ if sharp => &[(0.0, 1.0)],
@@ -127,14 +127,21 @@ impl Lobe<'_> {
             let between = [psi(rho - CUT * sigma), psi(rho + CUT * sigma)];
             let rule: &[(f64, f64)] = if fine { &LEGENDRE_16 } else { &LEGENDRE_6 };
             let widest = PHASE_PANEL / setting.phase * rule.len() as f64 / LEGENDRE_16.len() as f64;
-            for (psi, weight) in in_panels(between, widest, rule) {
-                let (r, cos) = (reach * psi.sin(), reach * psi.cos());
+            let norm = p / (TAU.sqrt() * sigma);
+            in_panels(between, widest, rule).for_each(|(psi, weight)| {
+                let (sin, cos) = psi.sin_cos();
+                let (r, cos) = (reach * sin, reach * cos);
                 let z = (r - rho) / sigma;
-                let density = (-0.5 * z * z).exp() / (TAU.sqrt() * sigma);
-                visit([r * ex - offset * ey, r * ey + offset * ex, cos], p * weight * density * cos);
-            }
+                let density = norm * (-0.5 * z * z).exp();
+                visit([r * ex - offset * ey, r * ey + offset * ex, cos], weight * density * cos);
+            });
         }
     }
+}
+
+/// Of numbers of order one, so that squares do for what `hypot` takes a call.
+fn length([x, y]: [f64; 2]) -> f64 {
+    (x * x + y * y).sqrt()
 }
 
 /// Abscissae and weights for the part of a standard normal variate between two limits: three if that is `whole`, else the

@@ -98,13 +98,13 @@ impl<'a> Lobes<'a> {
             Power::Smooth => &|f, kappa| self.table.density(f, kappa),
             Power::Grid(grid) => &|f, kappa| grid.density(f, kappa),
         };
-        for (wo, area) in hemisphere(known, panel_widths(self.table, wavelength_um), wi[2]) {
+        hemisphere(known, panel_widths(self.table, wavelength_um), wi[2], |wo, area| {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
                 let value = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
                 visit(wo, area * self.options.albedo_factor(&pair, wavelength_nm) * value);
             }
-        }
+        });
     }
 
     /// Whether there are narrow orders alone: where one leaves along the surface the albedo has a ridge.

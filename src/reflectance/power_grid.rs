@@ -82,10 +82,12 @@ impl PowerGrid {
     pub fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         let [(ix, tx), (iy, ty)] = [0, 1].map(|c| {
             let at = (f[c] * self.per_f[c] + self.reach[c] as f64).clamp(1.0, (2 * self.reach[c]) as f64 - 1.0 - 1e-6);
-            (at as usize - 1, at.fract())
+            let node = at as usize;
+            (node - 1, at - node as f64)
         });
         let step = (kappa * self.steps_per_kappa).min(self.steps as f64 - 1.5);
-        let (k, tk) = (step as usize, step.fract());
+        let k = step as usize;
+        let tk = step - k as f64;
         let columns = 2 * self.reach[0] + 1;
         let value = |dx: usize, dy: usize| {
             let pair = &self.powers[((iy + dy) * columns + ix + dx) * self.steps + k..][..2];

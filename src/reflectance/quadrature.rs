@@ -39,17 +39,19 @@ pub(super) const LEGENDRE_16: [(f64, f64); 8] = [
     (0.989_400_934_991_649_9, 0.027_152_459_411_754_1),
 ];
 
-/// Directions over the part of the hemisphere between two direction cosines along x and two along y, with their areas in
+/// Visits directions over the part of the hemisphere between two direction cosines along x and two along y, with their areas in
 /// direction cosines, `cosθ dω`. Panels of 16 places are at most `widest` radians wide along x and y.
 ///
 /// With `y = sin α` and `x = cos α sin ψ` the cosine is `cos α cos ψ` and the area `cos α · cosθ dα dψ`, so that the cosine
 /// that the obliquity factor divides by cancels, and places crowd towards the horizon. The factor also divides by the square
 /// of `cos_i + cosθo`, so a grazing incidence has panels of its own within a few `cos_i` of the horizon.
-pub(super) fn hemisphere(between: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64) -> impl Iterator<Item = (Vec3, f64)> {
+pub(super) fn hemisphere(between: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, mut visit: impl FnMut(Vec3, f64)) {
     let edge = FRAC_PI_2 - if cos_i < GRAZING_COS { HORIZON_COSINES * cos_i } else { 0.0 };
     let [between_x, between_y] = between.map(|[low, high]| [low.max(-1.0), high.min(1.0)]);
+    if between_x[0] >= between_x[1] || between_y[0] >= between_y[1] {
+        return;
+    }
     let [low, high] = between_y.map(f64::asin);
-    let empty = between_x[0] >= between_x[1] || between_y[0] >= between_y[1];
     // Where a limit along x meets the horizon the integrand has a kink.
     let mut ends = vec![low, high];
     for x in between_x {
@@ -57,21 +59,25 @@ pub(super) fn hemisphere(between: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64) -
         ends.extend([-alpha, alpha].into_iter().filter(|alpha| low < *alpha && *alpha < high));
     }
     ends.sort_by(f64::total_cmp);
-    let pieces: Vec<[f64; 2]> =
-        if empty { Vec::new() } else { ends.windows(2).map(|pair| [pair[0], pair[1]]).collect() };
-    pieces.into_iter().flat_map(move |piece| in_panels(piece, widest[1], &LEGENDRE_16)).flat_map(
-        move |(alpha, weight_y)| {
+    // Of the places in a row: sin ψ, cos ψ and weight. Most rows go from one horizon to the other, so that one serves them all.
+    let (mut row, mut row_between) = (Vec::new(), [f64::NAN; 2]);
+    for piece in ends.windows(2) {
+        in_panels([piece[0], piece[1]], widest[1], &LEGENDRE_16).for_each(|(alpha, weight_y)| {
             let (y, across) = alpha.sin_cos();
             let between = between_x.map(|x| (x / across.max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).asin());
-            let [low, high] = between.map(|psi: f64| psi.clamp(-edge, edge));
-            let parts = [[between[0], low], [low, high], [high, between[1]]];
-            let places = parts.into_iter().flat_map(move |part| in_panels(part, widest[0], &LEGENDRE_16));
-            places.map(move |(psi, weight_x)| {
-                let (sin, cos) = psi.sin_cos();
-                ([across * sin, y, across * cos], weight_x * weight_y * across * across * cos)
-            })
-        },
-    )
+            if between != row_between {
+                row_between = between;
+                row.clear();
+                let [low, high] = between.map(|psi: f64| psi.clamp(-edge, edge));
+                let parts = [[between[0], low], [low, high], [high, between[1]]].into_iter();
+                let places = parts.flat_map(|part| in_panels(part, widest[0], &LEGENDRE_16));
+                row.extend(places.map(|(psi, weight)| (psi.sin_cos(), weight)));
+            }
+            for &((sin, cos), weight_x) in &row {
+                visit([across * sin, y, across * cos], weight_x * weight_y * across * across * cos);
+            }
+        });
+    }
 }
 
 /// Places between two with their weights, those of a rule in each of as many panels as `widest` asks for; none if the two
@@ -84,11 +90,9 @@ pub(super) fn in_panels(
     let range = (high - low).max(0.0);
     let panels = (range / widest).ceil() as usize;
     let half = 0.5 * range / panels.max(1) as f64;
-    let in_panel = 2 * rule.len();
-    (0..panels * in_panel).map(move |i| {
-        let middle = low + (2 * (i / in_panel) + 1) as f64 * half;
-        let (node, weight) = rule[i % in_panel / 2];
-        let node = if i % 2 == 0 { -node } else { node };
-        (middle + half * node, half * weight)
+    (0..panels).flat_map(move |panel| {
+        let middle = low + (2 * panel + 1) as f64 * half;
+        let pair = move |&(node, weight): &(f64, f64)| [-node, node].map(|node| (middle + half * node, half * weight));
+        rule.iter().flat_map(pair)
     })
 }

@@ -88,6 +88,7 @@ impl Options {
     }
 
     /// What the albedo weighs the relief's power with: `O·M`, or `Q·M` of the small slope at a wavelength in nm.
+    #[inline]
     pub(super) fn albedo_factor(&self, pair: &Pair, wavelength_nm: f64) -> f64 {
         let interface = match self.obliquity {
             Obliquity::SmallSlope => {

@@ -1,5 +1,5 @@
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
-use super::spline::cubic;
+use crate::numeric::math::cubic_b_spline_weights;
 use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -214,19 +214,14 @@ impl NodeCurve {
         let kappa = kappa.clamp(0.0, table.kappa_max);
         let t = kappa / table.kappa_step;
         let first = t as usize;
-        let squares = kappa * kappa + table.kappa_knee * table.kappa_knee;
+        let per_squares = 1.0 / (kappa * kappa + table.kappa_knee * table.kappa_knee);
         let factor = match table.kernel {
-            KernelKind::Power => Complex64::new(kappa * kappa / squares, 0.0),
-            KernelKind::Amplitude => Complex64::new(kappa, -table.kappa_knee) * (kappa / squares),
+            KernelKind::Power => Complex64::new(kappa * kappa * per_squares, 0.0),
+            KernelKind::Amplitude => Complex64::new(kappa, -table.kappa_knee) * (kappa * per_squares),
         };
-        let fading = table.kappa_knee * table.kappa_knee / squares;
+        let fading = table.kappa_knee * table.kappa_knee * per_squares;
         // Coefficient first + i belongs to the knot first + i − 1.
-        Self {
-            first,
-            weights: std::array::from_fn(|i| cubic(t - (first + i) as f64 + 1.0)),
-            factor,
-            from_zero: [fading, kappa * fading],
-        }
+        Self { first, weights: cubic_b_spline_weights(t - first as f64), factor, from_zero: [fading, kappa * fading] }
     }
 
     /// Number of the first of the four coefficients read, and their weights.

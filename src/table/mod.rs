@@ -26,7 +26,6 @@ mod progress;
 mod spectrum;
 mod spline;
 mod view;
-pub(crate) use spline::cubic;
 
 pub use build::{Built, DENSITY_FLOOR_UM2, TableReport, build};
 pub use error::TableError;

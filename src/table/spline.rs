@@ -1,4 +1,4 @@
-//! Uniform cubic B-splines: values at knots to coefficients, and the weights of a look-up.
+//! Uniform cubic B-splines: values at knots to coefficients.
 
 /// Pole of the inverse of the cubic B-spline's sampled kernel `[1, 4, 1]/6`.
 const POLE: f64 = -0.267_949_192_431_122_7;
@@ -22,21 +22,10 @@ pub(super) fn prefilter(values: &mut [f64]) {
     values.iter_mut().for_each(|v| *v *= gain);
 }
 
-/// The cubic B-spline at `distance` knots from its centre.
-pub(crate) fn cubic(distance: f64) -> f64 {
-    let d = distance.abs();
-    if d < 1.0 {
-        2.0 / 3.0 - d * d * (1.0 - 0.5 * d)
-    } else if d < 2.0 {
-        (2.0 - d).powi(3) / 6.0
-    } else {
-        0.0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::numeric::math::cubic_b_spline;
 
     #[test]
     fn interpolates_the_knots_away_from_the_ends() {
@@ -48,7 +37,7 @@ mod tests {
             // Ends 20 knots away have decayed to 0.27²⁰ ≈ 4e-12.
             assert!((knot - f(i as f64)).abs() < 1e-11);
             let x = i as f64 + 0.4;
-            let value: f64 = (i - 1..i + 3).map(|k| c[k] * cubic(x - k as f64)).sum();
+            let value: f64 = (i - 1..i + 3).map(|k| c[k] * cubic_b_spline(x - k as f64)).sum();
             // A cubic B-spline errs on a wave of ω rad a knot by at most about 4ζ(4)·(ω/2π)⁴ of it (its own deviation and
             // that of its images): 7e-5 of the first wave and 3.7e-4 of the second.
             assert!((value - f(x)).abs() < 5e-4);

@@ -1,16 +1,17 @@
 //! The reflectance in colours against the spectral one integrated over wavelength, and its sampler against its density.
 
 use super::chi_square::{self, Bins, SIGNIFICANCE};
-use super::common::{Random, built, colour_differences, direction, preset};
+use super::common::{Random, built, cache, colour_differences, direction, preset};
 use rayon::prelude::*;
 use std::sync::{Arc, LazyLock};
+use sunbeam::cache::Origin;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{
     ColourSurface, ComplexIndex, Gamut, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights,
     fresnel_unpolarised, luminance,
 };
-use sunbeam::table::{Model, WAVELENGTH_MIN_NM};
+use sunbeam::table::{Model, Progress, WAVELENGTH_MIN_NM};
 
 /// What an eye just does not see, and the share of directions that has to stay below.
 const DELTA_E: f64 = 1.0;
@@ -48,8 +49,11 @@ fn options() -> Options {
     Options { conserve_energy: false, ..Options::default() }
 }
 
-fn build(field: &HeightField, index: Option<&SpectralIndex>) -> ColourSurface {
-    ColourSurface::new(field, &options(), index).unwrap()
+/// A surface of tables that are kept, and where they came from.
+type Kept = Arc<(ColourSurface, Origin)>;
+
+fn build(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Kept {
+    cache().shared_colours(field, options, index, &Progress::none()).unwrap()
 }
 
 /// The reflectance at every nm, Fresnel's included.
@@ -63,30 +67,39 @@ impl Truth {
         Self { surface: built(field, &options()), weights: SpectralToRgb::visible(1.0).unwrap() }
     }
 
-    fn rgb(&self, wi: Vec3, wo: Vec3, index: Option<&SpectralIndex>) -> [f64; 3] {
+    /// At every wavelength of the weights, without Fresnel's.
+    fn relief(&self, wi: Vec3, wo: Vec3) -> Vec<f64> {
+        self.weights.wavelengths_nm().map(|nm| self.surface.eval(wi, wo, nm)).collect()
+    }
+
+    /// Of a relief that was seen between these directions.
+    fn coloured(&self, relief: &[f64], wi: Vec3, wo: Vec3, index: Option<&SpectralIndex>) -> [f64; 3] {
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let cos = pair.cos_half();
-        let reflected = |nm| index.map_or(1.0, |index| fresnel_unpolarised(cos, index.at(nm)));
-        self.weights.rgb_of(|nm| self.surface.eval(wi, wo, nm) * reflected(nm))
+        let mut relief = relief.iter();
+        self.weights
+            .rgb_of(|nm| relief.next().unwrap() * index.map_or(1.0, |index| fresnel_unpolarised(cos, index.at(nm))))
+    }
+
+    fn rgb(&self, wi: Vec3, wo: Vec3, index: Option<&SpectralIndex>) -> [f64; 3] {
+        self.coloured(&self.relief(wi, wo), wi, wo, index)
     }
 }
 
-/// ΔE₀₀ of one answer against another over the hemisphere, ascending, exposed so that a tenth of what is lit at all clips.
-fn differences(
-    wi: Vec3,
-    truth: impl Fn(Vec3, Vec3) -> [f64; 3] + Sync,
-    found: impl Fn(Vec3, Vec3) -> [f64; 3] + Sync,
-) -> Vec<f64> {
+/// Directions over the hemisphere, evenly in direction cosines.
+fn hemisphere() -> Vec<Vec3> {
     const SIZE: usize = 64;
-    let pixels: Vec<_> = (0..SIZE * SIZE)
-        .into_par_iter()
-        .filter_map(|i| {
-            let [x, y] = [i % SIZE, i / SIZE].map(|i| (2 * i + 1) as f64 / SIZE as f64 - 1.0);
-            let z_squared = 1.0 - x * x - y * y;
-            let wo = [x, y, z_squared.max(0.0).sqrt()];
-            (z_squared > 0.0).then(|| (truth(wi, wo), found(wi, wo)))
-        })
-        .collect();
+    let direction = |i: usize| {
+        let [x, y] = [i % SIZE, i / SIZE].map(|i| (2 * i + 1) as f64 / SIZE as f64 - 1.0);
+        let z_squared = 1.0 - x * x - y * y;
+        (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])
+    };
+    (0..SIZE * SIZE).filter_map(direction).collect()
+}
+
+/// ΔE₀₀ of one answer against another over the hemisphere, ascending, exposed so that a tenth of what is lit at all clips.
+fn differences(truth: impl Fn(Vec3) -> [f64; 3] + Sync, found: impl Fn(Vec3) -> [f64; 3] + Sync) -> Vec<f64> {
+    let pixels: Vec<_> = hemisphere().into_par_iter().map(|wo| (truth(wo), found(wo))).collect();
     colour_differences(&pixels)
 }
 
@@ -98,7 +111,7 @@ struct Case {
     name: &'static str,
     truth: Truth,
     /// Without an index, of keratin, of gold.
-    surfaces: [(Option<SpectralIndex>, ColourSurface); 3],
+    surfaces: [(Option<SpectralIndex>, Kept); 3],
 }
 
 static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
@@ -106,8 +119,8 @@ static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
         .into_iter()
         .map(|(name, field)| {
             let field = preset(field);
-            let surfaces =
-                [None, Some(keratin()), Some(gold())].map(|index| (index.clone(), build(&field, index.as_ref())));
+            let surfaces = [None, Some(keratin()), Some(gold())]
+                .map(|index| (index.clone(), build(&field, &options(), index.as_ref())));
             Case { name, truth: Truth::new(&field), surfaces }
         })
         .collect()
@@ -116,12 +129,15 @@ static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
 #[test]
 fn colours_are_those_of_the_spectrum() {
     for case in CASES.iter() {
-        for (index, surface) in &case.surfaces {
-            println!("{}: {:?}", case.name, surface.report());
-            for (theta, phi) in [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)] {
-                let wi = direction(theta, phi);
-                let errors = differences(wi, |i, o| case.truth.rgb(i, o, index.as_ref()), |i, o| surface.eval(i, o));
-                let error = percentile(&errors);
+        for (theta, phi) in [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)] {
+            let wi = direction(theta, phi);
+            // Which takes longest, and serves every index.
+            let reliefs: Vec<_> = hemisphere().into_par_iter().map(|wo| (wo, case.truth.relief(wi, wo))).collect();
+            for (index, surface) in &case.surfaces {
+                let pixel = |(wo, relief): &(Vec3, Vec<f64>)| {
+                    (case.truth.coloured(relief, wi, *wo, index.as_ref()), surface.0.eval(wi, *wo))
+                };
+                let error = percentile(&colour_differences(&reliefs.iter().map(pixel).collect::<Vec<_>>()));
                 println!("{} with {:?} at {theta}°: ΔE {error:.2}", case.name, index.as_ref().map(|i| i.at(550.0)));
                 assert!(error < DELTA_E, "{} at {theta}°, {phi}°: ΔE {error:.2}", case.name);
             }
@@ -135,16 +151,17 @@ fn gold_times_a_rainbow_is_not_the_product_of_two_colours() {
     let (index, weights) = (gold(), SpectralToRgb::visible(1.0).unwrap());
     let case = &CASES[1];
     let [(_, plain), _, (_, golden)] = &case.surfaces;
+    let (plain, golden) = (&plain.0, &golden.0);
     let wi = direction(30.0, 20.0);
-    let product = |wi: Vec3, wo: Vec3| {
+    let product = |wo: Vec3| {
         let cos = (0.5 * (0..3).map(|c| (wi[c] + wo[c]).powi(2)).sum::<f64>().sqrt()).min(1.0);
         let metal = weights.rgb_of(|nm| fresnel_unpolarised(cos, index.at(nm)));
         let colour = plain.eval(wi, wo);
         std::array::from_fn(|c| metal[c] * colour[c])
     };
-    let truth = |i: Vec3, o: Vec3| case.truth.rgb(i, o, Some(&index));
-    let inside = differences(wi, truth, |i, o| golden.eval(i, o));
-    let outside = differences(wi, truth, product);
+    let truth = |wo: Vec3| case.truth.rgb(wi, wo, Some(&index));
+    let inside = differences(truth, |wo| golden.eval(wi, wo));
+    let outside = differences(truth, product);
     println!("ΔE inside {:.2}, as a product {:.2}", percentile(&inside), percentile(&outside));
     assert!(percentile(&inside) < DELTA_E && percentile(&outside) > 2.0 * DELTA_E);
 }
@@ -161,7 +178,7 @@ fn colours_outside_srgb_are_kept_or_desaturated() {
     // The weights of luminance have seven digits, in which their sum is one.
     const WEIGHTS: f64 = 1e-6;
     let case = &CASES[0];
-    let surface = &case.surfaces[0].1;
+    let surface = &case.surfaces[0].1.0;
     let mut lobe = surface.lobe::<f64>();
     let wi = direction(30.0, 0.0);
     let (mut least, mut peak, mut worst) = (0.0f64, 0.0f64, 0.0f64);
@@ -194,7 +211,7 @@ fn directions_may_be_exchanged_and_families_agree() {
     let mut random = Random::new(3);
     for case in CASES.iter() {
         for (_, surface) in &case.surfaces {
-            let (double, single) = (surface.lobe::<f64>(), surface.lobe::<f32>());
+            let (double, single) = (surface.0.lobe::<f64>(), surface.0.lobe::<f32>());
             let pairs: Vec<_> = (0..3000).map(|_| (random.direction(), random.direction())).collect();
             let answers: Vec<_> = pairs.iter().map(|&(wi, wo)| double.eval(wi, wo, true)).collect();
             let mean = answers.as_flattened().iter().sum::<f64>() / (3.0 * answers.len() as f64);
@@ -218,7 +235,7 @@ fn luminance_is_that_of_the_spectrum() {
     // The weights of each channel are scaled to white for themselves, by 0.2 % at most, and 0.4 % for the mantissas.
     const RELATIVE: f64 = 0.02;
     let case = &CASES[0];
-    let lobe = case.surfaces[0].1.lobe::<f64>();
+    let lobe = case.surfaces[0].1.0.lobe::<f64>();
     let (mut random, mut sum, mut off) = (Random::new(8), 0.0, 0.0);
     for _ in 0..300 {
         let (wi, wo) = (direction(random.between(0.0, 70.0), 0.0), direction(random.between(0.0, 70.0), 180.0));
@@ -233,8 +250,8 @@ fn luminance_is_that_of_the_spectrum() {
 
 #[test]
 fn a_flat_mirror_is_white_as_a_whole() {
-    let surface = build(&preset(Preset::Flat), None);
-    let lobe = surface.lobe::<f64>();
+    let surface = build(&preset(Preset::Flat), &options(), None);
+    let lobe = surface.0.lobe::<f64>();
     for theta in [0.0, 30.0, 60.0] {
         let wi = direction(theta, 20.0);
         // The peak and its surroundings on a grid of a third of an order's width, in direction cosines.
@@ -273,7 +290,7 @@ fn agreement(surface: &ColourSurface, wi: Vec3, claimed: Vec3) -> (f64, f64) {
 #[test]
 fn directions_are_distributed_as_the_pdf_says() {
     for case in CASES.iter() {
-        let surface = &case.surfaces[2].1;
+        let surface = &case.surfaces[2].1.0;
         for (theta, phi) in [(0.0, 0.0), (55.0, 70.0), (80.0, -160.0), (85.0, 25.0)] {
             let wi = direction(theta, phi);
             let (p, lost) = agreement(surface, wi, wi);
@@ -286,7 +303,7 @@ fn directions_are_distributed_as_the_pdf_says() {
 
 #[test]
 fn a_wrong_density_is_rejected() {
-    let surface = &CASES[0].surfaces[0].1;
+    let surface = &CASES[0].surfaces[0].1.0;
     let (p, _) = agreement(surface, direction(40.0, 20.0), direction(41.0, 20.0));
     assert!(p < 1e-9, "{p}");
 }
@@ -342,11 +359,12 @@ const LARGEST: f64 = 60.0;
 #[test]
 fn weights_are_even() {
     for name in [Preset::Blazed, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
-        let options = Options { conserve_energy: true, ..options() };
-        let surface = ColourSurface::new(&preset(name), &options, None).unwrap();
+        let options = Options::default();
+        let kept = build(&preset(name), &options, None);
+        let surface = &kept.0;
         println!("{name}: {:?}", surface.report());
         for theta in [0.0, 30.0, 60.0, 75.0, 85.0] {
-            let found = weights(&surface, direction(theta, 25.0), 20_000, Gamut::Desaturate);
+            let found = weights(surface, direction(theta, 25.0), 20_000, Gamut::Desaturate);
             println!(
                 "{name} at {theta}°: channels {:.2}, luminance {:.2}, largest {:.1}, mean {:.3?}",
                 found.channel_std, found.luminance_std, found.largest, found.mean
@@ -366,8 +384,8 @@ fn weights_average_to_the_albedo() {
     for theta in [0.0, 40.0, 60.0] {
         let wi = direction(theta, 25.0);
         let albedo = white.rgb_of(|nm| case.truth.surface.albedo(wi, nm).unwrap());
-        let kept = weights(&case.surfaces[0].1, wi, 200_000, Gamut::Keep);
-        let grey = weights(&case.surfaces[0].1, wi, 200_000, Gamut::Desaturate);
+        let kept = weights(&case.surfaces[0].1.0, wi, 200_000, Gamut::Keep);
+        let grey = weights(&case.surfaces[0].1.0, wi, 200_000, Gamut::Desaturate);
         println!("at {theta}°: {albedo:.3?}, kept {:.3?}, desaturated {:.3?}", kept.mean, grey.mean);
         for c in 0..3 {
             let off = STANDARD_ERRORS * kept.error[c] + TABLES * albedo[c];
@@ -381,7 +399,7 @@ fn weights_average_to_the_albedo() {
 
 #[test]
 fn what_is_kept_on_disk_answers_the_same() {
-    let surface = &CASES[0].surfaces[2].1;
+    let surface = &CASES[0].surfaces[2].1.0;
     let bytes = postcard::to_stdvec(surface).unwrap();
     let back: ColourSurface = postcard::from_bytes(&bytes).unwrap();
     assert_eq!(back.table(), surface.table());
@@ -396,7 +414,7 @@ fn what_is_kept_on_disk_answers_the_same() {
 
 #[test]
 fn what_is_no_pair_answers_zero() {
-    let lobe = CASES[0].surfaces[2].1.lobe::<f32>();
+    let lobe = CASES[0].surfaces[2].1.0.lobe::<f32>();
     let up = [0.0, 0.0, 1.0];
     let bad =
         [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [f32::NAN, 0.0, 1.0], [0.0, f32::INFINITY, 1.0], [0.0, 0.0, f32::NAN]];
@@ -414,10 +432,11 @@ fn a_patch_and_long_windows_are_built() {
     let field = preset(Preset::Sinusoidal);
     for (model, coherence_length_um) in [(Model::Patch, 65.0), (Model::Ensemble, 300.0)] {
         let options = Options { model, coherence_length_um, ..options() };
-        let surface = ColourSurface::new(&field, &options, None).unwrap();
+        let kept = build(&field, &options, None);
+        let surface = &kept.0;
         println!("{:?}", surface.report());
         assert!(surface.report().sampler_bytes <= 8_000_000, "{:?}", surface.report());
-        let found = weights(&surface, direction(30.0, 25.0), 20_000, Gamut::Desaturate);
+        let found = weights(surface, direction(30.0, 25.0), 20_000, Gamut::Desaturate);
         println!("{model:?} {coherence_length_um} µm: channels {:.2}, largest {:.1}", found.channel_std, found.largest);
         assert!(found.channel_std < 3.0, "{}", found.channel_std);
     }

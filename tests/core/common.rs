@@ -4,6 +4,7 @@
 use ndarray::Array2;
 use std::f64::consts::TAU;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use sunbeam::cache::Cache;
 use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{Exact, Options, Surface, Vec3};
@@ -56,7 +57,17 @@ pub fn preset(preset: Preset) -> HeightField {
     preset.build(None, None).unwrap()
 }
 
-/// A surface that is built once for all tests of a program, since the tables of a skin take seconds.
+/// Where tests in every language keep tables that take seconds, for each other and for the next time: a hash of the sources that
+/// build them is in their names.
+pub const CACHE_FOLDER: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/../test_cache");
+
+/// The tables that tests keep.
+pub fn cache() -> Cache {
+    const LIMIT_BYTES: u64 = 2_000_000_000;
+    Cache::new(CACHE_FOLDER, LIMIT_BYTES)
+}
+
+/// A surface that is built once for all tests, since the tables of a skin take seconds.
 pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
     type Entry = (HeightField, Options, Arc<OnceLock<Arc<Surface>>>);
     static BUILT: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
@@ -71,7 +82,7 @@ pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
             }
         }
     };
-    place.get_or_init(|| Arc::new(Surface::new(field, options).unwrap())).clone()
+    place.get_or_init(|| Arc::new(cache().surface(field, options).unwrap().0)).clone()
 }
 
 /// ΔE₀₀ between pairs of a true colour and one that was found, linear sRGB, ascending; exposed so that a tenth of what is lit

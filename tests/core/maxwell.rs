@@ -1,12 +1,13 @@
 //! The model beside Maxwell's equations on measured skins: the share of the reflected power that it sends elsewhere.
 
+use super::common::built;
 use ndarray::Array2;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::{ComplexIndex, Obliquity, Options, Pair, SpectralIndex, Surface};
+use sunbeam::reflectance::{ComplexIndex, Obliquity, Options, Pair, SpectralIndex};
 
 /// Pixels of the crops, which are periodic and smooth, and how much more finely the phase has to be sampled.
 const PIXEL_UM: f64 = 0.065;
@@ -62,7 +63,7 @@ fn misplaced(folder: &Path, species: &str, obliquity: Obliquity) -> [Vec<f64>; 2
     let pixel_um = PIXEL_UM / FINER as f64;
     let index = Some(SpectralIndex::Constant(KERATIN)).filter(|_| obliquity == Obliquity::SmallSlope);
     let options = Options { obliquity, index, ..Options::default() };
-    let surface = Surface::new(&HeightField::new(fine, pixel_um, pixel_um).unwrap(), &options).unwrap();
+    let surface = built(&HeightField::new(fine, pixel_um, pixel_um).unwrap(), &options);
     let lattice = surface.table().lattice();
     let [sx, sy] = surface.table().power_sigma();
     let area = TAU * sx * sy / (lattice.x.period_um * lattice.y.period_um);

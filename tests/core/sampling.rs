@@ -19,7 +19,7 @@ const BINS: usize = 40;
 /// Places in a bin where the density is read, along an axis on which it is a sum of Gaussians: most of them, and how many to
 /// a standard deviation. The edges of bins cut Gaussians, and the midpoint rule has to follow.
 const PLACES_MAX: usize = 80;
-const PLACES_PER_SIGMA: f64 = 4.0;
+const PLACES_PER_SIGMA: f64 = 3.0;
 /// The least width of a bin in direction cosines.
 const WIDTH: f64 = 2.0 / BINS as f64;
 

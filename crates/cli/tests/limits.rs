@@ -3,6 +3,8 @@
 
 #![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
 
+#[path = "../../../tests/core/common.rs"]
+mod common;
 #[path = "cli/support/mod.rs"]
 mod support;
 

@@ -75,7 +75,9 @@ pub(super) mod tests {
         GratingColourSurface::new(GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none()).unwrap())
     });
 
-    /// Every program that is ever compiled, under a name; the methods' are of another crate.
+    /// Every program that is ever compiled, under a name; the methods' are of another crate. Their tables are built once.
+    static PROGRAMS: LazyLock<Vec<(String, String)>> = LazyLock::new(programs);
+
     fn programs() -> Vec<(String, String)> {
         let field = Preset::Sinusoidal.build(None, None).unwrap();
         let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
@@ -103,22 +105,22 @@ pub(super) mod tests {
 
     #[test]
     fn every_program_is_valid_without_an_adapter() {
-        for (_, source) in programs() {
-            validated(&source);
+        for (_, source) in PROGRAMS.iter() {
+            validated(source);
         }
     }
 
     #[test]
     fn no_program_mixes_operators_that_the_grammar_keeps_apart() {
-        for (name, source) in programs() {
-            assert_eq!(mixtures(&source), [], "{name}");
+        for (name, source) in PROGRAMS.iter() {
+            assert_eq!(mixtures(source), [], "{name}");
         }
     }
 
     #[test]
     fn tint_takes_every_program() {
-        for (name, source) in programs() {
-            match tint(&source) {
+        for (name, source) in PROGRAMS.iter() {
+            match tint(source) {
                 Some(verdict) => assert_eq!(verdict, Ok(()), "{name}"),
                 None => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: there is no tint ***\n"),
             }
@@ -143,10 +145,9 @@ pub(super) mod tests {
             files(&Path::new(env!("CARGO_MANIFEST_DIR")).join(sources), &mut found);
             assert!(found.len() > before, "{sources}");
         }
-        let programs = programs();
         for path in found {
             let text = std::fs::read_to_string(&path).unwrap();
-            assert!(programs.iter().any(|(_, source)| source.contains(&text)), "{}", path.display());
+            assert!(PROGRAMS.iter().any(|(_, source)| source.contains(&text)), "{}", path.display());
         }
     }
 

@@ -3,6 +3,7 @@
 use super::AlbedoLayout;
 use super::grid::{GridPlace, place};
 use crate::numeric::Plain;
+use crate::numeric::math::lerp;
 use crate::reflectance::Vec3;
 use crate::reflectance::lobes::Lobes;
 use crate::reflectance::surface::COS_85_DEGREES;
@@ -44,6 +45,12 @@ const NEGLIGIBLE: f64 = 3e-4;
 const NODES_SHARE: f64 = 0.4;
 /// Steps towards the least divisor, each of which is one.
 const STEPS: usize = 4;
+
+/// A place among planes: the numbers of the first nodes of that before it and of that behind it, and how far it is from the one to the other.
+pub(super) struct Between {
+    starts: [usize; 2],
+    towards: f64,
+}
 
 /// How much the division changes.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -119,7 +126,8 @@ impl<const K: usize> Source<'_, K> {
         let asked = (0..groups.len() * in_plane).into_par_iter().map(|i| {
             let (wi, radius) = layout.node(i);
             steps.one();
-            if layout.is_beyond(radius) { [0.0; K] } else { self.least(wi, &groups[i / in_plane], known) }
+            let nothing = [f64::NEG_INFINITY; K];
+            if layout.is_beyond(radius) { [0.0; K] } else { self.least(wi, &groups[i / in_plane], known, nothing) }
         });
         let asked: Vec<[f64; K]> = asked.collect();
         let values = (0..layout.planes as usize).flat_map(|plane| {
@@ -129,8 +137,8 @@ impl<const K: usize> Source<'_, K> {
     }
 
     /// The least `t ≥ 1` with `∫ f min(1, t/b(wo)) cosθo dωo ≤ t`, from above, where `b` is what is known already; the albedo itself,
-    /// if above one, where nothing is. As `(t − 1)·cos²θi`.
-    pub(super) fn least(&self, wi: Vec3, group: &Group<K>, known: Option<&Nodes>) -> [f64; K] {
+    /// if above one, where nothing is. As `(t − 1)·cos²θi`; more than that, but no more than is `had`, where that is enough for the albedo.
+    pub(super) fn least(&self, wi: Vec3, group: &Group<K>, known: Option<&Nodes>, had: [f64; K]) -> [f64; K] {
         let mut parts = Vec::new();
         let mut albedo = [0.0; K];
         for (nm, weights) in &group.wavelengths {
@@ -140,15 +148,21 @@ impl<const K: usize> Source<'_, K> {
                 parts.push((wo, part));
             });
         }
+        let margin = MARGIN + RIM_MARGIN * (1.0 - wi[2]).powi(16);
+        let asked = |t: f64| match t - 1.0 {
+            excess if excess > NEGLIGIBLE => (excess + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2],
+            _ => 0.0,
+        };
         let mut t = albedo.map(|albedo| albedo.max(1.0));
         if let Some(known) = known
-            && albedo.iter().any(|&albedo| albedo > 1.0 + NEGLIGIBLE)
+            && (0..K).any(|k| albedo[k] > 1.0 + NEGLIGIBLE && asked(t[k]) > had[k])
         {
+            let planes = group.planes.map(|plane| known.layout.between(plane));
             let divided: Vec<_> = parts
                 .into_iter()
                 .map(|(wo, part)| {
                     let place = place::<Plain<f64>>(known.layout.cells, wo);
-                    let per = |k| part[k] / (1.0 + known.value(group.planes[k], &place) * place.per_squared_cosine);
+                    let per = |k: usize| part[k] / (1.0 + known.value(&planes[k], &place) * place.per_squared_cosine);
                     (part, std::array::from_fn::<f64, K, _>(per))
                 })
                 .collect();
@@ -166,11 +180,7 @@ impl<const K: usize> Source<'_, K> {
                 t = std::array::from_fn(|k| step(k).max(1.0));
             }
         }
-        let margin = MARGIN + RIM_MARGIN * (1.0 - wi[2]).powi(16);
-        t.map(|t| match t - 1.0 {
-            excess if excess > NEGLIGIBLE => (excess + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2],
-            _ => 0.0,
-        })
+        t.map(asked)
     }
 
     /// What a table changes, over every other node of its grid.
@@ -185,9 +195,10 @@ impl<const K: usize> Source<'_, K> {
                 return found;
             }
             let group = &groups[i / in_plane];
+            let planes = group.planes.map(|plane| built.layout.between(plane));
             let excess = |w: Vec3| {
                 let place = place::<Plain<f64>>(built.layout.cells, w);
-                group.planes.map(|plane| built.value(plane, &place) * place.per_squared_cosine)
+                planes.each_ref().map(|plane| built.value(plane, &place) * place.per_squared_cosine)
             };
             let from = excess(wi);
             let (mut before, mut after) = ([0.0; K], [0.0; K]);
@@ -233,8 +244,12 @@ impl Found {
 
 impl Nodes {
     /// Interpolated between nodes and towards the next plane.
-    fn value(&self, plane: f64, place: &GridPlace<Plain<f64>>) -> f64 {
-        self.layout.around(plane, place).iter().map(|&(node, weight)| weight * f64::from(self.values[node])).sum()
+    #[inline]
+    pub(super) fn value(&self, planes: &Between, place: &GridPlace<Plain<f64>>) -> f64 {
+        let (corner, side) = (self.layout.first_corner(place), self.layout.side());
+        let row = |from: usize| lerp(f64::from(self.values[from]), f64::from(self.values[from + 1]), place.x);
+        let within = |start: usize| lerp(row(start + corner), row(start + corner + side), place.y);
+        lerp(within(planes.starts[0]), within(planes.starts[1]), planes.towards)
     }
 
     /// At the nodes of a grid of which these are every other, in planes as well where it has more of them.
@@ -272,18 +287,30 @@ impl AlbedoLayout {
         plane * self.in_plane() + (y + (k >> 1 & 1)) * self.side() + x + (k & 1)
     }
 
-    /// The eight nodes around a place, in a plane and in the next, with their weights.
-    pub(super) fn around(&self, plane: f64, place: &GridPlace<Plain<f64>>) -> [(usize, f64); 8] {
+    /// The planes about a place from zero for the first plane to one for the last.
+    pub(super) fn between(&self, plane: f64) -> Between {
         let at = plane * f64::from(self.planes - 1);
         // Rounding must not lead from one plane to the next.
         let (plane, towards) =
             if (at - at.round()).abs() < 1e-9 { (at.round(), 0.0) } else { (at.floor(), at.fract()) };
-        let (cells, in_cells) = (self.cells as usize, place.cell as usize);
-        let cell = [in_cells % cells, in_cells / cells, plane as usize];
+        let start = |plane: usize| plane.min(self.planes as usize - 1) * self.in_plane();
+        Between { starts: [start(plane as usize), start(plane as usize + 1)], towards }
+    }
+
+    /// Number in its plane of the first corner of a place's cell.
+    fn first_corner(&self, place: &GridPlace<Plain<f64>>) -> usize {
+        // A row has one node more than cells.
+        (place.cell + place.cell / self.cells) as usize
+    }
+
+    /// The eight nodes around a place, in a plane and in the next, with their weights.
+    pub(super) fn around(&self, planes: &Between, place: &GridPlace<Plain<f64>>) -> [(usize, f64); 8] {
+        let (corner, side) = (self.first_corner(place), self.side());
         std::array::from_fn(|k| {
+            let [x, y, plane] = [k & 1, k >> 1 & 1, k >> 2];
             let weight = |upper: usize, t: f64| if upper == 1 { t } else { 1.0 - t };
-            let share = weight(k & 1, place.x) * weight(k >> 1 & 1, place.y) * weight(k >> 2, towards);
-            (self.corner(cell, k), share)
+            let share = weight(x, place.x) * weight(y, place.y) * weight(plane, planes.towards);
+            (planes.starts[plane] + corner + y * side + x, share)
         })
     }
 }

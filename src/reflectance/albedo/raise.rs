@@ -26,6 +26,15 @@ struct Look {
     order: Option<usize>,
 }
 
+/// What a table lacks at a place.
+struct Lack<const K: usize> {
+    /// The place, where it is to be looked at again.
+    look: Option<Look>,
+    /// The nodes around it with their weights, and by how much they are too low, of each plane of the group.
+    corners: [[(usize, f64); 8]; K],
+    by: [f64; K],
+}
+
 impl<const K: usize> Source<'_, K> {
     /// Raises `nodes` by what is found lacking at some 10⁴ to 10⁵ places.
     pub(super) fn raise(&self, nodes: &mut Nodes, progress: &Progress) {
@@ -91,33 +100,35 @@ impl<const K: usize> Source<'_, K> {
     /// Raises `nodes` to what is asked for at each of the places, with `known` in the integral; and the places where they lacked it.
     fn raise_at(&self, looks: &[Look], known: &Nodes, nodes: &mut Nodes, steps: &Steps) -> Vec<Look> {
         let layout = nodes.layout;
-        let asked = |look: &Look| {
+        let lack = |look: &Look| {
             steps.one();
             let (wi, radius) = layout.direction(look.at);
-            let group = (self.group)(look.plane);
-            let asked = if radius < 1.0 { self.least(wi, &group, Some(known)) } else { [0.0; K] };
-            let place = place::<Plain<f64>>(layout.cells, wi);
-            let around = |k: usize| (layout.around(group.planes[k], &place), asked[k], place.per_squared_cosine);
-            std::array::from_fn::<_, K, _>(around)
-        };
-        let asked: Vec<_> = looks.par_iter().map(asked).collect();
-        let mut most = vec![0f32; nodes.values.len()];
-        let mut lacking = Vec::new();
-        for (look, asked) in looks.iter().zip(&asked) {
-            let mut lacks = false;
-            for (around, asked, per_squared_cosine) in asked {
-                let have: f64 = around.iter().map(|&(node, weight)| weight * f64::from(nodes.values[node])).sum();
-                let squares: f64 = around.iter().map(|corner| corner.1 * corner.1).sum();
-                for &(node, weight) in around {
-                    // Times their weights these sum to what is lacking.
-                    most[node] = most[node].max(((asked - have) * weight / squares) as f32);
-                }
-                lacks |= (asked - have) * per_squared_cosine > LACKING * (1.0 + have * per_squared_cosine);
+            if radius >= 1.0 {
+                return None;
             }
-            lacking.extend(lacks.then_some(*look));
+            let (group, place) = ((self.group)(look.plane), place::<Plain<f64>>(layout.cells, wi));
+            let planes = group.planes.map(|plane| layout.between(plane));
+            let had = planes.each_ref().map(|planes| nodes.value(planes, &place));
+            let asked = self.least(wi, &group, Some(known), had);
+            let by = std::array::from_fn::<_, K, _>(|k| asked[k] - had[k]);
+            let share = |k: usize| by[k] * place.per_squared_cosine / (1.0 + had[k] * place.per_squared_cosine);
+            by.iter().any(|&by| by > 0.0).then(|| Lack {
+                look: (0..K).any(|k| share(k) > LACKING).then_some(*look),
+                corners: planes.each_ref().map(|planes| layout.around(planes, &place)),
+                by,
+            })
+        };
+        let lacks: Vec<Lack<K>> = looks.par_iter().filter_map(lack).collect();
+        let mut most = vec![0f32; nodes.values.len()];
+        for (corners, by) in lacks.iter().flat_map(|lack| lack.corners.iter().zip(lack.by)) {
+            let squares: f64 = corners.iter().map(|corner| corner.1 * corner.1).sum();
+            for &(node, weight) in corners {
+                // Times their weights these sum to what is lacking.
+                most[node] = most[node].max((by * weight / squares) as f32);
+            }
         }
         nodes.values.iter_mut().zip(&most).for_each(|(value, by)| *value += by);
-        lacking
+        lacks.into_iter().filter_map(|lack| lack.look).collect()
     }
 }
 

@@ -1,17 +1,13 @@
 //! How evenly the sampler weighs (docs/model.md#sampling), in the statistics of `sunbeam bench --what sampler`.
 
-use super::common::{direction, preset, waves};
-use sunbeam::height_field::{HeightField, Preset};
+use super::common::{built as build, direction, preset, waves};
+use sunbeam::height_field::Preset;
 use sunbeam::reflectance::{Options, Surface};
 use sunbeam::table::Tiling;
 use sunbeam_cli::benchmarks::sampler::{sampler, sampler_row};
 
 /// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
 const STANDARD_ERRORS: f64 = 4.0;
-
-fn build(field: &HeightField, options: &Options) -> Surface {
-    Surface::new(field, options).unwrap()
-}
 
 /// Samples of each incidence and wavelength: the 99.9th percentile has 10 above it.
 const WEIGHTS: usize = 10_000;

@@ -1,10 +1,10 @@
 //! `table` of gratings by Maxwell's equations: its WGSL against the library, on the same pairs of directions and in a picture.
 
-use super::common::{Random, direction};
+use super::common::{Random, cache, direction};
 use super::support::{gpu, query};
 use std::f32::consts::PI;
 use std::sync::Arc;
-use sunbeam::cache::{Cache, Origin};
+use sunbeam::cache::Origin;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::grating::GratingColourSurface;
 use sunbeam::methods::{AnswerKind, Method};
@@ -25,15 +25,11 @@ const OFF: [f64; 7] = [0.0, 1e-7, -1e-7, 1e-6, -1e-6, 1e-3, -1e-3];
 /// From which of these on rounding does not matter.
 const CLEAR: usize = 5;
 
-/// Of tables that are kept.
-const CACHE_BYTES: u64 = 1 << 28;
-
 /// A grating whose table is kept, since solving it takes a while.
 fn grating(json: &str) -> Arc<(GratingColourSurface, Origin)> {
     let config = SurfaceConfig::from_json(json).unwrap();
     let index = config.index().map(SpectralIndex::Constant);
-    let cache = Cache::new(concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"), CACHE_BYTES);
-    config.build_shared_grating_colours(index.as_ref(), &cache, &Progress::none()).unwrap()
+    config.build_shared_grating_colours(index.as_ref(), &cache(), &Progress::none()).unwrap()
 }
 
 /// Aluminium with a few orders and narrow ones; and a perfect conductor's, with wide ones.

@@ -1,11 +1,11 @@
 //! Every method's WGSL against its Rust twin, on the same pairs of directions.
 
-use super::common::{Random, preset};
+use super::common::{Random, cache, preset};
 use super::support::{gpu, query, worst};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{AnswerKind, Method, MethodKind, MethodOptions, Repeats, StamForm, build};
-use sunbeam::reflectance::{ColourSurface, ComplexIndex, Obliquity, Options, Pair};
-use sunbeam::table::Model;
+use sunbeam::reflectance::{ComplexIndex, Obliquity, Options, Pair};
+use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 use sunbeam_realtime::{Gpu, Optics, Query, Shader};
 
@@ -160,8 +160,8 @@ fn the_table_conserves_energy_as_its_twin() {
         let method = build(MethodKind::Table, &field, &Options::default(), &options).unwrap();
         compare_twins(&gpu, &format!("table of {name}, energy conserved,"), &*method, 2000);
         // As the path tracer has it, whose albedo is built of the same lobes.
-        let surface = ColourSurface::new(&field, &Options::default(), None).unwrap();
-        let view = surface.albedo().unwrap().view::<f32>();
+        let kept = cache().shared_colours(&field, &Options::default(), None, &Progress::none()).unwrap();
+        let view = kept.0.albedo().unwrap().view::<f32>();
         let plain =
             build(MethodKind::Table, &field, &Options { conserve_energy: false, ..Options::default() }, &options);
         let plain = plain.unwrap();

@@ -88,7 +88,7 @@ impl Questions {
 /// # Errors
 /// A method that refuses a surface for another reason than its size or depth.
 pub fn questions(count: u64) -> Result<Questions, BenchError> {
-    let surfaces = count.div_ceil(QUESTIONS_EACH).max(8);
+    let surfaces = count.div_ceil(QUESTIONS_EACH).max(4);
     let share = |i: u64| (i + 1) * count / surfaces - i * count / surfaces;
     (0..surfaces)
         .into_par_iter()

@@ -1,11 +1,12 @@
 //! Running the binary and judging what it says.
 #![allow(dead_code)] // Each binary uses some of it.
 
+use crate::common::CACHE_FOLDER;
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
 /// Tables that one test builds serve the others, and not those of the user.
-const CACHE: (&str, &str) = ("SUNBEAM_CACHE_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+const CACHE: (&str, &str) = ("SUNBEAM_CACHE_DIR", CACHE_FOLDER);
 
 /// Runs the binary with `input` on stdin.
 pub fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {

@@ -1,10 +1,10 @@
 //! Asking the service that answers JSON lines, and judging its answers.
 #![allow(dead_code)] // Each binary uses some of it.
 
+use crate::common::cache;
 use crate::support::{run, succeeded};
 use serde_json::Value;
 use std::f64::consts::TAU;
-use sunbeam::cache::Cache;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::reflectance::Surface;
 use sunbeam::table::DENSITY_FLOOR_UM2;
@@ -39,7 +39,7 @@ pub fn surface(arguments: &[&str]) -> Surface {
             .map_or(Value::Bool(true), |value| serde_json::from_str(value).unwrap_or_else(|_| Value::from(*value)));
         config.insert(key, value);
     }
-    SurfaceConfig::from_json(&Value::Object(config).to_string()).unwrap().build(&Cache::off()).unwrap().0
+    SurfaceConfig::from_json(&Value::Object(config).to_string()).unwrap().build(&cache()).unwrap().0
 }
 
 /// The reflectance against which an error of the tables is small or large: that of the mean density over κ, or of the
