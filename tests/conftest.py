@@ -56,8 +56,8 @@ def built(variant, **parameters):
 def nothing_left(request):
     """A kernel that renders holds every BSDF that there is.
 
-    Those of one module would make the kernels of the next many times as long, and others whenever modules run in another
-    order, so that none is found again among those compiled before.
+    Those of one module would make the kernels of the next many times as long, and others whenever modules run in
+    another order, so that none is found again among those compiled before.
     """
     yield
     _built.clear()

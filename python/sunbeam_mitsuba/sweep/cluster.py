@@ -9,7 +9,7 @@ import shutil
 import sys
 import tempfile
 import uuid
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -71,16 +71,21 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
             cluster.close(timeout=5)
     finally:
         # After an interruption a worker may be in the middle of a minute's computation. Nothing is lost with it.
-        own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
-        for child in own:
-            with suppress(psutil.NoSuchProcess):
-                child.kill()
-        psutil.wait_procs(own, timeout=1)
+        psutil.wait_procs(kill_workers(before), timeout=1)
         sys.warnoptions.remove("ignore:resource_tracker")
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _is_worker(child: psutil.Process, before: set[int]) -> bool:
+def kill_workers(before: Set[int] = frozenset()) -> list[psutil.Process]:
+    """Kills the workers of this process that were not there before, and gives them."""
+    own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
+    for child in own:
+        with suppress(psutil.NoSuchProcess):
+            child.kill()
+    return own
+
+
+def _is_worker(child: psutil.Process, before: Set[int]) -> bool:
     """Whether it was spawned since, and is not Python's tracker of shared resources, which ends by itself."""
     try:
         return child.pid not in before and "spawn_main" in " ".join(child.cmdline())

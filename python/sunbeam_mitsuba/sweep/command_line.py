@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 from types import FrameType
 
+from .cluster import kill_workers
 from .errors import SweepError
 from .run import plan, run
 from .spec import read_spec
@@ -76,6 +77,8 @@ def main(words: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         print("\nsweep: stopped; the same command goes on with the rest", file=sys.stderr, flush=True)
+        # Dask starts workers anew that died of this. One that nobody speaks to any more would tell so in many lines.
+        kill_workers()
         # Dask's threads may still wait for connections that nobody answers.
         os._exit(INTERRUPTED)
     print(

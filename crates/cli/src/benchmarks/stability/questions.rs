@@ -12,6 +12,8 @@ use sunbeam::table::{Model, Tiling};
 
 /// Questions put to one surface: building one costs about as much.
 const QUESTIONS_EACH: u64 = 25_000;
+/// Fewest surfaces.
+const SURFACES_MIN: u64 = 4;
 /// Every so many questions one goes to the methods of single precision too, which take much longer.
 const METHODS_EVERY: u64 = 50;
 /// Directions and wavelengths of each surface at which the albedo is integrated.
@@ -88,7 +90,7 @@ impl Questions {
 /// # Errors
 /// A method that refuses a surface for another reason than its size or depth.
 pub fn questions(count: u64) -> Result<Questions, BenchError> {
-    let surfaces = count.div_ceil(QUESTIONS_EACH).max(4);
+    let surfaces = count.div_ceil(QUESTIONS_EACH).max(SURFACES_MIN);
     let share = |i: u64| (i + 1) * count / surfaces - i * count / surfaces;
     (0..surfaces)
         .into_par_iter()
