@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
 
-use std::io::{BufRead, BufReader, ErrorKind};
+use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -79,6 +79,13 @@ impl Hand<'_> {
     }
 }
 
+/// What a window that has closed said.
+fn said(window: &mut Process) -> String {
+    let mut said = String::new();
+    window.0.stderr.as_mut().unwrap().read_to_string(&mut said).unwrap();
+    said
+}
+
 /// Asks again and again until there is an answer; acts before the first time and now and then.
 fn eventually<T>(what: &str, window: &mut Process, mut act: impl FnMut(), mut ask: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
@@ -89,7 +96,9 @@ fn eventually<T>(what: &str, window: &mut Process, mut act: impl FnMut(), mut as
         if let Some(answer) = ask() {
             return answer;
         }
-        assert_eq!(window.0.try_wait().unwrap(), None, "the window closed while waiting for {what}");
+        if let Some(status) = window.0.try_wait().unwrap() {
+            panic!("the window closed with {status} while waiting for {what}: {}", said(window));
+        }
         assert!(start.elapsed() < DEADLINE, "no {what} after {DEADLINE:?}");
         std::thread::sleep(PAUSE);
     }
@@ -177,8 +186,7 @@ fn a_window_draws_turns_the_sun_and_saves_what_it_shows() {
         assert!(start.elapsed() < DEADLINE, "the window does not close");
         std::thread::sleep(PAUSE);
     };
-    let mut said = String::new();
-    std::io::Read::read_to_string(window.0.stderr.as_mut().unwrap(), &mut said).unwrap();
+    let said = said(&mut window);
     assert!(status.success() && said.is_empty(), "{status}: {said}");
 }
 
