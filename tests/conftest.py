@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import sys
 from pathlib import Path
 
 import mitsuba as mi
@@ -94,3 +95,20 @@ def llvm_ad_rgb():
 def make_bsdf():
     """Makes a `diffraction` BSDF from keyword arguments."""
     return lambda **parameters: mi.load_dict({"type": "diffraction", **parameters})
+
+
+@pytest.fixture(scope="module")
+def sweep_package():
+    """The package of the checkout, out of the way again for those that test the wheel."""
+    names = [name for name in sys.modules if name.split(".")[0] == "sunbeam_mitsuba"]
+    before = {name: sys.modules.pop(name) for name in names}
+    sys.path.insert(0, str(REPOSITORY / "python"))
+    try:
+        import sunbeam_mitsuba.sweep
+
+        yield sunbeam_mitsuba.sweep
+    finally:
+        sys.path.remove(str(REPOSITORY / "python"))
+        for name in [name for name in sys.modules if name.split(".")[0] == "sunbeam_mitsuba"]:
+            del sys.modules[name]
+        sys.modules.update(before)

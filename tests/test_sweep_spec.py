@@ -1,64 +1,46 @@
 """What a sweep is asked for: what is accepted, what is refused, and how values are combined."""
 
-import sys
 from pathlib import Path
 
 import pytest
 from sweeps import REPOSITORY, SPEC
 
 
-@pytest.fixture(scope="module")
-def sweep():
-    """The package of the checkout, out of the way again for those that test the wheel."""
-    names = [name for name in sys.modules if name.split(".")[0] == "sunbeam_mitsuba"]
-    before = {name: sys.modules.pop(name) for name in names}
-    sys.path.insert(0, str(REPOSITORY / "python"))
-    try:
-        import sunbeam_mitsuba.sweep
-
-        yield sunbeam_mitsuba.sweep
-    finally:
-        sys.path.remove(str(REPOSITORY / "python"))
-        for name in [name for name in sys.modules if name.split(".")[0] == "sunbeam_mitsuba"]:
-            del sys.modules[name]
-        sys.modules.update(before)
-
-
-def read(sweep, folder, text):
+def read(sweep_package, folder, text):
     path = folder / "spec.toml"
     path.write_text(text)
-    return sweep.read_spec(path)
+    return sweep_package.read_spec(path)
 
 
 def with_surface(lines, settings="", want="[want.colour]"):
     return f'output = "out"\n[[surface]]\n{lines}\n[settings]\n{settings}\n{want}\n'
 
 
-def parameters(sweep, folder, *arguments):
-    return [case.parameters for case in read(sweep, folder, with_surface(*arguments)).cases("1")]
+def parameters(sweep_package, folder, *arguments):
+    return [case.parameters for case in read(sweep_package, folder, with_surface(*arguments)).cases("1")]
 
 
-def test_a_product_has_all_combinations_in_order(sweep, tmp_path):
-    found = parameters(sweep, tmp_path, 'preset = "blazed"\nheight = [0.1, 0.2]', "theta_i_deg = [0, 30, 60]")
+def test_a_product_has_all_combinations_in_order(sweep_package, tmp_path):
+    found = parameters(sweep_package, tmp_path, 'preset = "blazed"\nheight = [0.1, 0.2]', "theta_i_deg = [0, 30, 60]")
     assert [(one["height"], one["theta_i_deg"]) for one in found] == [
         (0.1, 0), (0.1, 30), (0.1, 60), (0.2, 0), (0.2, 30), (0.2, 60),
     ]  # fmt: skip
     assert all(one["preset"] == "blazed" and one["phi_i_deg"] == 0 for one in found)
 
 
-def test_a_list_goes_through_its_values_together(sweep, tmp_path):
+def test_a_list_goes_through_its_values_together(sweep_package, tmp_path):
     settings = 'combine = "list"\ntheta_i_deg = [0, 30]\ncoherence_length = [5, 10]\neta = 1.5'
-    found = parameters(sweep, tmp_path, 'preset = "flat"', settings)
+    found = parameters(sweep_package, tmp_path, 'preset = "flat"', settings)
     assert [(one["theta_i_deg"], one["coherence_length"], one["eta"]) for one in found] == [(0, 5, 1.5), (30, 10, 1.5)]
 
 
-def test_a_sample_is_the_same_for_its_seed(sweep, tmp_path):
+def test_a_sample_is_the_same_for_its_seed(sweep_package, tmp_path):
     def drawn(seed):
         settings = (
             f'combine = "sample"\ncount = 200\nseed = {seed}\ntheta_i_deg = {{ from = 10, to = 70 }}\n'
             'coherence_length = { from = 1, to = 100, scale = "log" }\nmodel = ["ensemble", "patch"]'
         )
-        return parameters(sweep, tmp_path, 'preset = "flat"', settings)
+        return parameters(sweep_package, tmp_path, 'preset = "flat"', settings)
 
     first = drawn(3)
     assert first == drawn(3)
@@ -82,27 +64,29 @@ def test_a_sample_is_the_same_for_its_seed(sweep, tmp_path):
         ("0.5", [0.5]),
     ],
 )
-def test_ranges_have_round_numbers(sweep, tmp_path, given, expected):
-    assert [one["k"] for one in parameters(sweep, tmp_path, 'preset = "flat"', f"eta = 1\nk = {given}")] == expected
+def test_ranges_have_round_numbers(sweep_package, tmp_path, given, expected):
+    assert [
+        one["k"] for one in parameters(sweep_package, tmp_path, 'preset = "flat"', f"eta = 1\nk = {given}")
+    ] == expected
 
 
-def test_globs_are_sorted_and_relative(sweep, tmp_path):
+def test_globs_are_sorted_and_relative(sweep_package, tmp_path):
     (tmp_path / "scans").mkdir()
     for name in ("b.txt", "a.txt", "c.npy"):
         (tmp_path / "scans" / name).write_text("0 0\n0 0\n")
-    found = parameters(sweep, tmp_path, 'files = ["scans/*.txt", "scans/?.npy"]\npixel_size = 0.1')
+    found = parameters(sweep_package, tmp_path, 'files = ["scans/*.txt", "scans/?.npy"]\npixel_size = 0.1')
     assert [one["filename"] for one in found] == ["scans/a.txt", "scans/b.txt", "scans/c.npy"]
 
 
-def test_cases_that_are_alike_are_one(sweep, tmp_path):
-    spec = read(sweep, tmp_path, with_surface('preset = ["flat", "flat"]', "theta_i_deg = [0, 0.0, 10]"))
+def test_cases_that_are_alike_are_one(sweep_package, tmp_path):
+    spec = read(sweep_package, tmp_path, with_surface('preset = ["flat", "flat"]', "theta_i_deg = [0, 0.0, 10]"))
     assert spec.count == 6
     assert [case.parameters["theta_i_deg"] for case in spec.cases("1")] == [0, 10]
 
 
-def test_an_identity_depends_on_all_that_decides_the_result(sweep, tmp_path):
+def test_an_identity_depends_on_all_that_decides_the_result(sweep_package, tmp_path):
     def identity(version="1", settings="eta = 1.5", want="[want.colour]"):
-        (case,) = read(sweep, tmp_path, with_surface('preset = "flat"', settings, want)).cases(version)
+        (case,) = read(sweep_package, tmp_path, with_surface('preset = "flat"', settings, want)).cases(version)
         return case.identity
 
     assert identity() == identity()
@@ -154,16 +138,16 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("text", "mentioned"), REFUSED, ids=[mentioned[:40] for _, mentioned in REFUSED])
-def test_what_is_wrong_is_named_in_one_line(sweep, tmp_path, text, mentioned):
-    with pytest.raises(sweep.SweepError) as error:
-        read(sweep, tmp_path, text)
+def test_what_is_wrong_is_named_in_one_line(sweep_package, tmp_path, text, mentioned):
+    with pytest.raises(sweep_package.SweepError) as error:
+        read(sweep_package, tmp_path, text)
     assert mentioned in str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_a_file_that_is_not_there_is_named(sweep, tmp_path):
-    with pytest.raises(sweep.SweepError, match=r"none\.toml cannot be read"):
-        sweep.read_spec(tmp_path / "none.toml")
+def test_a_file_that_is_not_there_is_named(sweep_package, tmp_path):
+    with pytest.raises(sweep_package.SweepError, match=r"none\.toml cannot be read"):
+        sweep_package.read_spec(tmp_path / "none.toml")
 
 
 def refusal(package, **given):
@@ -172,7 +156,7 @@ def refusal(package, **given):
     return str(error.value)
 
 
-def test_limits_are_those_of_the_library(sweep):
+def test_limits_are_those_of_the_library(sweep_package):
     """What is outside is refused by the library, too, by name; what is at the ends is not what it refuses."""
     import sunbeam_mitsuba
     from sunbeam_mitsuba.sweep.limits import SOURCE, SURFACE, Numbers, Text, Truth, Words
@@ -213,7 +197,7 @@ def test_limits_are_those_of_the_library(sweep):
     assert checked > 25
 
 
-def test_the_parameters_are_those_of_the_plugin(sweep):
+def test_the_parameters_are_those_of_the_plugin(sweep_package):
     import re
 
     from sunbeam_mitsuba.sweep.limits import SCENE, SOURCE, SURFACE
@@ -224,7 +208,7 @@ def test_the_parameters_are_those_of_the_plugin(sweep):
     assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == {*SOURCE, *SURFACE, *SCENE}
 
 
-def test_the_workers_of_a_machine_follow_from_its_memory(sweep):
+def test_the_workers_of_a_machine_follow_from_its_memory(sweep_package):
     from sunbeam_mitsuba.sweep.cluster import plan_workers
 
     assert plan_workers(3, 2e9, 0, 100) == (3, 2e9)
@@ -234,7 +218,7 @@ def test_the_workers_of_a_machine_follow_from_its_memory(sweep):
     assert memory > 0
 
 
-def test_surfaces_are_given_up_where_memory_is_short(sweep, monkeypatch):
+def test_surfaces_are_given_up_where_memory_is_short(sweep_package, monkeypatch):
     from sunbeam_mitsuba.sweep import tables
 
     class Reflector:
@@ -253,5 +237,5 @@ def test_surfaces_are_given_up_where_memory_is_short(sweep, monkeypatch):
         held.get({"preset": "flat", "eta": 9})
 
 
-def test_the_shared_specification_has_twelve_cases(sweep, tmp_path):
-    assert len(list(read(sweep, tmp_path, SPEC).cases("1"))) == 12
+def test_the_shared_specification_has_twelve_cases(sweep_package, tmp_path):
+    assert len(list(read(sweep_package, tmp_path, SPEC).cases("1"))) == 12

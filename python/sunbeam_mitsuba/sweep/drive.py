@@ -34,6 +34,8 @@ _GIVEN_OUT = 2
 _NEWEST = 0.5
 _LOOK_SECONDS = 0.25
 _RECOUNT_SECONDS = 2.0
+# What a batch returns is small, and is brought at once where it still is.
+_RESULT_SECONDS = 10.0
 
 
 def drive(client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]) -> None:
@@ -92,6 +94,9 @@ class _Driver:
         self._number += 1
         key = f"sweep-{self._key}-{self._number}"
         future = self._client.submit(run_batch, self._job, batch, key=key, pure=False)
+        self._await(future, batch)
+
+    def _await(self, future: Future[Done], batch: list[Case]) -> None:
         self._given_out[future] = batch
         future.add_done_callback(self._arrived.put)
 
@@ -107,15 +112,24 @@ class _Driver:
         if future.status == "cancelled":
             raise self._lost()
         if future.status == "error":
-            self._take_error(future.exception(timeout=10), batch)
+            self._take_error(future.exception(timeout=_RESULT_SECONDS), batch)
             return
         try:
-            done: Done = future.result(timeout=10)
-        except (OSError, TimeoutError, CancelledError) as error:
+            done: Done = future.result(timeout=_RESULT_SECONDS)
+        except TimeoutError as error:
+            if self._client.status != "running":
+                raise self._lost() from error
+            # It was done, but its worker died before this was asked for, and another does it again.
+            self._await(future, batch)
+            return
+        except KilledWorker as error:
+            # As above, and those that did it again died, too.
+            self._take_error(error, batch)
+            return
+        except (OSError, CancelledError) as error:
             # Also where it is lost between the look at the status and this.
             raise self._lost() from error
-        finally:
-            future.release()
+        future.release()
         if done.failed:
             seconds = done.seconds / len(done.failed)
             before = self._case_seconds or seconds

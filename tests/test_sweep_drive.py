@@ -1,0 +1,67 @@
+"""How a sweep's driver takes what Dask tells of its batches, where the moment at which a worker dies is chosen."""
+
+import pytest
+from distributed.scheduler import KilledWorker
+
+CASES = 3
+
+
+class Result:
+    """What Dask holds of a batch; the first of `failures` happen to whoever asks for it."""
+
+    status = "finished"
+
+    def __init__(self, done, failures):
+        self.done, self.failures = done, failures
+
+    def add_done_callback(self, tell):
+        tell(self)
+
+    def result(self, timeout):
+        if self.failures:
+            raise self.failures.pop()
+        return self.done
+
+    def release(self):
+        pass
+
+
+@pytest.fixture
+def drive(sweep_package):
+    """Drives three cases with one worker, and gives how many are done and how many of them failed."""
+    from sunbeam_mitsuba.sweep.drive import drive
+    from sunbeam_mitsuba.sweep.spec import Case
+    from sunbeam_mitsuba.sweep.work import Done, Job
+
+    class Client:
+        def __init__(self, status, failures):
+            self.status, self.failures = status, failures
+
+        def nthreads(self):
+            return {"worker": 1}
+
+        def submit(self, run, job, batch, **how):
+            return Result(Done({case.identity: False for case in batch}, 1.0), self.failures)
+
+    def driven(*failures, status="running"):
+        told = []
+        cases = [Case(row, str(row), "surface", {}) for row in range(CASES)]
+        drive(Client(status, list(failures)), Job(None, None, (), ""), cases, lambda *counts: told.append(counts))
+        return tuple(map(sum, zip(*told, strict=True)))
+
+    return driven
+
+
+def test_a_result_that_died_with_its_worker_is_waited_for(drive):
+    """Dask has the batch done again, which may take longer than a result takes to come."""
+    assert drive(TimeoutError(), TimeoutError()) == (CASES, 0)
+
+
+def test_a_batch_that_kills_its_workers_the_second_time_is_tried_alone(drive):
+    assert drive(KilledWorker("batch", "worker", 3)) == (CASES, 0)
+
+
+@pytest.mark.parametrize("failure", [TimeoutError(), ConnectionError()], ids=repr)
+def test_a_scheduler_that_is_gone_is_one_line(drive, sweep_package, failure):
+    with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
+        drive(failure, status="closed")
