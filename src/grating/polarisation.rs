@@ -11,8 +11,8 @@ use crate::numeric::math::u16_pair;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::table::Progress;
 use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Chebyshev nodes along either side of a cell at which matrices are solved.
 const SOLVED: usize = 18;

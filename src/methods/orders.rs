@@ -10,10 +10,10 @@ use crate::table::Progress;
 use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
-use rustfft::num_complex::Complex32;
 use std::f32::consts::FRAC_1_SQRT_2;
 use std::f64::consts::PI;
 use std::sync::Arc;
+use sunbeam_fourier::num_complex::Complex32;
 
 /// Largest κH of the Taylor series: its terms reach e^κH before they cancel, and their squares must not overflow.
 pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;

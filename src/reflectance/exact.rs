@@ -3,9 +3,9 @@ use super::{AlbedoTable, Pair, Vec3};
 use crate::height_field::HeightField;
 use crate::table::{Model, Tiling, lag_grid, taper};
 use crate::transform::{Direction, Fft2, OrderTransform};
-use rustfft::num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
+use sunbeam_fourier::num_complex::Complex64;
 
 /// The oracle: the reflectance by the direct sum of docs/model.md#the-reflectance in double precision, with no table and no
 /// truncated window.

@@ -1,6 +1,6 @@
 use crate::numeric::Real;
-use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Complex refractive index `eta + i k` relative to the outside.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

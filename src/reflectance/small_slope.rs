@@ -8,7 +8,7 @@ use super::fresnel::transmitted;
 use super::geometry::{COSINE_MIN, squared};
 use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
-use rustfft::num_complex::Complex64;
+use sunbeam_fourier::num_complex::Complex64;
 
 /// The azimuth's cosine is a quotient by the product of both sines, which is not taken below this. Nearer to the normal nothing
 /// depends on the azimuth between the directions, which is lost to rounding there.

@@ -7,9 +7,9 @@ use super::spline::prefilter;
 use super::{TableError, WAVELENGTH_MIN_NM};
 use crate::clock::Instant;
 use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Most floats that a table's offsets can address.
 const FLOATS_MAX: usize = u32::MAX as usize;

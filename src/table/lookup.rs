@@ -1,8 +1,8 @@
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
 use crate::numeric::math::cubic_b_spline_weights;
-use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Floats at the head of a node's record, about κ = 0: of a power its value and slope there, of an amplitude the real and
 /// imaginary part of its value.

@@ -6,9 +6,9 @@ use super::lookup::KernelKind;
 use crate::height_field::HeightField;
 use crate::transform::{Direction, Fft2, OrderTransform};
 use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Which coherence model the spectrum follows (docs/model.md#coherence).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

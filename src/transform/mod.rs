@@ -9,13 +9,12 @@
 //! All use the positive exponent, the mean over the tile (so `Σ|c_j|² = 1`), and FFT order of bins.
 
 mod expansion;
-mod fft2;
 mod naive;
 mod periods;
 mod screen;
 
 pub use expansion::{Expansion, Series, TermTransform, chebyshev_terms, taylor_terms};
-pub use fft2::{Direction, Fft2};
 pub use naive::naive_order_amplitude;
 pub use periods::{Period, Periods, periods};
 pub use screen::OrderTransform;
+pub use sunbeam_fourier::{Direction, Fft2, Real};

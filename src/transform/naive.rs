@@ -1,6 +1,6 @@
 use crate::height_field::HeightField;
-use rustfft::num_complex::Complex64;
 use std::f64::consts::TAU;
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Order amplitude `c_j(κ)` by the direct double-precision sum of docs/model.md#the-phase-screen, for any integer order
 /// `(jx, jy)` and `kappa` in rad/µm. Costs a pass over the tile; it exists to judge everything else.

@@ -2,9 +2,9 @@
 
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
-use rustfft::num_complex::Complex64;
 use serde::Serialize;
 use std::f64::consts::{PI, TAU};
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Below this share of the variance of the heights, a peak is rounding.
 const SHARE_MIN: f64 = 1e-9;

@@ -1,7 +1,7 @@
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
 use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
+use sunbeam_fourier::num_complex::Complex64;
 
 /// Transforms the phase screen of one tile at any κ: `c_j(κ)` for every order `j`, by FFT in double precision.
 ///

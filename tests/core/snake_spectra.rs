@@ -3,9 +3,10 @@
 //! (plane removed, the same taper) and averaged. Fails if a skin is changed for the worse, or taken for the other.
 
 use ndarray::{Array2, s};
-use rustfft::{FftPlanner, num_complex::Complex};
 use std::path::PathBuf;
 use sunbeam::height_field::{FileScale, HeightField, Level, Preset};
+use sunbeam_fourier::num_complex::Complex;
+use sunbeam_fourier::{Direction, Fft2};
 
 /// Half the sum of absolute differences between the shares of power in the rings of frequency. Found: 0.09 and 0.08.
 /// A scan is one crop, and single crops of one skin differ from their own average by 0.07 (median) and up to
@@ -43,18 +44,10 @@ struct Features {
 }
 
 fn fft2(values: &Array2<f64>) -> Array2<Complex<f64>> {
-    let mut planner = FftPlanner::new();
-    let mut out = values.mapv(|v| Complex::new(v, 0.0));
-    for _ in 0..2 {
-        let fft = planner.plan_fft_forward(out.ncols());
-        for mut row in out.rows_mut() {
-            let mut line = row.to_vec();
-            fft.process(&mut line);
-            row.assign(&ndarray::ArrayView1::from(&line));
-        }
-        out = out.reversed_axes().as_standard_layout().into_owned();
-    }
-    out
+    let (ny, nx) = values.dim();
+    let mut bins: Vec<_> = values.iter().map(|&v| Complex::new(v, 0.0)).collect();
+    Fft2::new(nx, ny, Direction::Negative).process(&mut bins, &mut Vec::new());
+    Array2::from_shape_vec((ny, nx), bins).unwrap()
 }
 
 fn signed(index: usize, count: usize) -> f64 {

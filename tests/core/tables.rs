@@ -1,12 +1,12 @@
 //! The tables against the oracle, and the oracle against hand-written sums.
 
 use super::common::{Random, built, oracle, preset, relief, table_error, waves};
-use rustfft::num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{Exact, Options, Surface};
 use sunbeam::table::{Model, Tiling};
 use sunbeam::transform::naive_order_amplitude;
+use sunbeam_fourier::num_complex::Complex64;
 
 /// A table's tolerance is meant for 99 of 100 look-ups; the rest may miss by this factor.
 const WORST: f64 = 10.0;

@@ -5,8 +5,8 @@
 //! wavelength, and the polynomial through the nodes is read in between. It is exact to rounding: there are so many nodes
 //! that the remainder is below [`REMAINDER`], and [`Truth::check`] compares with [`Exact`] itself.
 
+use num_complex::Complex64;
 use rayon::prelude::*;
-use rustfft::num_complex::Complex64;
 use serde::Serialize;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use sunbeam::height_field::HeightField;
