@@ -9,7 +9,7 @@ fn main() {
 }
 
 /// Whose sources these are.
-const TABLES_FOLDERS: [&str; 8] = [
+const TABLES_FOLDERS: [&str; 9] = [
     "src/colour",
     "src/colour_table",
     "src/grating",
@@ -17,6 +17,7 @@ const TABLES_FOLDERS: [&str; 8] = [
     "src/reflectance",
     "src/table",
     "src/transform",
+    "crates/fourier/src",
     "crates/rigorous/src",
 ];
 
