@@ -3,7 +3,7 @@ use super::{Direction, Fft2};
 use crate::height_field::HeightField;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use sunbeam_fourier::Real;
+use sunbeam_fourier::Precision;
 use sunbeam_fourier::num_complex::{Complex, Complex64};
 
 /// Which expansion of `exp(iκh)` is summed (docs/model.md#the-two-expansions).
@@ -55,7 +55,7 @@ fn remainder_terms(tolerance: f64, kappa_h: f64, term: impl Fn(usize) -> f64) ->
 /// The transforms `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` of one tile, one term at a time.
 ///
 /// Powers of `h/H` rather than of `h`, so that the terms neither overflow nor vanish in single precision.
-pub struct TermTransform<T: Real> {
+pub struct TermTransform<T: Precision> {
     series: Series,
     half_range_um: f64,
     /// `h/H` about the middle of the range, row-major.
@@ -63,7 +63,7 @@ pub struct TermTransform<T: Real> {
     fft: Fft2<T>,
 }
 
-impl<T: Real> TermTransform<T> {
+impl<T: Precision> TermTransform<T> {
     /// Plans the transforms of `field`.
     pub fn new(field: &HeightField, series: Series) -> Self {
         let (nx, ny) = field.size();
@@ -94,14 +94,14 @@ impl<T: Real> TermTransform<T> {
 
 /// The transforms of [`TermTransform`] kept together, from which `c_j(κ)` follows for any κ. `T` is `f32` (what the
 /// sources store on the GPU) or `f64`.
-pub struct Expansion<T: Real> {
+pub struct Expansion<T: Precision> {
     series: Series,
     half_range_um: f64,
     /// `terms[n][bin]`, means over the tile, bins in FFT order.
     terms: Vec<Vec<Complex<T>>>,
 }
 
-impl<T: Real> Expansion<T> {
+impl<T: Precision> Expansion<T> {
     /// Computes the first `count` (at least one) terms.
     pub fn new(field: &HeightField, series: Series, count: usize) -> Self {
         let transform = TermTransform::new(field, series);
@@ -150,6 +150,6 @@ impl<T: Real> Expansion<T> {
     }
 }
 
-fn cast<T: Real>(value: f64) -> T {
+fn cast<T: Precision>(value: f64) -> T {
     T::from_f64(value).unwrap_or_else(T::zero)
 }

@@ -17,4 +17,4 @@ pub use expansion::{Expansion, Series, TermTransform, chebyshev_terms, taylor_te
 pub use naive::naive_order_amplitude;
 pub use periods::{Period, Periods, periods};
 pub use screen::OrderTransform;
-pub use sunbeam_fourier::{Direction, Fft2, Real};
+pub use sunbeam_fourier::{Direction, Fft2, Precision};

@@ -7,7 +7,7 @@ use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::reflectance::{Exact, Options, Surface};
 use sunbeam::transform::{
-    Expansion, OrderTransform, Series, TermTransform, chebyshev_terms, naive_order_amplitude, taylor_terms,
+    Expansion, OrderTransform, Precision, Series, TermTransform, chebyshev_terms, naive_order_amplitude, taylor_terms,
 };
 use sunbeam_fourier::num_complex::{Complex, Complex64};
 
@@ -150,7 +150,7 @@ fn the_fft_agrees_with_the_naive_sum_on_awkward_tiles() {
                     assert!((bins[bin] - naive).norm() < ROUNDING, "{nx}x{ny} κ {kappa} order {jx},{jy}");
                 }
             }
-            let power: f64 = bins.iter().map(sunbeam_fourier::num_complex::Complex::norm_sqr).sum();
+            let power: f64 = bins.iter().map(Complex::norm_sqr).sum();
             assert!((power - 1.0).abs() < ROUNDING, "Parseval: {power}");
         }
     }
@@ -176,7 +176,7 @@ fn deep() -> HeightField {
     field
 }
 
-fn worst<T: sunbeam_fourier::Real + Into<f64>>(field: &HeightField, series: Series, terms: usize, kappa: f64) -> f64 {
+fn worst<T: Precision + Into<f64>>(field: &HeightField, series: Series, terms: usize, kappa: f64) -> f64 {
     let expansion = Expansion::<T>::new(field, series, terms);
     let truth = OrderTransform::new(field).amplitudes(kappa);
     let double = |c: Complex<T>| Complex64::new(c.re.into(), c.im.into());

@@ -1,7 +1,7 @@
 //! Discrete Fourier transforms in two dimensions, of any size, on all cores.
 //!
 //! rustfft is generic: whoever plans a transform compiles all of it. Here it is planned for the two precisions that there are,
-//! so that it is compiled with this crate alone, and none of those that use it takes half a minute more.
+//! so that it is compiled with this crate alone, and not with every package and test that uses it.
 
 use rayon::prelude::*;
 pub use rustfft::num_complex;
@@ -10,19 +10,19 @@ use rustfft::{Fft, FftNum, FftPlanner};
 use std::sync::Arc;
 
 /// A precision that transforms are made in: `f32` or `f64`.
-pub trait Real: FftNum {
+pub trait Precision: FftNum {
     /// Plans transforms of these lengths in points.
     #[doc(hidden)]
     fn plans(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<Self>>; 2];
 }
 
-impl Real for f32 {
+impl Precision for f32 {
     fn plans(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<f32>>; 2] {
         plans(lengths, direction)
     }
 }
 
-impl Real for f64 {
+impl Precision for f64 {
     fn plans(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<f64>>; 2] {
         plans(lengths, direction)
     }
@@ -47,14 +47,14 @@ pub enum Direction {
 
 /// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised, bins in FFT order. Its rows are shared
 /// out over the rayon pool.
-pub struct Fft2<T: Real> {
+pub struct Fft2<T: Precision> {
     nx: usize,
     ny: usize,
     along_x: Arc<dyn Fft<T>>,
     along_y: Arc<dyn Fft<T>>,
 }
 
-impl<T: Real> Fft2<T> {
+impl<T: Precision> Fft2<T> {
     /// Plans a transform of `nx` by `ny` points (any sizes, primes included).
     pub fn new(nx: usize, ny: usize, direction: Direction) -> Self {
         let [along_x, along_y] = T::plans([nx, ny], direction);
@@ -113,7 +113,7 @@ fn bin_of(i: usize, kept: usize, n: usize) -> usize {
     if 2 * i > kept { i + n - kept } else { i }
 }
 
-fn rows<T: Real>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
+fn rows<T: Precision>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
     const ROWS_PER_TASK: usize = 32;
     data.par_chunks_mut(width * ROWS_PER_TASK).for_each(|chunk| fft.process(chunk));
 }

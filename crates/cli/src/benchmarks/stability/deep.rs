@@ -11,7 +11,7 @@ use sunbeam::height_field::random::Random;
 use sunbeam::methods::{Flss, MethodError, MethodOptions, Relief};
 use sunbeam::reflectance::{Exact, Options, Surface};
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Progress};
-use sunbeam::transform::{Expansion, OrderTransform, Real, Series, chebyshev_terms, taylor_terms};
+use sunbeam::transform::{Expansion, OrderTransform, Precision, Series, chebyshev_terms, taylor_terms};
 
 /// Phase rates times half the range of heights, up to the deepest that the model promises.
 pub const KAPPA_H: [f64; 14] = [1.0, 2.0, 4.0, 7.0, 10.0, 13.56, 17.0, 20.0, 25.0, 30.0, 50.0, 100.0, 150.0, 200.0];
@@ -103,7 +103,7 @@ fn point(kappa_h: f64, directions: usize) -> Result<DeepPoint, BenchError> {
 }
 
 /// Largest error of any order amplitude at one κ.
-fn series_error<T: Real + Into<f64>>(field: &HeightField, series: Series, terms: usize, kappa: f64) -> f64 {
+fn series_error<T: Precision + Into<f64>>(field: &HeightField, series: Series, terms: usize, kappa: f64) -> f64 {
     let expansion = Expansion::<T>::new(field, series, terms);
     let double = |c: Complex<T>| Complex64::new(c.re.into(), c.im.into());
     let truth = OrderTransform::new(field).amplitudes(kappa);
