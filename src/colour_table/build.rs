@@ -1,7 +1,7 @@
 //! Fills the rings and turns their samples into packed spline coefficients.
 
 use super::pack::{exponent_offset, pack};
-use super::path::{LANES, Path, Reading, Reflectance, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
+use super::path::{LANES, Lanes, Path, Reading, Reflectance, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
 use super::rings::{RingPlan, Rings, W_LOG};
 use super::{ColourLayout, ColourTable, ColourTableError, ColourTableReport, RESOLUTION, Ring};
 use crate::clock::Instant;
@@ -172,7 +172,7 @@ fn fill(
             let path = Path::new(group, sigma);
             let readings: Vec<Vec<Reading>> =
                 group.iter().map(|ring| path.readings(table, ring, colours, reflectance)).collect();
-            let batches: Vec<Vec<f32>> = (0..batches_of(group))
+            let batches: Vec<Vec<Lanes>> = (0..batches_of(group))
                 .into_par_iter()
                 .map(|batch| {
                     let integrals = path.integrate(table, &readings, group, batch * LANES);
@@ -183,7 +183,7 @@ fn fill(
             // Where each ring begins in a batch.
             let starts = group.iter().scan(0, |next, ring| {
                 let start = *next;
-                *next += ring.heights() * 3 * LANES;
+                *next += ring.heights() * 3;
                 Some(start)
             });
             let starts: Vec<usize> = starts.collect();
@@ -197,15 +197,13 @@ fn fill(
         .collect()
 }
 
-/// One ring's samples, `[direction][height][channel]`, out of the batches' `[ring][height][channel][lane]`.
-fn ring_values(batches: &[Vec<f32>], start: usize, ring: &RingPlan) -> Vec<f32> {
+/// One ring's samples, `[direction][height][channel]`, out of the batches' `[ring][height][channel]`.
+fn ring_values(batches: &[Vec<Lanes>], start: usize, ring: &RingPlan) -> Vec<f32> {
     let numbers = ring.heights() * 3;
     let mut values = vec![0f32; ring.directions * numbers];
     for (direction, to) in values.chunks_exact_mut(numbers).enumerate() {
         let from = &batches[direction / LANES][start..];
-        for (number, to) in to.iter_mut().enumerate() {
-            *to = from[number * LANES + direction % LANES];
-        }
+        to.iter_mut().zip(from).for_each(|(to, lanes)| *to = lanes[direction % LANES]);
     }
     values
 }

@@ -11,6 +11,8 @@ use std::f64::consts::TAU;
 
 /// Rays that are integrated together, lane by lane.
 pub(super) const LANES: usize = 16;
+/// A number on each of the rays.
+pub(super) type Lanes = [f32; LANES];
 /// Step along a ray in standard deviations of an order's Gaussian; the trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
 /// Fewest steps over the visible wavelengths: the colour matching functions are smooth over 6 nm.
@@ -53,7 +55,7 @@ impl Path {
         self.first + place as f64 * self.step
     }
 
-    /// Everything that does not depend on the ray.
+    /// Everything that does not depend on the ray, place by place, [`RingPlan::heights`] of them at each.
     pub fn readings(
         &self,
         table: &SpectralTable,
@@ -63,6 +65,7 @@ impl Path {
     ) -> Vec<Reading> {
         // dλ/λ² in 1/µm, times the normalisation of S; colours are per nm.
         let scale = 1e3 * self.step / ring.radius * table.norm();
+        let samples = ring.samples();
         let mut readings = Vec::new();
         for place in 0..self.count {
             let frequency = self.frequency(place);
@@ -72,7 +75,7 @@ impl Path {
             }
             let wavelength_nm = 1e3 * wavelength_um;
             let colour = colours.density(wavelength_nm);
-            for (height, w) in ring.samples().into_iter().enumerate() {
+            for (height, &w) in samples.iter().enumerate() {
                 let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
@@ -92,24 +95,26 @@ impl Path {
         readings
     }
 
-    /// Colours of all rings of the group on [`LANES`] rays from `first_ray` on: `[ring][height][channel][lane]`.
+    /// Colours of all rings of the group on [`LANES`] rays from `first_ray` on: `[ring][height][channel]`.
     pub fn integrate(
         &self,
         table: &SpectralTable,
         readings: &[Vec<Reading>],
         group: &[RingPlan],
         first_ray: usize,
-    ) -> Vec<f32> {
+    ) -> Vec<Lanes> {
         let joined = self.joined(table, group[0].directions, first_ray);
         let mut colours = Vec::new();
         for (ring, readings) in group.iter().zip(readings) {
             let start = colours.len();
-            colours.resize(start + ring.heights() * 3 * LANES, 0f32);
-            for reading in readings {
+            colours.resize(start + ring.heights() * 3, [0.0; LANES]);
+            // Most places of a grating are far from its orders on all of these rays.
+            let somewhere =
+                readings.chunks_exact(ring.heights()).filter(|at_place| !joined.is_empty(at_place[0].place));
+            for reading in somewhere.flatten() {
                 let Some(density) = reading.density(table.kernel(), &joined) else { continue };
-                let at = start + reading.height * 3 * LANES;
-                for (colour, channel) in reading.colour.iter().zip(colours[at..].chunks_exact_mut(LANES)) {
-                    for (sum, density) in channel.iter_mut().zip(&density) {
+                for (colour, sums) in reading.colour.iter().zip(&mut colours[start + 3 * reading.height..]) {
+                    for (sum, density) in sums.iter_mut().zip(&density) {
                         *sum += colour * density;
                     }
                 }
@@ -132,11 +137,11 @@ impl Path {
             let frequency = self.frequency(place);
             for (lane, ray) in rays.iter().enumerate() {
                 table.joined_record(ray.map(|component| frequency * component), &mut record);
-                let needed = start + record.len() * LANES;
+                let needed = start + record.len();
                 if joined.values.len() < needed {
-                    joined.values.resize(needed, 0.0);
+                    joined.values.resize(needed, [0.0; LANES]);
                 }
-                for (to, from) in joined.values[start..].chunks_exact_mut(LANES).zip(&record) {
+                for (to, from) in joined.values[start..].iter_mut().zip(&record) {
                     to[lane] = *from;
                 }
             }
@@ -146,45 +151,53 @@ impl Path {
     }
 }
 
-/// Joined records at the places of a path, without their bands: `[place][number][lane]`.
+/// Joined records at the places of a path, without their bands: `[place][number]`.
 struct Joined {
     starts: Vec<usize>,
-    values: Vec<f32>,
+    values: Vec<Lanes>,
 }
 
 impl Joined {
-    /// The lanes of `count` numbers of a record from `first` on.
-    fn numbers(&self, place: usize, first: usize, count: usize) -> Option<&[f32]> {
-        self.values[self.starts[place]..self.starts[place + 1]].get(first * LANES..(first + count) * LANES)
+    /// Whether nothing is known at this place on any lane.
+    fn is_empty(&self, place: usize) -> bool {
+        self.starts[place] == self.starts[place + 1]
+    }
+
+    /// `count` numbers of a record from `first` on.
+    fn numbers(&self, place: usize, first: usize, count: usize) -> Option<&[Lanes]> {
+        self.values[self.starts[place]..self.starts[place + 1]].get(first..first + count)
     }
 }
 
 impl Reading {
     /// `S/norm` on all lanes; `None` where nothing is known.
-    fn density(&self, kernel: KernelKind, joined: &Joined) -> Option<[f32; LANES]> {
+    fn density(&self, kernel: KernelKind, joined: &Joined) -> Option<Lanes> {
         let zero = joined.numbers(self.place, 0, 2)?;
         let components = kernel.components();
         let curve = joined.numbers(self.place, 2 + self.first * components, 4 * components)?;
-        let mut density = [0f32; LANES];
-        match kernel {
+        let spline = |part: usize| -> Lanes {
+            let mut sums = [0.0; LANES];
+            for (weight, values) in self.weights.iter().zip(curve.iter().skip(part).step_by(components)) {
+                sums.iter_mut().zip(values).for_each(|(sum, value)| *sum += weight * value);
+            }
+            sums
+        };
+        Some(match kernel {
             KernelKind::Power => {
-                for (lane, density) in density.iter_mut().enumerate() {
-                    let spline: f32 = (0..4).map(|i| self.weights[i] * curve[i * LANES + lane]).sum();
-                    let at_zero = self.from_zero[0] * zero[lane] + self.from_zero[1] * zero[LANES + lane];
-                    *density = (at_zero + self.factor[0] * spline).max(0.0);
-                }
+                let spline = spline(0);
+                std::array::from_fn(|lane| {
+                    let at_zero = self.from_zero[0] * zero[0][lane] + self.from_zero[1] * zero[1][lane];
+                    (at_zero + self.factor[0] * spline[lane]).max(0.0)
+                })
             }
             KernelKind::Amplitude => {
-                for (lane, density) in density.iter_mut().enumerate() {
-                    let part =
-                        |p: usize| -> f32 { (0..4).map(|i| self.weights[i] * curve[(2 * i + p) * LANES + lane]).sum() };
-                    let (re, im) = (part(0), part(1));
-                    let re_sum = zero[lane] + self.factor[0] * re - self.factor[1] * im;
-                    let im_sum = zero[LANES + lane] + self.factor[0] * im + self.factor[1] * re;
-                    *density = re_sum * re_sum + im_sum * im_sum;
-                }
+                let (re, im) = (spline(0), spline(1));
+                std::array::from_fn(|lane| {
+                    let re_sum = zero[0][lane] + self.factor[0] * re[lane] - self.factor[1] * im[lane];
+                    let im_sum = zero[1][lane] + self.factor[0] * im[lane] + self.factor[1] * re[lane];
+                    re_sum * re_sum + im_sum * im_sum
+                })
             }
-        }
-        Some(density)
+        })
     }
 }

@@ -6,6 +6,7 @@
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use rayon::prelude::*;
 use std::f64::consts::TAU;
 
 /// A seeded generator of uniform and normal numbers.
@@ -33,7 +34,9 @@ impl Random {
 
     /// A smooth field, periodic over `nx × ny` pixels, mean 0, root mean square 1: waves of 1 to `max_wave` periods a tile.
     pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
-        let mut field = Array2::zeros((ny, nx));
+        /// Rows that a wave is added to while it is in the processor's cache.
+        const ROWS: usize = 8;
+        let mut waves = Vec::new();
         for kx in -max_wave..=max_wave {
             for ky in 0..=max_wave {
                 let square = kx * kx + ky * ky;
@@ -41,17 +44,25 @@ impl Random {
                     continue;
                 }
                 let (amplitude, phase) = (self.normal() / f64::from(square).sqrt(), self.between(0.0, TAU));
-                let table = |k: i32, n: usize, shift: f64| -> Vec<(f64, f64)> {
-                    (0..n).map(|i| libm::sincos(TAU * f64::from(k) * i as f64 / n as f64 + shift)).collect()
+                let table = |k: i32, n: usize, shift: f64| -> (Vec<f64>, Vec<f64>) {
+                    (0..n).map(|i| libm::sincos(TAU * f64::from(k) * i as f64 / n as f64 + shift)).unzip()
                 };
-                let (along_x, along_y) = (table(kx, nx, phase), table(ky, ny, 0.0));
-                for (mut row, (sy, cy)) in field.rows_mut().into_iter().zip(&along_y) {
-                    for (value, (sx, cx)) in row.iter_mut().zip(&along_x) {
+                waves.push((amplitude, table(kx, nx, phase), table(ky, ny, 0.0)));
+            }
+        }
+        let mut values = vec![0.0; nx * ny];
+        values.par_chunks_mut(nx * ROWS).enumerate().for_each(|(chunk, rows)| {
+            // Each pixel sums the waves in their order, whatever the order of the pixels: its last bit depends on it.
+            for (amplitude, (sin_x, cos_x), (sin_y, cos_y)) in &waves {
+                for (row, iy) in rows.chunks_exact_mut(nx).zip(chunk * ROWS..) {
+                    let (sy, cy) = (sin_y[iy], cos_y[iy]);
+                    for ((value, sx), cx) in row.iter_mut().zip(sin_x).zip(cos_x) {
                         *value += amplitude * (sx * cy + cx * sy);
                     }
                 }
             }
-        }
+        });
+        let mut field = Array2::from_shape_fn((ny, nx), |(iy, ix)| values[iy * nx + ix]);
         normalise(&mut field);
         field
     }

@@ -127,7 +127,8 @@ impl SpectralTable {
     }
 
     /// The record that a look-up at `f` (cycles/µm) would find in a single node of weight one: the sum of the records around
-    /// it, each times its weight; empty beyond the cutoff. [`NodeCurve`] reads it up to [`SpectralTable::kappa_limit`].
+    /// it, each times its weight; empty where there is none, beyond the cutoff or far from all orders. [`NodeCurve`] reads it
+    /// up to [`SpectralTable::kappa_limit`].
     pub(crate) fn joined_record(&self, f: [f64; 2], sum: &mut Vec<f32>) {
         sum.clear();
         let (x, y) = (&self.lattice.x, &self.lattice.y);
@@ -135,8 +136,6 @@ impl SpectralTable {
         if px.abs() > x.cutoff || py.abs() > y.cutoff {
             return;
         }
-        let coefficients = (self.kappa_limit(f) / self.kappa_step) as usize + 4;
-        sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
         let mut across = [0.0; TAPS_MAX];
         for (ex, jx) in across.iter_mut().zip(taps(x, px)) {
             *ex = x.joining.weight(px - jx as f64);
@@ -148,6 +147,10 @@ impl SpectralTable {
             for (ex, offset) in across.iter().zip(&self.offsets[row..row + x.taps]) {
                 let (e, start) = ((ey * ex) as f32, *offset as usize);
                 if start > 0 && e > 0.0 {
+                    if sum.is_empty() {
+                        let coefficients = (self.kappa_limit(f) / self.kappa_step) as usize + 4;
+                        sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
+                    }
                     for (sum, value) in sum.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;
                     }
