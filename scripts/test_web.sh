@@ -14,4 +14,4 @@ lacking="$("$PY" crates/web/tests/browser.py)" || not_tested "$lacking"
 said="$(scripts/web.sh --check 2>&1)" || not_tested "${said##*error: }"
 scripts/web.sh
 cargo build --release -p sunbeam-web --example page_twin
-exec "$PY" -m pytest crates/web/tests "$@"
+exec "$PY" -m pytest -n 2 --dist worksteal crates/web/tests "$@"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import time
 
 import numpy as np
@@ -13,6 +14,13 @@ WATCH = """
     window.faults = [];
     addEventListener("error", (event) => faults.push(String(event.message)));
     addEventListener("unhandledrejection", (event) => faults.push(String(event.reason)));
+"""
+# Chooses a size before the page's own code reads it, so that no larger picture is drawn first.
+AT_SIZE = """
+    document.addEventListener("readystatechange", () => {
+        const field = document.getElementById("size");
+        if (field) field.value = "SIZE";
+    }, { once: true });
 """
 # A grating is made in no time.
 QUICK = {"surface.preset": "blazed"}
@@ -32,13 +40,19 @@ class Page:
         """Opens the page with these settings in its address, and waits for the picture."""
         # From the same page, an address with another # would not load it again.
         self.browser.go("about:blank")
-        self.browser.go(self.address + hash_of(fields))
+        with self.ahead(AT_SIZE.replace("SIZE", size)) if size else contextlib.nullcontext():
+            self.browser.go(self.address + hash_of(fields))
         self.browser.wait("return document.body.dataset.ready !== undefined", "the page to start", limit)
-        if size:
-            self.choose("#size", size)
         if drawn:
             self.finished(limit)
         return self
+
+    @contextlib.contextmanager
+    def ahead(self, code):
+        """Pages that are opened meanwhile run this first."""
+        name = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=code)
+        yield
+        self.browser.devtools("Page.removeScriptToEvaluateOnNewDocument", **name)
 
     def reopen(self, fields=QUICK, size=None):
         """As `open`, by the address alone where the page is there: a visitor who follows a link within it."""

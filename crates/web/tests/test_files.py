@@ -8,7 +8,7 @@ import zlib
 import numpy as np
 import pytest
 from browser import until
-from page import QUICK, SMALL
+from page import SMALL
 from test_page import click, expect_same, twin
 
 PIXEL_UM = 0.1
@@ -57,7 +57,7 @@ def dropped(page, path, by_hand=False):
 def test_a_file_with_its_scale_is_drawn_as_the_native_renderer_does(page, tmp_path, by_hand):
     path = tmp_path / "scan.gsf"
     path.write_bytes(gsf(heights()))
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     dropped(page, path, by_hand)
     found = page.pixels()
     assert page.settings()["surface"]["filename"] == "scan.gsf"
@@ -70,7 +70,7 @@ def test_a_file_with_its_scale_is_drawn_as_the_native_renderer_does(page, tmp_pa
 
 def test_a_file_without_scale_is_asked_for_it(page, tmp_path):
     path = npy(heights(), tmp_path / "scan.npy")
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     before = page.pixels()
     page.drop(path)
     page.browser.wait("return !document.getElementById('scale').hidden", "the question")
@@ -93,7 +93,7 @@ def test_whole_numbers_are_asked_for_their_height_too(page, tmp_path):
     rows = b"".join(b"\0" + row.tobytes() for row in levels)
     path = tmp_path / "scan.png"
     path.write_bytes(png(64, 64, 8, 0, rows))
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     page.drop(path)
     for asked, answer in [("pixel_size", PIXEL_UM), ("max_height", 0.3)]:
         page.browser.wait(
@@ -140,7 +140,7 @@ def test_missing_points_are_filled_and_channels_chosen(page, tmp_path):
 def test_a_link_says_which_file_it_wants(page, tmp_path):
     path = tmp_path / "scan.gsf"
     path.write_bytes(gsf(heights()))
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     dropped(page, path)
     page.browser.drag("#picture", (0, 0), (40, 20))
     expected = page.pixels()
@@ -202,7 +202,7 @@ def bad_files(folder):
 
 
 def test_bad_files_get_one_line_and_the_page_goes_on(page, tmp_path):
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     expected = page.pixels()
     files = bad_files(tmp_path)
     assert len(files) >= 20
@@ -230,7 +230,7 @@ def test_bad_files_get_one_line_and_the_page_goes_on(page, tmp_path):
 def test_what_is_too_large_is_refused_with_what_would_do(page, tmp_path):
     path = tmp_path / "nanometres.gsf"
     path.write_bytes(gsf(heights() * 800))
-    page.open({**QUICK}, size=SMALL)
+    page.reopen(size=SMALL)
     page.drop(path)
     page.browser.wait("return !document.getElementById('message').hidden", "the refusal")
     assert "GB" in page.message()

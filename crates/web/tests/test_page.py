@@ -69,9 +69,9 @@ def expect_same(found, expected):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_pixels_are_those_of_the_native_renderer(page, tmp_path, method):
-    page.open({"surface.preset": "elaphe", "method": method}, size="384x256", limit=200)
+    page.reopen({"surface.preset": "elaphe", "method": method}, size=SMALL)
     found = page.pixels()
-    expected = twin(page.settings(), tmp_path, "--size", "384x256")
+    expected = twin(page.settings(), tmp_path, "--size", SMALL)
     assert found.shape == expected.shape
     # A difference of black from black would say nothing.
     assert (found.max(axis=-1) > 0.02).mean() > 0.05
@@ -349,7 +349,7 @@ def copied(page, button):
 
 
 def test_a_link_gives_the_same_picture(page):
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     page.browser.drag("#picture", (0, 0), (40, 20))
     page.write("#period", "1.9")
     page.choose("#material", "Polycarbonate")
@@ -366,7 +366,7 @@ def test_a_link_gives_the_same_picture(page):
 
 
 def test_a_link_that_is_wrong_is_told_and_left_aside(page):
-    page.open({"surface.preset": "nothing", "method": "magic"}, drawn=False)
+    page.open({"surface.preset": "nothing", "method": "magic"}, size=SMALL, drawn=False)
     assert "link" in page.message()
     page.finished()
     page.open({"surface.coherence_length": -1}, drawn=False)
@@ -455,7 +455,7 @@ def test_a_table_in_the_making_is_cancelled(page):
 
 
 def test_cancelling_brings_the_shape_back_too(page):
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     before = page.pixels()
     page.js(
         """window.scenes = 0;
@@ -473,7 +473,7 @@ def test_cancelling_brings_the_shape_back_too(page):
 
 
 def test_another_shape_does_not_end_the_making_of_the_surface(page):
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     # Both at once: the shape is chosen while the table is made.
     page.js(
         """preset.value = "sinusoidal";
@@ -486,7 +486,7 @@ def test_another_shape_does_not_end_the_making_of_the_surface(page):
 
 
 def test_a_lost_device_is_told_and_recovered(page):
-    page.open(size=SMALL)
+    page.reopen(size=SMALL)
     before = page.pixels()
     page.browser.promise("await sunbeam.engine.loseDevice();")
     page.browser.wait("return document.getElementById('message').textContent.includes('lost')", "the message")
@@ -531,7 +531,7 @@ def test_the_page_answers_while_it_computes(host):
     """No task of the page's own thread takes 50 ms of the processor; a clock would count other programs too."""
     with Browser(traced=True) as browser:
         page = Page(browser, host)
-        page.open({}, size=SMALL)
+        page.open(size=SMALL)
         page.browser.drag("#picture", (0, 0), (80, 20), steps=12)
         page.browser.hover("#picture", (10, 10))
         page.choose("#preset", "elaphe")
