@@ -135,7 +135,8 @@ const INCIDENCES: [(f64, f64, f64); 8] = [
     (85.0, 25.0, 530.0),
 ];
 
-/// Half of [`INCIDENCES`], normal to grazing: the other half for the next surface of a list, which is of a similar kind.
+/// Every other of [`INCIDENCES`], from near the normal to grazing, by turns those of even and of odd number: what they check is
+/// the same code for every surface of a list.
 fn incidences(surface: usize) -> impl Iterator<Item = (f64, f64, f64)> {
     INCIDENCES.into_iter().skip(surface % 2).step_by(2)
 }

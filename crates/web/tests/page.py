@@ -51,8 +51,10 @@ class Page:
     def ahead(self, code):
         """Pages that are opened meanwhile run this first."""
         name = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=code)
-        yield
-        self.browser.devtools("Page.removeScriptToEvaluateOnNewDocument", **name)
+        try:
+            yield
+        finally:
+            self.browser.devtools("Page.removeScriptToEvaluateOnNewDocument", **name)
 
     def reopen(self, fields=QUICK, size=None):
         """As `open`, by the address alone where the page is there: a visitor who follows a link within it."""

@@ -531,7 +531,7 @@ def test_the_page_answers_while_it_computes(host):
     """No task of the page's own thread takes 50 ms of the processor; a clock would count other programs too."""
     with Browser(traced=True) as browser:
         page = Page(browser, host)
-        page.open(size=SMALL)
+        page.open({}, size=SMALL)
         page.browser.drag("#picture", (0, 0), (80, 20), steps=12)
         page.browser.hover("#picture", (10, 10))
         page.choose("#preset", "elaphe")
