@@ -4,7 +4,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
-from batches import direction
+from batches import direction, is_scalar
 from conftest import built
 from surfaces import QUICK
 
@@ -12,18 +12,33 @@ from surfaces import QUICK
 RTOL = 1e-5
 
 
+def opaque(value):
+    """No literal of a kernel, so that one kernel serves every value."""
+    if not is_scalar():
+        dr.make_opaque(value)
+    return value
+
+
 def interaction(wi):
     si = dr.zeros(mi.SurfaceInteraction3f)
-    si.wi = mi.Vector3f(wi)
+    si.wi = opaque(mi.Vector3f(wi))
     si.sh_frame = mi.Frame3f([0, 0, 1])
     si.n = [0, 0, 1]
     if mi.is_spectral:
-        si.wavelengths = [450, 520, 590, 660]
+        si.wavelengths = opaque(type(si.wavelengths)([450, 520, 590, 660]))
     return si
+
+
+def together(*answers):
+    """Of one kernel: each array that is asked for alone would have its own."""
+    if not is_scalar():
+        dr.eval(answers)
+    return answers
 
 
 def first_entry(spectrum):
     """The intensity part of a value as an array, than which no other part may be larger."""
+    together(spectrum)
     if mi.is_polarized:
         intensity = np.array(spectrum[0, 0])
         rest = [np.array(spectrum[i, j]) for i in range(4) for j in range(4) if (i, j) != (0, 0)]
@@ -39,8 +54,8 @@ PAIRS = [((0, 0), (0, 0)), ((30, 10), (40, 200)), ((75, 90), (20, 300)), ((89.9,
 def test_eval_and_pdf_agree_with_eval_pdf(variant, wi, wo):
     bsdf = built(variant, preset="blazed", eta=1.56, diffuse_reflectance=0.3, rotation=20.0)
     ctx, si = mi.BSDFContext(), interaction(direction(*wi))
-    wo = mi.Vector3f(direction(*wo))
-    value, pdf = bsdf.eval_pdf(ctx, si, wo)
+    wo = opaque(mi.Vector3f(direction(*wo)))
+    value, pdf = together(*bsdf.eval_pdf(ctx, si, wo))
     np.testing.assert_allclose(first_entry(bsdf.eval(ctx, si, wo)), first_entry(value), rtol=RTOL)
     np.testing.assert_allclose(bsdf.pdf(ctx, si, wo), pdf, rtol=RTOL)
     assert np.all(np.isfinite(first_entry(value)))
@@ -52,8 +67,8 @@ def test_eval_and_pdf_agree_with_eval_pdf(variant, wi, wo):
 def test_weight_is_value_over_density(variant, parameters, sample1):
     bsdf, ctx = built(variant, **QUICK, rotation=35.0, **parameters), mi.BSDFContext()
     si = interaction(direction(50, 20))
-    bs, weight = bsdf.sample(ctx, si, sample1, [0.3, 0.7])
-    value, pdf = bsdf.eval_pdf(ctx, si, bs.wo)
+    bs, weight = together(*bsdf.sample(ctx, si, opaque(mi.Float(sample1)), opaque(mi.Point2f(0.3, 0.7))))
+    value, pdf = together(*bsdf.eval_pdf(ctx, si, bs.wo))
     np.testing.assert_allclose(bs.pdf, pdf, rtol=RTOL)
     if np.all(np.array(bs.pdf) > 0):
         np.testing.assert_allclose(first_entry(weight), first_entry(value) / np.array(pdf), rtol=RTOL)
@@ -65,10 +80,10 @@ def test_eval_pdf_sample_is_both(typical_variant, make_bsdf):
     bsdf = make_bsdf(**QUICK, diffuse_reflectance=0.3, eta=1.56)
     ctx, si = mi.BSDFContext(), interaction(direction(50, 20))
     wo = mi.Vector3f(direction(30, 100))
-    value, pdf, bs, weight = bsdf.eval_pdf_sample(ctx, si, wo, 0.2, [0.3, 0.7])
+    value, pdf, bs, weight = together(*bsdf.eval_pdf_sample(ctx, si, wo, 0.2, [0.3, 0.7]))
     np.testing.assert_allclose(first_entry(value), first_entry(bsdf.eval(ctx, si, wo)), rtol=RTOL)
     np.testing.assert_allclose(pdf, bsdf.pdf(ctx, si, wo), rtol=RTOL)
-    other, other_weight = bsdf.sample(ctx, si, 0.2, [0.3, 0.7])
+    other, other_weight = together(*bsdf.sample(ctx, si, 0.2, [0.3, 0.7]))
     np.testing.assert_allclose(np.array(bs.wo), np.array(other.wo), rtol=RTOL)
     np.testing.assert_allclose(first_entry(weight), first_entry(other_weight), rtol=RTOL)
 
@@ -77,7 +92,7 @@ def test_back_side_is_black(variant):
     bsdf, ctx = built(variant, **QUICK, eta=1.56, diffuse_reflectance=0.3), mi.BSDFContext()
     up, down = direction(30, 0), direction(150, 0)
     for wi, wo in [(up, down), (down, up), (down, down)]:
-        value, pdf = bsdf.eval_pdf(ctx, interaction(wi), mi.Vector3f(wo))
+        value, pdf = together(*bsdf.eval_pdf(ctx, interaction(wi), opaque(mi.Vector3f(wo))))
         assert np.all(first_entry(value) == 0)
         assert np.all(np.array(pdf) == 0)
 
