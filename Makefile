@@ -9,6 +9,10 @@ CARGO  := cargo
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
 
+# Tests start hundreds of interpreters, and packages come without their modules compiled (scripts/setup.sh): where the
+# environment forbids keeping these, as images of containers do, each would compile them once more.
+unexport PYTHONDONTWRITEBYTECODE
+
 # Two builds at a time would only wait for each other.
 .NOTPARALLEL:
 .PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo scenes crosscheck bench figures docs api-docs web web-serve test-web bench-web clean help

@@ -128,8 +128,7 @@ impl Lobe<'_> {
             let rule: &[(f64, f64)] = if fine { &LEGENDRE_16 } else { &LEGENDRE_6 };
             let widest = PHASE_PANEL / setting.phase * rule.len() as f64 / LEGENDRE_16.len() as f64;
             let norm = p / (TAU.sqrt() * sigma);
-            in_panels(between, widest, rule).for_each(|(psi, weight)| {
-                let (sin, cos) = psi.sin_cos();
+            in_panels(between, widest, rule).for_each(|((sin, cos), weight)| {
                 let (r, cos) = (reach * sin, reach * cos);
                 let z = (r - rho) / sigma;
                 let density = norm * (-0.5 * z * z).exp();

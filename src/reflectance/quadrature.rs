@@ -2,6 +2,7 @@
 
 use super::Vec3;
 use std::f64::consts::FRAC_PI_2;
+use wide::f64x4;
 
 /// Cosine of an incidence below which the horizon has panels of its own, and how many such cosines these are wide.
 const GRAZING_COS: f64 = 0.03;
@@ -62,16 +63,14 @@ pub(super) fn hemisphere(between: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, m
     // Of the places in a row: sin ψ, cos ψ and weight. Most rows go from one horizon to the other, so that one serves them all.
     let (mut row, mut row_between) = (Vec::new(), [f64::NAN; 2]);
     for piece in ends.windows(2) {
-        in_panels([piece[0], piece[1]], widest[1], &LEGENDRE_16).for_each(|(alpha, weight_y)| {
-            let (y, across) = alpha.sin_cos();
+        in_panels([piece[0], piece[1]], widest[1], &LEGENDRE_16).for_each(|((y, across), weight_y)| {
             let between = between_x.map(|x| (x / across.max(f64::MIN_POSITIVE)).clamp(-1.0, 1.0).asin());
             if between != row_between {
                 row_between = between;
                 row.clear();
                 let [low, high] = between.map(|psi: f64| psi.clamp(-edge, edge));
                 let parts = [[between[0], low], [low, high], [high, between[1]]].into_iter();
-                let places = parts.flat_map(|part| in_panels(part, widest[0], &LEGENDRE_16));
-                row.extend(places.map(|(psi, weight)| (psi.sin_cos(), weight)));
+                row.extend(parts.flat_map(|part| in_panels(part, widest[0], &LEGENDRE_16)));
             }
             for &((sin, cos), weight_x) in &row {
                 visit([across * sin, y, across * cos], weight_x * weight_y * across * across * cos);
@@ -80,19 +79,28 @@ pub(super) fn hemisphere(between: [[f64; 2]; 2], widest: [f64; 2], cos_i: f64, m
     }
 }
 
-/// Places between two with their weights, those of a rule in each of as many panels as `widest` asks for; none if the two
-/// are in the wrong order.
+/// Sines and cosines of angles between two with the weights of these, those of a rule in each of as many panels as `widest`
+/// asks for; none if the two are in the wrong order.
 pub(super) fn in_panels(
     [low, high]: [f64; 2],
     widest: f64,
     rule: &'static [(f64, f64)],
-) -> impl Iterator<Item = (f64, f64)> {
+) -> impl Iterator<Item = ((f64, f64), f64)> {
     let range = (high - low).max(0.0);
     let panels = (range / widest).ceil() as usize;
     let half = 0.5 * range / panels.max(1) as f64;
+    // All panels have the same angles from their middles, so that one sine and cosine of its own do for each.
+    let mut turns = [(0.0, 0.0); LEGENDRE_16.len()];
+    for (turns, nodes) in turns.chunks_mut(4).zip(rule.chunks(4)) {
+        let angle = |i: usize| nodes.get(i).map_or(0.0, |(node, _)| half * node);
+        let (sin, cos) = f64x4::new(std::array::from_fn(angle)).sin_cos();
+        turns.iter_mut().zip(sin.to_array().into_iter().zip(cos.to_array())).for_each(|(turn, found)| *turn = found);
+    }
     (0..panels).flat_map(move |panel| {
-        let middle = low + (2 * panel + 1) as f64 * half;
-        let pair = move |&(node, weight): &(f64, f64)| [-node, node].map(|node| (middle + half * node, half * weight));
-        rule.iter().flat_map(pair)
+        let (sin, cos) = (low + (2 * panel + 1) as f64 * half).sin_cos();
+        let turned = move |turn: f64, across: f64| (sin * across + cos * turn, cos * across - sin * turn);
+        rule.iter().zip(turns).flat_map(move |(&(_, weight), (turn, across))| {
+            [-turn, turn].map(|turn| (turned(turn, across), half * weight))
+        })
     })
 }

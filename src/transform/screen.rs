@@ -2,6 +2,7 @@ use super::{Direction, Fft2};
 use crate::height_field::HeightField;
 use rayon::prelude::*;
 use sunbeam_fourier::num_complex::Complex64;
+use wide::f64x4;
 
 /// Transforms the phase screen of one tile at any κ: `c_j(κ)` for every order `j`, by FFT in double precision.
 ///
@@ -36,7 +37,16 @@ impl OrderTransform {
 
     /// The phase screen `exp(iκh)` itself, row-major, `kappa` in rad/µm.
     pub fn screen(&self, kappa: f64) -> Vec<Complex64> {
-        self.centred_um.par_iter().with_min_len(4096).map(|&h| Complex64::cis(kappa * h)).collect()
+        let mut screen = vec![Complex64::ZERO; self.centred_um.len()];
+        screen.par_chunks_mut(4096).zip(self.centred_um.par_chunks(4096)).for_each(|(screen, heights)| {
+            for (screen, heights) in screen.chunks_mut(4).zip(heights.chunks(4)) {
+                let phase = |i: usize| heights.get(i).map_or(0.0, |h| kappa * h);
+                let (sin, cos) = f64x4::new(std::array::from_fn(phase)).sin_cos();
+                let parts = cos.to_array().into_iter().zip(sin.to_array());
+                screen.iter_mut().zip(parts).for_each(|(screen, (re, im))| *screen = Complex64::new(re, im));
+            }
+        });
+        screen
     }
 
     /// Every `c_j(κ)`, bins in FFT order, row-major `[jy][jx]`; `kappa` in rad/µm. `Σ|c_j|² = 1`.
