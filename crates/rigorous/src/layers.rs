@@ -184,6 +184,10 @@ impl Assembly<'_> {
 /// One up to the first distance, zero from the second on, smooth between.
 fn window(r: f64, [from, to]: [f64; 2]) -> f64 {
     let t = ((r - from) / (to - from)).clamp(0.0, 1.0);
+    // Most places lie on either side.
+    if t == 0.0 || t == 1.0 {
+        return 1.0 - t;
+    }
     let inner = (0.5 * PI * t).sin();
     let outer = (0.5 * PI * inner * inner).cos();
     outer * outer

@@ -80,16 +80,25 @@ fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
     one(0).into_iter().zip(one(1)).map(|(a, b)| [a, b]).collect()
 }
 
-/// The sums of two Chebyshev series at x, by Clenshaw's recurrence.
+/// The sums of two Chebyshev series of at least two terms at x, by Clenshaw's recurrence over the even terms and over the odd
+/// ones, which need not wait for each other: with y = T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`.
 fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
-    let zero = [Complex64::ZERO; 2];
-    let (mut one_on, mut two_on) = (zero, zero);
-    for c in coefficients[1..].iter().rev() {
-        let next = [0, 1].map(|i| c[i] + one_on[i] * (2.0 * x) - two_on[i]);
-        two_on = one_on;
-        one_on = next;
+    let y = 2.0 * x * x - 1.0;
+    // Of either kind the recurrence's last two.
+    let mut last = [[[Complex64::ZERO; 2]; 2]; 2];
+    for both in coefficients[2..].chunks(2).rev() {
+        for ([one_on, two_on], c) in last.iter_mut().zip(both) {
+            let next = [0, 1].map(|i| c[i] + one_on[i] * (2.0 * y) - two_on[i]);
+            *two_on = std::mem::replace(one_on, next);
+        }
     }
-    [0, 1].map(|i| coefficients[0][i] + one_on[i] * x - two_on[i])
+    // T₃ = (2y − 1)·x.
+    let [even, odd] = [y, 2.0 * y - 1.0];
+    [0, 1].map(|i| {
+        let [[even_one, even_two], [odd_one, odd_two]] = last.map(|last| last.map(|pair| pair[i]));
+        let odd = coefficients[1][i] - odd_two + odd_one * odd;
+        coefficients[0][i] - even_two + even_one * even + odd * x
+    })
 }
 
 /// The e of 2^e ≤ x < 2^{e+1}, for positive normal x.
