@@ -65,9 +65,10 @@ fi
 
 # Only what changed is built again.
 say "1/4 the code"
-# Beside it: the code is linked on one core.
+# Beside it, since the code is linked on one core; what is wrong with it is told by the build that follows.
 build_bindgen >/dev/null 2>&1 &
 bindgen=$!
+trap 'kill "$bindgen" 2>/dev/null || true' EXIT
 build_code
 say "2/4 the JavaScript around it"
 wait "$bindgen" || build_bindgen
