@@ -1,8 +1,8 @@
 //! Quadrature over the hemisphere of directions, in coordinates in which the horizon is smooth.
 
 use super::Vec3;
+use crate::numeric::math::sines_and_cosines;
 use std::f64::consts::FRAC_PI_2;
-use wide::f64x4;
 
 /// Cosine of an incidence below which the horizon has panels of its own, and how many such cosines these are wide.
 const GRAZING_COS: f64 = 0.03;
@@ -93,8 +93,7 @@ pub(super) fn in_panels(
     let mut turns = [(0.0, 0.0); LEGENDRE_16.len()];
     for (turns, nodes) in turns.chunks_mut(4).zip(rule.chunks(4)) {
         let angle = |i: usize| nodes.get(i).map_or(0.0, |(node, _)| half * node);
-        let (sin, cos) = f64x4::new(std::array::from_fn(angle)).sin_cos();
-        turns.iter_mut().zip(sin.to_array().into_iter().zip(cos.to_array())).for_each(|(turn, found)| *turn = found);
+        turns.copy_from_slice(&sines_and_cosines(std::array::from_fn(angle)));
     }
     (0..panels).flat_map(move |panel| {
         let (sin, cos) = (low + (2 * panel + 1) as f64 * half).sin_cos();

@@ -1,8 +1,8 @@
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
+use crate::numeric::math::sines_and_cosines;
 use rayon::prelude::*;
 use sunbeam_fourier::num_complex::Complex64;
-use wide::f64x4;
 
 /// Transforms the phase screen of one tile at any κ: `c_j(κ)` for every order `j`, by FFT in double precision.
 ///
@@ -41,9 +41,8 @@ impl OrderTransform {
         screen.par_chunks_mut(4096).zip(self.centred_um.par_chunks(4096)).for_each(|(screen, heights)| {
             for (screen, heights) in screen.chunks_mut(4).zip(heights.chunks(4)) {
                 let phase = |i: usize| heights.get(i).map_or(0.0, |h| kappa * h);
-                let (sin, cos) = f64x4::new(std::array::from_fn(phase)).sin_cos();
-                let parts = cos.to_array().into_iter().zip(sin.to_array());
-                screen.iter_mut().zip(parts).for_each(|(screen, (re, im))| *screen = Complex64::new(re, im));
+                let found = sines_and_cosines(std::array::from_fn(phase));
+                screen.iter_mut().zip(found).for_each(|(screen, (sin, cos))| *screen = Complex64::new(cos, sin));
             }
         });
         screen
