@@ -32,7 +32,8 @@ impl Drop for Process {
 /// A display that nobody sees; `None` where there is no Xvfb.
 fn display() -> Option<(Process, String)> {
     let mut command = Command::new("Xvfb");
-    command.args(["-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]);
+    // It would start anew whenever its last client leaves, as xdotool does, and refuse whoever comes meanwhile.
+    command.args(["-noreset", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]);
     let mut child = match command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn() {
         Err(error) if error.kind() == ErrorKind::NotFound => return None,
         spawned => spawned.unwrap(),
