@@ -16,7 +16,7 @@ import sys
 # dependencies that a build of either takes in.
 ALONE = {
     "normal,build": ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"],
-    "normal,build,dev": ["sunbeam", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
+    "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
 # Of the library.
 DEPENDENCIES_MAX = 15

@@ -73,12 +73,14 @@ pub mod colour_table;
 pub mod config;
 #[cfg(feature = "rigorous")]
 pub mod grating;
-pub mod height_field;
 pub mod methods;
 pub mod numeric;
 pub mod reflectance;
 pub mod table;
 pub mod transform;
+
+#[doc(inline)]
+pub use sunbeam_height_field as height_field;
 
 #[cfg(feature = "cache")]
 pub use cache::Cache;

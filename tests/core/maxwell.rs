@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use sunbeam::height_field::HeightField;
+use sunbeam::height_field::{FileScale, HeightField};
 use sunbeam::reflectance::{ComplexIndex, Obliquity, Options, Pair, SpectralIndex};
 
 /// Pixels of the crops, which are periodic and smooth, and how much more finely the phase has to be sampled.
@@ -57,9 +57,11 @@ fn finer_along_rows(heights: &Array2<f64>) -> Array2<f64> {
 /// Shares of the reflected power that the model sends elsewhere, light by light: of those up to [`THETA_MAX_DEG`], and of the
 /// others.
 fn misplaced(folder: &Path, species: &str, obliquity: Obliquity) -> [Vec<f64>; 2] {
-    let heights: Array2<f64> = ndarray_npy::read_npy(folder.join(format!("{species}_A.npy"))).unwrap();
+    let scale = FileScale { pixel_size_um: Some(PIXEL_UM), ..FileScale::default() };
+    let crop = HeightField::read(folder.join(format!("{species}_A.npy")), &scale).unwrap();
+    let heights = crop.heights_um();
     let period_um = [heights.ncols() as f64 * PIXEL_UM, heights.nrows() as f64 * PIXEL_UM];
-    let fine = finer_along_rows(&finer_along_rows(&heights));
+    let fine = finer_along_rows(&finer_along_rows(heights));
     let pixel_um = PIXEL_UM / FINER as f64;
     let index = Some(SpectralIndex::Constant(KERATIN)).filter(|_| obliquity == Obliquity::SmallSlope);
     let options = Options { obliquity, index, ..Options::default() };

@@ -1,8 +1,8 @@
 //! *Elaphe*: long tapering fingers, 1.144 µm apart, that go over into those of the next layer.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
-use crate::height_field::random::{Random, smooth_step};
-use crate::height_field::{HeightField, HeightFieldError};
+use crate::random::{Random, smooth_step};
+use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
 const SEED: u64 = 0x000e_1a9e_0001;
@@ -105,7 +105,7 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
 
 /// The skin turned by a quarter, so that the fingers point along +y and are 1.144 µm apart along x, where Single 2014
 /// measure the periodicity; in the published picture the fingers lie along x.
-pub(in crate::height_field) fn elaphe(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
+pub(crate) fn elaphe(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let (heights, step) = along_x(regions);
     // The turn by +90° takes (x, y) to (−y, x).
     let turned = Array2::from_shape_fn((PIXELS, PIXELS), |(iy, ix)| heights[[PIXELS - 1 - ix, iy]]);

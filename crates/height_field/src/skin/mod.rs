@@ -146,7 +146,7 @@ fn mix(a: f64, b: f64, share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::height_field::{HeightField, Preset, Regions};
+    use crate::{HeightField, Preset, Regions};
 
     /// Largest step between neighbours, inside and over the seam, along x and along y.
     fn steps(field: &HeightField) -> [(f64, f64); 2] {

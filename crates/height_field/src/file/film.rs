@@ -1,6 +1,6 @@
 //! Filling the holes of a file.
 
-use crate::height_field::Fill;
+use crate::Fill;
 use ndarray::Array2;
 
 /// Residual at which the film over the holes counts as found, relative to that of a flat one.

@@ -3,7 +3,7 @@
 use super::raw::known;
 use super::units::micrometres;
 use super::{Parsed, Raw, Values, channel};
-use crate::height_field::HeightField;
+use crate::HeightField;
 use ndarray::Array2;
 use std::collections::HashMap;
 

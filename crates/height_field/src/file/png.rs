@@ -1,7 +1,7 @@
 //! PNG: 8- or 16-bit grey.
 
 use super::{Parsed, Raw, Values, channel};
-use crate::height_field::HeightField;
+use crate::HeightField;
 use ndarray::Array2;
 use png::{BitDepth, ColorType, PixelDimensions, Unit};
 use std::io::Cursor;

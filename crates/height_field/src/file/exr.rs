@@ -1,7 +1,7 @@
 //! OpenEXR: one float channel of heights in µm.
 
 use super::{Parsed, Raw, Values, channel};
-use crate::height_field::HeightField;
+use crate::HeightField;
 use exr::prelude::*;
 use ndarray::Array2;
 use std::io::Cursor;

@@ -1,7 +1,7 @@
 //! NumPy arrays: floats in µm, or integers whose largest value is full scale.
 
 use super::{Parsed, Raw, Values, channel};
-use crate::height_field::HeightField;
+use crate::HeightField;
 use ndarray::Array2;
 use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement, WriteNpyExt};
 

@@ -1,7 +1,7 @@
 //! Sub-regions of a skin: squares in which its periods are a little shorter or longer.
 
 use super::PIXELS;
-use crate::height_field::HeightFieldError;
+use crate::HeightFieldError;
 use ndarray::Array2;
 use std::ops::RangeInclusive;
 
@@ -63,7 +63,7 @@ impl Regions {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::height_field::{HeightField, Preset};
+    use crate::{HeightField, Preset};
     use std::f64::consts::TAU;
 
     /// Power of the heights at a frequency along x in cycles/µm, of the left or right half of the tile, with a Hann window

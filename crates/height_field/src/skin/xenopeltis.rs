@@ -1,8 +1,8 @@
 //! *Xenopeltis*, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
-use crate::height_field::random::{Random, smooth_step};
-use crate::height_field::{HeightField, HeightFieldError};
+use crate::random::{Random, smooth_step};
+use crate::{HeightField, HeightFieldError};
 use std::f64::consts::TAU;
 
 const SEED: u64 = 0x5e40_9e17_0001;
@@ -58,7 +58,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
 }
 
 /// The skin as in the scan: fingers point along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart along y.
-pub(in crate::height_field) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
+pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let extent = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {

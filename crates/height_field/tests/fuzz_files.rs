@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
 
-#[path = "../src/height_field/file/tests/samples.rs"]
+#[path = "../src/file/tests/samples.rs"]
 #[allow(dead_code)]
 mod samples;
 

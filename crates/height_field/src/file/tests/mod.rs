@@ -6,7 +6,7 @@ mod measured;
 mod samples;
 
 use super::*;
-use crate::height_field::Preset;
+use crate::Preset;
 use ndarray::Array2;
 use std::path::PathBuf;
 
@@ -236,7 +236,7 @@ fn missing_files_extensions_and_bad_parameters() {
 #[test]
 fn scans_are_the_same_as_picture_and_as_field() {
     let folder = std::env::var_os("SUNBEAM_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/afm"), PathBuf::from);
+        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/afm"), PathBuf::from);
     for name in ["elaphe", "xenopeltis"] {
         let Ok(text) = std::fs::read_to_string(folder.join(format!("{name}.json"))) else {
             eprintln!("SKIPPED: no scan {name} in {}; set SUNBEAM_DATA to the folder of the scans", folder.display());

@@ -1,7 +1,7 @@
 //! What parsers make of a file, and how it becomes a height field.
 
 use super::{FileField, FileScale, ReadOptions};
-use crate::height_field::{Fill, HeightField, HeightFieldError};
+use crate::{Fill, HeightField, HeightFieldError};
 use ndarray::{Array2, Axis};
 use std::path::Path;
 
