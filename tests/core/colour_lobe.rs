@@ -359,7 +359,8 @@ const LARGEST: f64 = 60.0;
 #[test]
 fn weights_are_even() {
     for name in [Preset::Blazed, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
-        let options = Options::default();
+        // A disc makes next to no energy, and to see that takes longest.
+        let options = if name == Preset::Cd { options() } else { Options::default() };
         let kept = build(&preset(name), &options, None);
         let surface = &kept.0;
         println!("{name}: {:?}", surface.report());
