@@ -6,6 +6,8 @@ READY  := .venv/.ready
 PLUGIN := target/mitsuba/plugins/diffraction.so
 LIBRARY := target/c_abi
 CARGO  := cargo
+# What the library begins with.
+GROUND := -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous -p sunbeam-unify --features sunbeam-height-field/files
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
 
@@ -39,10 +41,10 @@ help:
 
 setup: $(READY)
 
-# Packages come over the network while the C library, which needs none of them, is compiled. Its errors are told by the build
-# that follows.
+# Packages come over the network while that is compiled which needs none of them. Its errors are told by the build that follows,
+# in which the plugin's C++ is compiled beside the library.
 $(READY): requirements.lock scripts/setup.sh
-	@$(CARGO) build --release --quiet -p sunbeam-c >/dev/null 2>&1 & compiling=$$!; \
+	@$(CARGO) build --release --quiet $(GROUND) >/dev/null 2>&1 & compiling=$$!; \
 	PYTHON="$(PYTHON)" scripts/setup.sh; ready=$$?; \
 	[ $$ready = 0 ] || kill $$compiling 2>/dev/null; wait $$compiling; exit $$ready
 

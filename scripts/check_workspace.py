@@ -9,8 +9,10 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 # Members that the Makefile builds alone, and those whose tests docs/contributing.md runs alone; with the kinds of
 # dependencies that a build of either takes in.
@@ -18,6 +20,8 @@ ALONE = {
     "normal,build": ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"],
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
+# What the Makefile compiles before there are Python's packages.
+GROUND = re.search(r"^GROUND := (.*)$", Path("Makefile").read_text(), re.M)[1].split()
 # Of the library.
 DEPENDENCIES_MAX = 15
 
@@ -32,12 +36,13 @@ def features(edges: str, *selection: str) -> set[str]:
 
 
 def compiled_twice() -> list[str]:
+    builds = [(edges, ["--package", member]) for edges, members in ALONE.items() for member in members]
+    builds.append(("normal,build", GROUND))
+    together = {edges: features(edges, "--workspace") for edges in ALONE}
     return [
-        f"{member} alone compiles {package}"
-        for edges, members in ALONE.items()
-        for together in [features(edges, "--workspace")]
-        for member in members
-        for package in sorted(features(edges, "--package", member) - together)
+        f"{' '.join(selection)} alone compiles {package}"
+        for edges, selection in builds
+        for package in sorted(features(edges, *selection) - together[edges])
     ]
 
 
