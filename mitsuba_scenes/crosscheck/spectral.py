@@ -20,19 +20,20 @@ POINTS_PER_BAND = 101
 
 
 def film(view: View, quadrature: Quadrature) -> dict:
-    """A film with a triangular band around each wavelength, which together interpolate between them.
+    """A film whose bands respond as each colour is weighted, straight between the wavelengths.
 
-    The bands are as high as their colours count, since the film draws its wavelengths in that proportion.
+    No band is negative: what a colour takes away is a band of its own.
     """
-    step, heights = quadrature.step_nm, band_heights(quadrature)
+    step, nm = quadrature.step_nm, quadrature.wavelengths_nm
+    nodes = [nm[0] - step, *nm, nm[-1] + step]
     bands = {
-        # Mitsuba sorts its properties by name, and numbers in them by their value.
-        f"band_{i:04d}": {
+        # Mitsuba sorts its properties by name.
+        f"band_{i}": {
             "type": "irregular",
-            "wavelengths": f"{nm - step}, {nm}, {nm + step}",
-            "values": f"0, {height}, 0",
+            "wavelengths": ", ".join(map(str, nodes)),
+            "values": ", ".join(map(str, [0.0, *response, 0.0])),
         }
-        for i, (nm, height) in enumerate(zip(quadrature.wavelengths_nm, heights))
+        for i, (_, response) in enumerate(_responses(quadrature))
     }
     return {
         "type": "specfilm",
@@ -44,19 +45,22 @@ def film(view: View, quadrature: Quadrature) -> dict:
     }
 
 
-def band_heights(quadrature: Quadrature) -> np.ndarray:
-    """The height of each band: what its colour counts at most, and not nothing where that is next to nothing."""
-    counts = np.abs(quadrature.weights).max(axis=1)
-    return np.maximum(counts / counts.max(), 0.02)
-
-
 def colours(bands: np.ndarray, quadrature: Quadrature) -> np.ndarray:
-    """Linear sRGB of a picture in bands: in each one the mean reflectance, lit by D65 as the weights have it."""
+    """Linear sRGB of a picture in these bands: weighted, the mean reflectance about each wavelength in D65."""
+    return bands @ np.array([signs for signs, _ in _responses(quadrature)])
+
+
+def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
+    """What each band adds to linear sRGB, one or minus one, and its response at the wavelengths, nowhere negative.
+
+    A triangle about a wavelength is lit by so much of D65, which its weight is of.
+    """
     across = np.linspace(-1, 1, POINTS_PER_BAND)
     nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * across
     light = np.interp(nm, *_d65()).reshape(nm.shape) * (1 - np.abs(across))
-    white = light.sum(axis=1) * quadrature.step_nm * (across[1] - across[0]) * band_heights(quadrature)
-    return (bands / white) @ quadrature.weights
+    weights = quadrature.weights.T / (light.sum(axis=1) * quadrature.step_nm * (across[1] - across[0]))
+    signed = [(sign * np.eye(3)[c], np.maximum(sign * weights[c], 0.0)) for c in range(3) for sign in (1, -1)]
+    return [(signs, response) for signs, response in signed if response.any()]
 
 
 def _d65() -> tuple[np.ndarray, np.ndarray]:
