@@ -53,7 +53,7 @@ def colours(bands: np.ndarray, quadrature: Quadrature) -> np.ndarray:
 def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
     """What each band adds to linear sRGB, one or minus one, and its response at the wavelengths, nowhere negative.
 
-    A triangle about a wavelength is lit by so much of D65, which its weight is of.
+    A weight counts the reflectance in D65, so it is divided by the D65 in the triangle about its wavelength.
     """
     across = np.linspace(-1, 1, POINTS_PER_BAND)
     nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * across

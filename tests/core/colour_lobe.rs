@@ -359,7 +359,7 @@ const LARGEST: f64 = 60.0;
 #[test]
 fn weights_are_even() {
     for name in [Preset::Blazed, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
-        // A disc makes next to no energy, and to see that takes longest.
+        // The table that keeps energy takes longest to build, and a disc's weights are even without it; a skin's are not.
         let options = if name == Preset::Cd { options() } else { Options::default() };
         let kept = build(&preset(name), &options, None);
         let surface = &kept.0;
