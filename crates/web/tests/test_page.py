@@ -542,5 +542,11 @@ def test_the_page_answers_while_it_computes(host):
     # A long task is seen.
     with Browser(traced=True) as browser:
         Page(browser, host).open(size=SMALL)
-        browser.js("const end = performance.now() + 1000; while (performance.now() < end);")
+        browser.js("""
+            setTimeout(() => {
+                const end = performance.now() + 1000;
+                while (performance.now() < end);
+                window.waited = true;
+            })""")
+        browser.wait("return window.waited", "the long task")
         assert max(browser.task_ms("loaded")) > LONG_MS
