@@ -2,11 +2,9 @@
 
 use crate::discretisation::Discretisation;
 use crate::layers::layers;
-use crate::linear::{Matrix, product, solve};
+use crate::linear::{Matrix, from_fn, product, solve, zeros};
 use crate::metal::response;
 use crate::{Amplitudes, Error, Medium, MetalTable};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Par};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -54,25 +52,20 @@ impl<'a> Air<'a> {
             .collect();
         let nodes = &mesh.coarse;
         let layers = layers(nodes, 1, Complex64::new(along * t, 0.0), b)?;
-        let mut exterior = layers.double;
-        for j in 0..nodes.len() {
-            for value in exterior.col_as_slice_mut(j) {
-                *value = -*value;
-            }
-            exterior[(j, j)] += 0.5;
-        }
+        let mut exterior = -layers.double;
+        exterior.diag_mut().map_inplace(|value| *value += 0.5);
         let derivative = mesh.derivative(b);
         let single_derivative = product(&layers.single, &derivative);
         let (n, count, step) = (nodes.len(), orders.len(), nodes.step());
-        let incident = Matrix::from_fn(n, count, |i, m| Complex64::cis(alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]));
+        let incident = from_fn(n, count, |i, m| Complex64::cis(alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]));
         let outgoing = |m: usize, i: usize| {
             Complex64::cis(-alpha[m] * nodes.x[i] - beta[m] * nodes.z[i]) * (step / (2.0 * period * beta[m]))
         };
-        let from_field = Matrix::from_fn(count, n, |m, i| {
+        let from_field = from_fn(count, n, |m, i| {
             let [nx, nz] = nodes.normal[i];
             outgoing(m, i) * ((alpha[m] * nx + beta[m] * nz) * nodes.speed[i])
         });
-        let from_flux = Matrix::from_fn(count, n, |m, i| -Complex64::I * outgoing(m, i));
+        let from_flux = from_fn(count, n, |m, i| -Complex64::I * outgoing(m, i));
         let single = layers.single;
         Ok(Self {
             mesh,
@@ -141,8 +134,8 @@ impl<'a> Air<'a> {
 
     /// Ey vanishes on the metal, and Hy's normal derivative: two problems of their own.
     fn solve_perfect(&self) -> Result<Amplitudes, Error> {
-        let flux = solve(&self.single, self.incident.clone(), "the field of Ey")?;
-        let field = solve(&self.exterior, self.incident.clone(), "the field of Hy")?;
+        let flux = solve(&self.single, &self.incident, "the field of Ey")?;
+        let field = solve(&self.exterior, &self.incident, "the field of Hy")?;
         let (electric, magnetic) = (product(&self.from_flux, &flux), product(&self.from_field, &field));
         let count = self.orders.len();
         let amplitude = |out: usize, from: usize| {
@@ -167,35 +160,25 @@ impl<'a> Air<'a> {
         let (fields_e, fields_h) = if coupled {
             self.solve_coupled(&through, electric, magnetic, coupling)?
         } else {
-            let zero = || Matrix::zeros(n, count);
-            let e = solve(&self.planar(&through, electric), self.incident.clone(), "the field of Ey")?;
-            let h = solve(&self.planar(&through, magnetic), self.incident.clone(), "the field of Hy")?;
+            let zero = || zeros(n, count);
+            let e = solve(&self.planar(&through, electric), &self.incident, "the field of Ey")?;
+            let h = solve(&self.planar(&through, magnetic), &self.incident, "the field of Hy")?;
             (beside(&e, &zero()), beside(&zero(), &h))
         };
         let flux_of = |own: &Matrix, other: &Matrix, weight: Complex64, coupling: Complex64| {
-            let mut flux = product(response, own);
-            for j in 0..flux.ncols() {
-                for value in flux.col_as_slice_mut(j) {
-                    *value *= weight;
-                }
-            }
+            let mut flux = product(response, own) * weight;
             if coupled {
-                matmul(&mut flux, Accum::Add, &self.derivative, other, coupling, Par::Seq);
+                flux.scaled_add(coupling, &product(&self.derivative, other));
             }
             flux
         };
         let flux_e = flux_of(&fields_e, &fields_h, electric, -coupling);
         let flux_h = flux_of(&fields_h, &fields_e, magnetic, coupling);
-        let radiated = |field: &Matrix, flux: &Matrix| {
-            let mut sum = product(&self.from_field, field);
-            matmul(&mut sum, Accum::Add, &self.from_flux, flux, Complex64::ONE, Par::Seq);
-            sum
-        };
+        let radiated =
+            |field: &Matrix, flux: &Matrix| product(&self.from_field, field) + product(&self.from_flux, flux);
         let (out_e, out_h) = (radiated(&fields_e, &flux_e), radiated(&fields_h, &flux_h));
         // Columns: light in Ey of each order, then light in Hy.
-        let amplitude = |out: usize, from: usize| {
-            [out_e.as_ref(), out_h.as_ref()].map(|of| [of[(out, from)], of[(out, count + from)]])
-        };
+        let amplitude = |out: usize, from: usize| [&out_e, &out_h].map(|of| [of[(out, from)], of[(out, count + from)]]);
         let absorbed = (0..count)
             .map(|from| {
                 [from, count + from].map(|column| {
@@ -210,7 +193,7 @@ impl<'a> Air<'a> {
     /// `½ − K + weight·S W`.
     fn planar(&self, through: &Matrix, weight: Complex64) -> Matrix {
         let n = self.mesh.nodes();
-        Matrix::from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * through[(i, j)])
+        from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * through[(i, j)])
     }
 
     /// Ey and Hy at the nodes (rows) for light in Ey of each order and then in Hy of each (columns).
@@ -222,7 +205,7 @@ impl<'a> Air<'a> {
         coupling: Complex64,
     ) -> Result<(Matrix, Matrix), Error> {
         let (n, count) = (self.mesh.nodes(), self.orders.len());
-        let mut system = Matrix::zeros(2 * n, 2 * n);
+        let mut system = zeros(2 * n, 2 * n);
         for j in 0..n {
             for i in 0..n {
                 let (air, below) = (self.exterior[(i, j)], through[(i, j)]);
@@ -233,34 +216,28 @@ impl<'a> Air<'a> {
                 system[(n + i, j)] = across;
             }
         }
-        let mut right = Matrix::zeros(2 * n, 2 * count);
+        let mut right = zeros(2 * n, 2 * count);
         for m in 0..count {
             for i in 0..n {
                 right[(i, m)] = self.incident[(i, m)];
                 right[(n + i, count + m)] = self.incident[(i, m)];
             }
         }
-        let fields = solve(&system, right, "the coupled fields")?;
-        let half = |from: usize| Matrix::from_fn(n, 2 * count, |i, j| fields[(from + i, j)]);
+        let fields = solve(&system, &right, "the coupled fields")?;
+        let half = |from: usize| from_fn(n, 2 * count, |i, j| fields[(from + i, j)]);
         Ok((half(0), half(n)))
     }
 
     /// `−Im ∫ u* ∂νu ds`: what one component carries into the lower medium.
     fn inward(&self, field: &Matrix, flux: &Matrix, column: usize) -> f64 {
-        let (field, flux) = (field.col_as_slice(column), flux.col_as_slice(column));
+        let (field, flux) = (field.column(column), flux.column(column));
         -self.mesh.coarse.step() * field.iter().zip(flux).map(|(u, q)| (u.conj() * q).im).sum::<f64>()
     }
 }
 
 fn beside(left: &Matrix, right: &Matrix) -> Matrix {
     let split = left.ncols();
-    Matrix::from_fn(
-        left.nrows(),
-        split + right.ncols(),
-        |i, j| {
-            if j < split { left[(i, j)] } else { right[(i, j - split)] }
-        },
-    )
+    from_fn(left.nrows(), split + right.ncols(), |i, j| if j < split { left[(i, j)] } else { right[(i, j - split)] })
 }
 
 /// t, away from where an order passes off.

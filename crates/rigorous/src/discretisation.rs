@@ -2,7 +2,7 @@
 
 use crate::error::{finite, positive};
 use crate::interpolation::Interpolation;
-use crate::linear::Matrix;
+use crate::linear::{Matrix, from_fn};
 use crate::nodes::{Nodes, share};
 use crate::profile::Shape;
 use crate::{Air, Error, Medium, Profile};
@@ -135,7 +135,7 @@ impl Discretisation {
         let (nodes, n) = (&self.coarse, self.coarse.len());
         let alpha = TAU * bloch / nodes.period;
         let turn: Vec<Complex64> = nodes.x.iter().map(|x| Complex64::cis(alpha * x)).collect();
-        Matrix::from_fn(n, n, |i, j| {
+        from_fn(n, n, |i, j| {
             if i == j {
                 Complex64::new(0.0, alpha * nodes.normal[i][1] * nodes.speed[i])
             } else {

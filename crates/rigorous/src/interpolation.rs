@@ -1,6 +1,6 @@
 //! From the nodes to finer ones.
 
-use crate::linear::Matrix;
+use crate::linear::{Matrix, zeros};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
@@ -36,19 +36,19 @@ impl Interpolation {
     /// `layer·B`, with B from values at the nodes, quasi-periodic by `bloch` turns, to values at the finer ones.
     pub(crate) fn apply(&self, layer: &Matrix, bloch: f64) -> Matrix {
         let (factor, n) = (self.weights.len(), self.nodes);
-        let mut result = Matrix::zeros(layer.nrows(), n);
+        let mut result = zeros(layer.nrows(), n);
         for fine in 0..layer.ncols() {
-            let from = layer.col_as_slice(fine);
+            let from = layer.column(fine);
             for (j, &weight) in self.weights[fine % factor].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
                 // Counted from REACH nodes before the first, to stay above zero.
                 let node = fine / factor + j + n - REACH;
                 let (turn, node) = ((node / n) as f64 - 1.0, node % n);
-                let into = result.col_as_slice_mut(node).iter_mut().zip(from);
+                let mut into = result.column_mut(node);
                 if turn == 0.0 {
-                    into.for_each(|(into, from)| *into += from * weight);
+                    into.zip_mut_with(&from, |into, from| *into += from * weight);
                 } else {
                     let weight = weight * Complex64::cis(TAU * bloch * turn);
-                    into.for_each(|(into, from)| *into += from * weight);
+                    into.zip_mut_with(&from, |into, from| *into += from * weight);
                 }
             }
         }
@@ -59,12 +59,13 @@ impl Interpolation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::linear::from_fn;
 
     #[test]
     fn a_wave_is_interpolated_across_the_period() {
         let (n, factor, bloch) = (32, 5, 0.3);
         let wave = |t: f64| Complex64::cis((2.0 + bloch) * TAU * t);
-        let identity = Matrix::from_fn(n * factor, n * factor, |i, j| Complex64::from(f64::from(i == j)));
+        let identity = from_fn(n * factor, n * factor, |i, j| Complex64::from(f64::from(i == j)));
         let interpolation = Interpolation::new(n, factor).apply(&identity, bloch);
         for i in 0..n * factor {
             let sum: Complex64 = (0..n).map(|j| interpolation[(i, j)] * wave((j as f64 + 0.5) / n as f64)).sum();

@@ -5,7 +5,8 @@
 
 use crate::Error;
 use crate::special::{Radial, chebyshev_coefficients, chebyshev_nodes, expint_1, faddeeva};
-use faer::{Accum, Mat, Par, linalg::matmul::matmul};
+use ndarray::linalg::general_mat_mul;
+use ndarray::{Array1, Array2, ArrayView2, Axis, ShapeBuilder, Zip, s};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
@@ -25,10 +26,10 @@ pub(crate) struct LatticeSum {
     half_x: f64,
     half_z: f64,
     terms_x: usize,
-    /// Of F, even in z, so that only even polynomials in z occur; as many odd ones in its derivative over z.
+    /// Of F, even in z, so that only even polynomials in z occur.
     terms_z: usize,
-    /// Rows: polynomials in x. Columns: polynomials in z, for each of the real and imaginary parts of F, ∂F/∂x, ∂F/∂z.
-    coefficients: Mat<f64>,
+    /// Rows: polynomials in x. Columns: even polynomials in z, for each of the real and imaginary parts of F and ∂F/∂x.
+    coefficients: Array2<f64>,
 }
 
 /// F, ∂F/∂x and ∂F/∂z.
@@ -72,7 +73,6 @@ impl LatticeSum {
         let (terms_x, terms_z) = (series.len(), series[0].len());
         // T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀.
         let mut along_x = vec![vec![Complex64::ZERO; terms_z]; terms_x];
-        let mut along_z = along_x.clone();
         for n in (0..terms_x - 1).rev() {
             for m in 0..terms_z {
                 let above = if n + 2 < terms_x { along_x[n + 2][m] } else { Complex64::ZERO };
@@ -82,20 +82,9 @@ impl LatticeSum {
         for value in &mut along_x[0] {
             *value *= 0.5;
         }
-        // Of T_2m: odd polynomials only, T_{2m−1} in column m − 1.
-        for n in 0..terms_x {
-            for m in (0..terms_z - 1).rev() {
-                let above = along_z[n][m + 1];
-                along_z[n][m] = above + series[n][m + 1] * (4.0 * (m + 1) as f64);
-            }
-        }
-        let coefficients = Mat::from_fn(terms_x, 6 * terms_z, |n, column| {
+        let coefficients = Array2::from_shape_fn((terms_x, 4 * terms_z).f(), |(n, column)| {
             let (part, m) = (column / terms_z, column % terms_z);
-            let value = match part / 2 {
-                0 => series[n][m],
-                1 => along_x[n][m] / half_x,
-                _ => along_z[n][m] / half_z,
-            };
+            let value = if part < 2 { series[n][m] } else { along_x[n][m] / half_x };
             if part % 2 == 0 { value.re } else { value.im }
         });
         Self { half_x, half_z, terms_x, terms_z, coefficients }
@@ -103,41 +92,55 @@ impl LatticeSum {
 
     /// F and its gradient at many points of the box.
     pub(crate) fn at(&self, x: &[f64], z: &[f64]) -> Vec<FieldAndGradient> {
-        let (count, m_count) = (x.len(), self.terms_z);
+        let (count, terms_z) = (x.len(), self.terms_z);
         let in_x = polynomials(x, self.half_x, self.terms_x);
-        let in_z = polynomials(z, self.half_z, 2 * m_count);
-        let mut sums = Mat::<f64>::zeros(count, 6 * m_count);
-        matmul(&mut sums, Accum::Replace, &in_x, &self.coefficients, 1.0, Par::Seq);
-        let part = |part: usize| {
-            let mut result = vec![0.0; count];
-            for m in 0..m_count {
-                let weights = in_z.col_as_slice(2 * m + usize::from(part >= 4));
-                let column = sums.col_as_slice(part * m_count + m);
-                for ((r, w), c) in result.iter_mut().zip(weights).zip(column) {
-                    *r += w * c;
-                }
+        let in_z = polynomials(z, self.half_z, 2 * terms_z);
+        let even = in_z.slice(s![.., ..;2]);
+        let slopes = slopes_of_even(&in_z, self.half_z);
+        let mut sums = Array2::zeros((count, 4 * terms_z).f());
+        general_mat_mul(1.0, &in_x, &self.coefficients, 0.0, &mut sums);
+        let over_z = |part: usize, factors: ArrayView2<'_, f64>| {
+            let mut result = Array1::zeros(count);
+            for (m, factor) in factors.columns().into_iter().enumerate() {
+                let sums = sums.column(part * terms_z + m);
+                Zip::from(&mut result).and(factor).and(sums).for_each(|result, factor, sum| *result += factor * sum);
             }
             result
         };
-        let parts: [Vec<f64>; 6] = [0, 1, 2, 3, 4, 5].map(part);
-        (0..count).map(|i| [0, 1, 2].map(|j| Complex64::new(parts[2 * j][i], parts[2 * j + 1][i]))).collect()
+        let parts = [(0, even), (1, even), (2, even), (3, even), (0, slopes.view()), (1, slopes.view())];
+        let parts = parts.map(|(part, factors)| over_z(part, factors));
+        (0..count).map(|i| [0, 2, 4].map(|part| Complex64::new(parts[part][i], parts[part + 1][i]))).collect()
     }
 }
 
+/// The derivatives over z of the even ones among polynomials in z over `half`.
+fn slopes_of_even(in_z: &Array2<f64>, half: f64) -> Array2<f64> {
+    let mut slopes = Array2::zeros((in_z.nrows(), in_z.ncols() / 2).f());
+    let mut odd = Array1::<f64>::zeros(in_z.nrows());
+    for (m, mut slope) in slopes.columns_mut().into_iter().enumerate().skip(1) {
+        // T_2m' = 4m(T_{2m−1} + T_{2m−3} + … + T₁).
+        odd += &in_z.column(2 * m - 1);
+        let factor = 4.0 * m as f64 / half;
+        slope.zip_mut_with(&odd, |slope, odd| *slope = factor * odd);
+    }
+    slopes
+}
+
 /// T_0 to T_{count−1} at points over `half`: one column a polynomial.
-fn polynomials(points: &[f64], half: f64, count: usize) -> Mat<f64> {
-    let mut columns = Mat::<f64>::zeros(points.len(), count);
-    columns.col_as_slice_mut(0).fill(1.0);
-    for (value, p) in columns.col_as_slice_mut(1).iter_mut().zip(points) {
+fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
+    let mut columns = Array2::zeros((points.len(), count).f());
+    columns.column_mut(0).fill(1.0);
+    for (value, p) in columns.column_mut(1).iter_mut().zip(points) {
         *value = p / half;
     }
     let scaled: Vec<f64> = points.iter().map(|p| 2.0 * p / half).collect();
     for n in 2..count {
-        let (before, mut from) = columns.as_mut().split_at_col_mut(n);
-        let (two_back, one_back) = (before.as_ref().col(n - 2), before.as_ref().col(n - 1));
-        for (i, p) in scaled.iter().enumerate() {
-            from[(i, 0)] = p * one_back[i] - two_back[i];
-        }
+        let (before, mut from) = columns.view_mut().split_at(Axis(1), n);
+        Zip::from(from.column_mut(0))
+            .and(&scaled)
+            .and(before.column(n - 2))
+            .and(before.column(n - 1))
+            .for_each(|into, p, two_back, one_back| *into = p * one_back - two_back);
     }
     columns
 }

@@ -2,9 +2,9 @@
 
 use crate::Error;
 use crate::lattice_sum::LatticeSum;
+use crate::linear::{Matrix, zeros};
 use crate::nodes::{Nodes, Separation};
 use crate::special::{EULER_GAMMA, Radial};
-use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
@@ -20,9 +20,9 @@ const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
 /// The layers as matrices from the nodes to every `stride`-th of them.
 pub(crate) struct Layers {
     /// From the normal derivative times the speed of the nodes, to the field: S.
-    pub(crate) single: Mat<Complex64>,
+    pub(crate) single: Matrix,
     /// From the field to the field: K, of the principal value.
-    pub(crate) double: Mat<Complex64>,
+    pub(crate) double: Matrix,
 }
 
 /// How far the period's images are summed.
@@ -68,7 +68,7 @@ pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch
     let phases = (-count - 1..=count + 1).map(|p| Complex64::cis(TAU * (bloch * f64::from(p)).fract())).collect();
     let assembly = Assembly { nodes, wave_number, images: count, phases, window, radial, lattice };
     let rows = n / stride;
-    let mut result = Layers { single: Mat::zeros(rows, n), double: Mat::zeros(rows, n) };
+    let mut result = Layers { single: zeros(rows, n), double: zeros(rows, n) };
     for row in 0..rows {
         assembly.fill_row(row, row * stride + stride / 2, &mut result);
     }

@@ -3,7 +3,7 @@
 use crate::discretisation::Discretisation;
 use crate::error::positive;
 use crate::layers::{Images, layers};
-use crate::linear::{Matrix, solve};
+use crate::linear::{Matrix, solve, zeros};
 use crate::medium::outgoing;
 use crate::{Error, Medium};
 use num_complex::Complex64;
@@ -21,15 +21,12 @@ const PHASES_MAX: usize = 9;
 
 /// W at the nodes, times their speed, for a squared wave number km² across y and a phase in turns a period.
 pub(crate) fn response(mesh: &Discretisation, square: Complex64, bloch: f64) -> Result<Matrix, Error> {
-    let (coarse, fine) = (&mesh.coarse, &mesh.fine);
     let factor = mesh.resolution().oversampling;
-    let layers = layers(fine, factor, outgoing(square), bloch)?;
+    let layers = layers(&mesh.fine, factor, outgoing(square), bloch)?;
     let single = mesh.interpolation.apply(&layers.single, bloch);
     let mut double = mesh.interpolation.apply(&layers.double, bloch);
-    for i in 0..coarse.len() {
-        double[(i, i)] += 0.5;
-    }
-    solve(&single, double, "the field in the lower medium")
+    double.diag_mut().map_inplace(|value| *value += 0.5);
+    solve(&single, &double, "the field in the lower medium")
 }
 
 /// W of one metal at one wavelength, for every direction: what a table over directions asks for again and again.
@@ -102,13 +99,13 @@ impl<'a> MetalTable<'a> {
         let weights: Vec<[Complex64; 3]> =
             (0..phases).map(|l| [-1, 0, 1].map(|turn| self.phase_weight(l, turn, bloch))).collect();
         let turns = self.turns();
-        let mut result = Matrix::zeros(n, n);
+        let mut result = zeros(n, n);
         for (of_phase, weight) in self.responses.iter().zip(&lagrange) {
             for (response, phase) in of_phase.iter().zip(&weights) {
                 let phase = phase.map(|p| p * *weight);
                 for j in 0..n {
                     let turns = &turns[j * n..(j + 1) * n];
-                    let (from, into) = (response.col_as_slice(j), result.col_as_slice_mut(j));
+                    let (from, mut into) = (response.column(j), result.column_mut(j));
                     for ((into, from), &turn) in into.iter_mut().zip(from).zip(turns) {
                         *into += from * phase[turn as usize];
                     }

@@ -82,6 +82,8 @@ fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
 
 /// The sums of two Chebyshev series of at least two terms at x, by Clenshaw's recurrence over the even terms and over the odd
 /// ones, which need not wait for each other: with y = T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`.
+// Inlined, it makes its callers a tenth slower: they run out of registers.
+#[inline(never)]
 fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     let y = 2.0 * x * x - 1.0;
     // Of either kind the recurrence's last two.

@@ -1,0 +1,98 @@
+//! Dense linear algebra, on one thread: the same bytes for any number of callers.
+
+mod lu;
+mod planes;
+
+use crate::Error;
+use ndarray::{Array2, ShapeBuilder};
+use num_complex::Complex64;
+use planes::Planes;
+
+/// By columns, as [`zeros`] and [`from_fn`] make it.
+pub(crate) type Matrix = Array2<Complex64>;
+
+pub(crate) fn zeros(rows: usize, columns: usize) -> Matrix {
+    Matrix::zeros((rows, columns).f())
+}
+
+/// From its elements by row and column.
+pub(crate) fn from_fn(rows: usize, columns: usize, mut element: impl FnMut(usize, usize) -> Complex64) -> Matrix {
+    Matrix::from_shape_fn((rows, columns).f(), |(i, j)| element(i, j))
+}
+
+/// `a·b`.
+pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
+    let mut result = Planes::zeros(a.nrows(), b.ncols());
+    result.view_mut().add_product(1.0, &Planes::of(a).view(), &Planes::of(b).view());
+    result.joined()
+}
+
+/// Solves `a·x = right`.
+///
+/// # Errors
+/// A solution that is not finite, as a singular matrix has.
+pub(crate) fn solve(a: &Matrix, right: &Matrix, what: &'static str) -> Result<Matrix, Error> {
+    let mut factors = Planes::of(a);
+    let pivots = lu::factor(factors.view_mut());
+    let mut solution = Planes::of(right);
+    lu::solve(&factors.view(), &pivots, solution.view_mut());
+    let solution = solution.joined();
+    if solution.iter().all(|value| value.is_finite()) { Ok(solution) } else { Err(Error::NotFinite { what }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Roundings of some hundred terms, and what the pivots let them grow to.
+    const ROUNDING: f64 = 1e-11;
+
+    /// Random numbers in a square about zero, others for each `seed`.
+    fn numbers(rows: usize, columns: usize, seed: u64) -> Matrix {
+        let mut state = seed;
+        let mut part = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        from_fn(rows, columns, |_, _| Complex64::new(part(), part()))
+    }
+
+    fn largest(matrix: &Matrix) -> f64 {
+        matrix.iter().map(|value| value.norm()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn products_are_sums_over_the_middle() {
+        let (a, b) = (numbers(37, 50, 1), numbers(50, 21, 2));
+        let expected = from_fn(37, 21, |i, j| (0..50).map(|k| a[(i, k)] * b[(k, j)]).sum());
+        assert!(largest(&(product(&a, &b) - expected)) < ROUNDING);
+    }
+
+    #[test]
+    fn solutions_solve_at_every_size() {
+        for (n, columns) in [(1, 1), (2, 3), (15, 1), (16, 4), (17, 17), (33, 5), (48, 48), (101, 8), (200, 30)] {
+            let (a, right) = (numbers(n, n, 1), numbers(n, columns, 2));
+            let solution = solve(&a, &right, "a test").unwrap();
+            let left = from_fn(n, columns, |i, j| (0..n).map(|k| a[(i, k)] * solution[(k, j)]).sum());
+            assert!(largest(&(left - &right)) < ROUNDING * (1.0 + largest(&solution)), "{n} × {columns}");
+        }
+    }
+
+    #[test]
+    fn rows_are_exchanged_where_a_pivot_is_zero() {
+        // A cyclic shift: every pivot but the last is found below the diagonal.
+        let n = 40;
+        let shift = from_fn(n, n, |i, j| Complex64::from(f64::from(u8::from(i == (j + 1) % n))));
+        let right = numbers(n, 3, 1);
+        let expected = from_fn(n, 3, |i, j| right[((i + 1) % n, j)]);
+        assert_eq!(solve(&shift, &right, "a test").unwrap(), expected);
+    }
+
+    #[test]
+    fn a_singular_matrix_is_told() {
+        assert!(matches!(
+            solve(&zeros(20, 20), &numbers(20, 2, 1), "nothing"),
+            Err(Error::NotFinite { what: "nothing" })
+        ));
+    }
+}
