@@ -6,6 +6,9 @@ import os
 import sys
 from pathlib import Path
 
+# Tests run on all cores: threads of numpy's would only wait for each other. It reads this once.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import mitsuba as mi
 import pytest
 

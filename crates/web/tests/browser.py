@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import bisect
 import contextlib
 import functools
 import http.server
@@ -201,12 +202,13 @@ class Browser:
         events = [event["params"] for event in events if event["method"] == "Tracing.dataCollected"]
         marks = {(event["pid"], event["tid"]): event["ts"] for event in events if event["name"] == mark}
         events = [event for event in events if event["ts"] > marks.get((event["pid"], event["tid"]), math.inf)]
-        driven = [event["ts"] for event in events if "blink.mojom.DevTools" in json.dumps(event.get("args"))]
+        driven = sorted(event["ts"] for event in events if "blink.mojom.DevTools" in json.dumps(event.get("args")))
         tasks = [event for event in events if event["name"].endswith("RunTask") and "tdur" in event]
         return [
             task["tdur"] / 1e3
             for task in tasks
-            if not any(task["ts"] <= ts <= task["ts"] + task["dur"] for ts in driven)
+            # None of the driver's messages lies between its ends.
+            if bisect.bisect_left(driven, task["ts"]) == bisect.bisect_right(driven, task["ts"] + task["dur"])
         ]
 
     def actions(self, kind, steps, pointer="mouse"):
