@@ -9,6 +9,7 @@ use std::array;
 /// So many columns, or rows of a triangle, are not halved.
 const FEW: usize = 16;
 
+/// A column of so many rows, or fewer.
 type Few = [Complex64; FEW];
 
 /// Puts L, of which the diagonal is one, and U in the place of a matrix with no more columns than rows. Gives the row that each of

@@ -82,7 +82,7 @@ fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
 
 /// The sums of two Chebyshev series of at least two terms at x, by Clenshaw's recurrence over the even terms and over the odd
 /// ones, which need not wait for each other: with y = T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`.
-// Inlined, it makes its callers a tenth slower: they run out of registers.
+// Inlined, it makes its callers up to a tenth slower.
 #[inline(never)]
 fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     let y = 2.0 * x * x - 1.0;
