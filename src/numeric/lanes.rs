@@ -1,7 +1,7 @@
 //! Four numbers of single precision by value, side by side: the wavelengths that a ray carries.
 
 use super::math::polynomial;
-use super::{Index, Mask, Number, Numbers, Real, State};
+use super::{Index, Mask, Number, Numbers, Real, State, Values};
 use bytemuck::cast;
 use std::ffi::CStr;
 use std::marker::PhantomData;
@@ -328,6 +328,22 @@ impl<'a> Numbers for Lanes<'a> {
         function: impl Fn(f32x4) -> [f32x4; R],
     ) -> [[f32x4; L]; R] {
         super::one_by_one(lanes, active.any(), function)
+    }
+}
+
+impl Values for Lanes<'_> {
+    const COUNT: usize = LANES;
+    #[inline(always)]
+    fn pack(of: impl Fn(usize) -> f64) -> f32x4 {
+        Self::each(std::array::from_fn(|lane| of(lane) as f32))
+    }
+    #[inline(always)]
+    fn lane(of: u32x4, lane: usize) -> usize {
+        of.to_array()[lane] as usize
+    }
+    #[inline(always)]
+    fn total(of: f32x4) -> f64 {
+        of.to_array().into_iter().map(f64::from).sum()
     }
 }
 

@@ -133,6 +133,21 @@ pub trait Numbers: Copy {
     ) -> [[Self::Real; L]; R];
 }
 
+/// Numbers by value, one or several side by side.
+pub(crate) trait Values: Numbers {
+    /// How many.
+    const COUNT: usize;
+    /// Each from its place, in double precision.
+    fn pack(of: impl Fn(usize) -> f64) -> Self::Real;
+    /// One of several indices.
+    fn lane(of: Self::Index, lane: usize) -> usize;
+    /// The sum of all.
+    fn total(of: Self::Real) -> f64;
+}
+
+/// Most that [`Values`] have side by side.
+pub(crate) const VALUES_MAX: usize = 4;
+
 /// [`Numbers::each_lane`] of numbers by value; zeros unless any is active.
 #[inline(always)]
 fn one_by_one<T: Real, const L: usize, const R: usize>(

@@ -1,6 +1,6 @@
 //! Numbers by value.
 
-use super::{Index, Mask, Number, Numbers, Real, State};
+use super::{Index, Mask, Number, Numbers, Real, State, Values};
 use std::ffi::CStr;
 use std::marker::PhantomData;
 
@@ -173,6 +173,22 @@ macro_rules! real {
     )+};
 }
 real! { f32 of i32 f64 of i64 }
+
+impl Values for Plain<'_, f64> {
+    const COUNT: usize = 1;
+    #[inline(always)]
+    fn pack(of: impl Fn(usize) -> f64) -> f64 {
+        of(0)
+    }
+    #[inline(always)]
+    fn lane(of: u32, _: usize) -> usize {
+        of as usize
+    }
+    #[inline(always)]
+    fn total(of: f64) -> f64 {
+        of
+    }
+}
 
 impl Number for u32 {
     comparisons!();

@@ -14,6 +14,10 @@ const WIDE: f64 = 0.04;
 const CUT: f64 = 5.0;
 /// Standard deviations from the horizon at which a three-point rule follows 1/cosθo.
 const CLEAR: f64 = 6.0;
+/// Standard deviations inside the horizon, in cos²θo, from which on one place along an axis, or three, do. By one, the mean of 1/cosθo over the
+/// Gaussian is off by a thousandth; by three, that of 1/cos³θo, which a grazing incidence makes of it, by a tenth of that.
+const ONE_PLACE: f64 = 40.0;
+const THREE_PLACES: f64 = 16.0;
 /// Phase in radians between the relief's highest and lowest point that may pass within a standard deviation of a
 /// three-point rule, and within a panel of 16 places.
 const PHASE_SIGMA: f64 = 1.0;
@@ -45,35 +49,37 @@ pub(super) struct Setting {
 
 impl Lobe<'_> {
     /// Visits directions with their shares of the lobe's Gaussian in the plane of direction cosines, of which nothing
-    /// lies beyond the horizon or where the table knows nothing.
-    pub fn integrate(&self, setting: &Setting, fine: bool, mut visit: impl FnMut(Vec3, f64)) {
+    /// lies beyond the horizon or where the table knows nothing. A share is a factor times the exponential of what follows it.
+    pub fn integrate(&self, setting: &Setting, fine: bool, mut visit: impl FnMut(Vec3, f64, f64)) {
         let Setting { wi, wavelength_um, known, phase, cut } = *setting;
         let q = [0, 1].map(|c| wavelength_um * self.f[c] - wi[c]);
         let sigma = self.sigma_f.map(|sigma| wavelength_um * sigma);
-        let rho = length(q);
         let widest = sigma[0].max(sigma[1]);
-        if rho - CUT * widest >= 1.0 {
+        // The root is late, because most of a skin's lobes are beyond the horizon.
+        let rho_squared = q[0] * q[0] + q[1] * q[1];
+        if rho_squared >= (1.0 + CUT * widest).powi(2) {
             return;
         }
+        let rho = rho_squared.sqrt();
         let reach = [0, 1].map(|c| known[c].map(|limit| (limit - q[c]) / sigma[c]));
         if reach.iter().any(|[low, high]| *low >= CUT || *high <= -CUT) {
             return;
         }
         let whole = reach.map(|[low, high]| low <= -CUT && high >= CUT);
         let clear =
-            1.0 - rho > CLEAR * widest && phase * widest * rho < PHASE_SIGMA * (1.0 - rho * rho).max(0.0).sqrt();
-        // Half a per mille of 1/cosθo averaged over the Gaussian is 40 standard deviations inside in cos²θo.
-        let far = 1.0 - rho * rho > if fine { 40.0 } else { 16.0 } * widest;
-        if clear && far && (widest < SHARP || !fine) && whole == [true; 2] {
+            1.0 - rho > CLEAR * widest && phase * widest * rho < PHASE_SIGMA * (1.0 - rho_squared).max(0.0).sqrt();
+        let far = |sigmas: f64| 1.0 - rho_squared > sigmas * widest;
+        let sharp = if fine { widest < SHARP && far(ONE_PLACE) } else { far(THREE_PLACES) };
+        if clear && sharp && whole == [true; 2] {
             if let Some(wo) = direction_above(q[0], q[1]) {
-                visit(wo, 1.0);
+                visit(wo, 1.0, 0.0);
             }
-        } else if clear && (far || cut) {
+        } else if clear && (far(THREE_PLACES) || cut) {
             let [x, y] = [0, 1].map(|c| gaussian_rule(reach[c], whole[c]));
             for (tx, px) in x {
                 for (ty, py) in y {
                     if let Some(wo) = direction_above(q[0] + tx * sigma[0], q[1] + ty * sigma[1]) {
-                        visit(wo, px * py);
+                        visit(wo, px * py, 0.0);
                     }
                 }
             }
@@ -83,12 +89,12 @@ impl Lobe<'_> {
             let norm = 1.0 / (TAU * sigma[0] * sigma[1]);
             hemisphere(within, widths, wi[2], |wo, area| {
                 let z = [0, 1].map(|c| (wo[c] - q[c]) / sigma[c]);
-                visit(wo, area * norm * (-0.5 * (z[0] * z[0] + z[1] * z[1])).exp());
+                visit(wo, area * norm, -0.5 * (z[0] * z[0] + z[1] * z[1]));
             });
         } else {
-            self.integrate_radially(setting, q, sigma, fine, |wo, part| {
+            self.integrate_radially(setting, q, sigma, fine, |wo, factor, exponent| {
                 if [0, 1].iter().all(|&c| known[c][0] <= wo[c] && wo[c] <= known[c][1]) {
-                    visit(wo, part);
+                    visit(wo, factor, exponent);
                 }
             });
         }
@@ -102,7 +108,7 @@ impl Lobe<'_> {
         [qx, qy]: [f64; 2],
         [sx, sy]: [f64; 2],
         fine: bool,
-        mut visit: impl FnMut(Vec3, f64),
+        mut visit: impl FnMut(Vec3, f64, f64),
     ) {
         let rho = length([qx, qy]);
         let (ex, ey) = if rho > 1e-9 { (qx / rho, qy / rho) } else { (1.0, 0.0) };
@@ -131,8 +137,10 @@ impl Lobe<'_> {
             in_panels(between, widest, rule).for_each(|((sin, cos), weight)| {
                 let (r, cos) = (reach * sin, reach * cos);
                 let z = (r - rho) / sigma;
-                let density = norm * (-0.5 * z * z).exp();
-                visit([r * ex - offset * ey, r * ey + offset * ex, cos], weight * density * cos);
+                // An angle beyond the horizon by rounding.
+                if cos > 0.0 {
+                    visit([r * ex - offset * ey, r * ey + offset * ex, cos], weight * norm * cos, -0.5 * z * z);
+                }
             });
         }
     }

@@ -1,13 +1,15 @@
 //! The albedo by integrals over the hemisphere, lobe by lobe.
 
+use super::geometry::COSINE_MIN;
 use super::lobe::{Lobe, PHASE_PANEL, Setting};
 use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use super::surface::Options;
 use super::{ComplexIndex, Obliquity, Pair, Vec3};
-use crate::table::{KernelKind, NodeCurve, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::numeric::{Number, Real, Values};
+use crate::table::{KernelKind, NodeCurve, PowerCurves, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
+use std::f64::consts::{LOG2_E, TAU};
 
 /// Standard deviations of a node in a panel of 16 places, and most panels of an integral over the hemisphere.
 const PANEL_SIGMAS: f64 = 18.0;
@@ -25,11 +27,15 @@ const RIDGES: usize = 64;
 const INSIDE: f64 = 0.77;
 const MIDDLE_UM: f64 = 0.55;
 
+/// Places that are evaluated together, a multiple of the numbers that any family has.
+const AT_ONCE: usize = 64;
+
 /// The power of an ensemble table in the form that integrals over it take.
 pub(super) struct Lobes<'a> {
     table: &'a SpectralTable,
     options: &'a Options,
     power: Power<'a>,
+    mirrored: bool,
 }
 
 enum Power<'a> {
@@ -66,34 +72,47 @@ impl<'a> Lobes<'a> {
     ) -> Option<Self> {
         (table.kernel() == KernelKind::Power).then(|| {
             let power = if panels_over_the_hemisphere(table) <= PANELS_MAX { smooth() } else { lobes() };
-            Self { table, options, power }
+            // The node along the normal is kept in any case.
+            let mirrored = table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0);
+            Self { table, options, power, mirrored }
         })
     }
 
-    /// Visits directions with the parts of `∫ f_r cosθo dωo` that they stand for, Fresnel reflectance left out; the small slope's
-    /// factor is in them.
-    pub fn visit(&self, wi: Vec3, wavelength_nm: f64, mut visit: impl FnMut(Vec3, f64)) {
-        let wavelength_um = wavelength_nm * 1e-3;
+    /// Visits directions, as many at once as the family has numbers, with the parts of `∫ f_r cosθo dωo` that they stand for, the
+    /// Fresnel reflectance left out; the small slope's factor is in them. The last are filled up with some that are no part.
+    pub fn visit<V: Values>(&self, wi: Vec3, wavelength_nm: f64, mut visit: impl FnMut([V::Real; 3], V::Real)) {
+        if Pair::new(wi, wi).is_none() {
+            return;
+        }
+        let integrand = Integrand::<V>::new(self, wi, wavelength_nm);
+        let mut places = Places::default();
+        self.places(wi, wavelength_nm * 1e-3, |place| {
+            places.push(place);
+            if places.count == AT_ONCE {
+                places.take(&integrand, &mut visit);
+            }
+        });
+        places.take(&integrand, &mut visit);
+    }
+
+    /// Where an integral over the hemisphere looks.
+    fn places<'b>(&'b self, wi: Vec3, wavelength_um: f64, mut put: impl FnMut(Place<'b>)) {
         let lattice = self.table.lattice();
         let known = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, wi)| {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
             [-reach - wi, reach - wi]
         });
-        let mut of_lobes = |lobes: &[Lobe], cut: bool, fine: bool| {
-            let setting = Setting { wi, wavelength_um, known, phase: phase(self.table, wavelength_um), cut };
-            for lobe in lobes {
-                lobe.integrate(&setting, fine, |wo, area| {
-                    if let Some(pair) = Pair::new(wi, wo) {
-                        let curve = NodeCurve::new(self.table, pair.kappa(wavelength_um));
-                        visit(wo, area * curve.power(&lobe.record) * self.options.albedo_factor(&pair, wavelength_nm));
-                    }
-                });
-            }
-        };
         let density: &dyn Fn([f64; 2], f64) -> f64 = match &self.power {
             Power::Lobes { singles, merged, cut } => {
-                of_lobes(singles, *cut, true);
-                return of_lobes(merged, *cut, false);
+                let setting = Setting { wi, wavelength_um, known, phase: phase(self.table, wavelength_um), cut: *cut };
+                for (lobe, fine) in
+                    singles.iter().map(|lobe| (lobe, true)).chain(merged.iter().map(|lobe| (lobe, false)))
+                {
+                    lobe.integrate(&setting, fine, |wo, share, exponent| {
+                        put(Place { wo, factor: share, exponent, record: &lobe.record });
+                    });
+                }
+                return;
             }
             Power::Smooth => &|f, kappa| self.table.density(f, kappa),
             Power::Grid(grid) => &|f, kappa| grid.density(f, kappa),
@@ -101,10 +120,15 @@ impl<'a> Lobes<'a> {
         hemisphere(known, panel_widths(self.table, wavelength_um), wi[2], |wo, area| {
             if let Some(pair) = Pair::new(wi, wo) {
                 let f = [pair.u / wavelength_um, pair.v / wavelength_um];
-                let value = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
-                visit(wo, area * self.options.albedo_factor(&pair, wavelength_nm) * value);
+                let density = density(f, pair.kappa(wavelength_um)) / (wavelength_um * wavelength_um);
+                put(Place { wo, factor: area * density, ..Place::NONE });
             }
         });
+    }
+
+    /// Whether the relief varies along x alone, so that the albedo is the same on either side of the x axis.
+    pub fn is_mirrored(&self) -> bool {
+        self.mirrored
     }
 
     /// Whether there are narrow orders alone: where one leaves along the surface the albedo has a ridge.
@@ -141,16 +165,104 @@ impl<'a> Lobes<'a> {
     }
 
     /// About how many places [`Lobes::visit`] takes, at most.
-    pub fn places(&self) -> usize {
-        let count = |(wi, nm)| {
+    pub fn count_places(&self) -> usize {
+        let count = |(wi, wavelength_um)| {
             let mut count = 0;
-            self.visit(wi, nm, |_, _| count += 1);
+            self.places(wi, wavelength_um, |_| count += 1);
             count
         };
-        [([0.0, 0.0, 1.0], 400.0), ([0.6, 0.0, 0.8], 500.0), ([0.0, 0.8, 0.6], 600.0)]
+        [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)]
             .map(count)
             .into_iter()
             .fold(1, usize::max)
+    }
+}
+
+/// A direction in an integral, and what it stands for: the power of a node, where there is one, at this direction's κ, times the angular
+/// factor, times `factor·exp(exponent)`.
+struct Place<'a> {
+    wo: Vec3,
+    factor: f64,
+    exponent: f64,
+    record: &'a [f32],
+}
+
+impl Place<'_> {
+    const NONE: Self = Self { wo: [0.0, 0.0, 1.0], factor: 0.0, exponent: 0.0, record: &[] };
+}
+
+/// Places, component by component. There are many of them since what has just been written one by one is slow to be read together.
+struct Places<'a> {
+    count: usize,
+    wo: [[f64; AT_ONCE]; 3],
+    factor: [f64; AT_ONCE],
+    exponent: [f64; AT_ONCE],
+    record: [&'a [f32]; AT_ONCE],
+}
+
+impl Default for Places<'_> {
+    fn default() -> Self {
+        let zeros = [0.0; AT_ONCE];
+        Self { count: 0, wo: [zeros; 3], factor: zeros, exponent: zeros, record: [&[]; AT_ONCE] }
+    }
+}
+
+impl<'a> Places<'a> {
+    #[inline(always)]
+    fn push(&mut self, Place { wo, factor, exponent, record }: Place<'a>) {
+        let i = self.count;
+        (self.wo[0][i], self.wo[1][i], self.wo[2][i]) = (wo[0], wo[1], wo[2]);
+        (self.factor[i], self.exponent[i], self.record[i]) = (factor, exponent, record);
+        self.count += 1;
+    }
+
+    /// Visits all, and has none then.
+    fn take<V: Values>(&mut self, integrand: &Integrand<V>, mut visit: impl FnMut([V::Real; 3], V::Real)) {
+        while !self.count.is_multiple_of(V::COUNT) {
+            self.push(Place::NONE);
+        }
+        for first in (0..self.count).step_by(V::COUNT) {
+            let (wo, part) = integrand.part(self, first);
+            visit(wo, part);
+        }
+        self.count = 0;
+    }
+}
+
+/// What all directions of an integral have in common.
+struct Integrand<'a, V: Values> {
+    lobes: &'a Lobes<'a>,
+    wi: [V::Real; 3],
+    /// 2π over the wavelength in µm.
+    wavenumber: V::Real,
+    index: Option<ComplexIndex>,
+}
+
+impl<'a, V: Values> Integrand<'a, V> {
+    fn new(lobes: &'a Lobes, wi: Vec3, wavelength_nm: f64) -> Self {
+        let [x, y, z] = wi;
+        Self {
+            lobes,
+            wi: [x, y, z.max(COSINE_MIN)].map(V::Real::lit),
+            wavenumber: V::Real::lit(TAU * 1e3 / wavelength_nm),
+            index: lobes.options.index.as_ref().map(|index| index.at(wavelength_nm)),
+        }
+    }
+
+    /// The directions of as many places as the family has numbers, and the parts that these are.
+    #[inline(always)]
+    fn part(&self, places: &Places, first: usize) -> ([V::Real; 3], V::Real) {
+        let pack = |of: &[f64; AT_ONCE]| V::pack(|lane| of[first + lane]);
+        let wo = places.wo.each_ref().map(pack);
+        let cosines = [self.wi[2], wo[2].max(V::Real::lit(COSINE_MIN))];
+        let q = [self.wi[0] + wo[0], self.wi[1] + wo[1], cosines[0] + cosines[1]];
+        let mut part = pack(&places.factor) * self.lobes.options.albedo_factor(q, cosines, self.index);
+        if let Power::Lobes { .. } = self.lobes.power {
+            let curves = PowerCurves::<V>::new(self.lobes.table, q[2] * self.wavenumber);
+            let gaussian = (pack(&places.exponent) * V::Real::lit(LOG2_E)).exp2();
+            part = part * gaussian * curves.power(|lane| places.record[first + lane]);
+        }
+        (wo, part)
     }
 }
 

@@ -1,10 +1,12 @@
 use super::albedo::{AlbedoReport, AlbedoTable};
+use super::geometry::{obliquity, shadowing};
 use super::lobes::Lobes;
 use super::sampler::Sampler;
+use super::small_slope::small_slope;
 use super::spectral_lobe::{SpectralLayout, SpectralLobe};
-use super::{Obliquity, Pair, SpectralIndex, Vec3};
+use super::{ComplexIndex, Obliquity, Pair, SpectralIndex, Vec3};
 use crate::height_field::HeightField;
-use crate::numeric::{Numbers, Plain};
+use crate::numeric::{Numbers, Plain, Real};
 use crate::table::{
     BuildDemand, Built, Model, PackedTable, Progress, Purpose, SpectralTable, Spectrum, TableError, TableReport,
     Tiling, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM, build,
@@ -84,19 +86,22 @@ impl Options {
 
     /// `O·M` of a pair of directions.
     pub fn angular_factor(&self, pair: &Pair) -> f64 {
-        pair.obliquity(self.obliquity) * if self.shadowing { pair.shadowing() } else { 1.0 }
+        self.angular([pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
     }
 
-    /// What the albedo weighs the relief's power with: `O·M`, or `Q·M` of the small slope at a wavelength in nm.
-    #[inline]
-    pub(super) fn albedo_factor(&self, pair: &Pair, wavelength_nm: f64) -> f64 {
-        let interface = match self.obliquity {
-            Obliquity::SmallSlope => {
-                pair.interface(self.index.as_ref().map(|index| index.at(wavelength_nm)), self.obliquity)
-            }
-            Obliquity::Stam | Obliquity::Unit => 1.0,
-        };
-        interface * self.angular_factor(pair)
+    /// What the albedo weighs the relief's power with, of `wi + wo` and the cosines: `O·M`, or `Q·M` of the small slope of an index.
+    #[inline(always)]
+    pub(super) fn albedo_factor<R: Real>(&self, q: [R; 3], cosines: [R; 2], index: Option<ComplexIndex>) -> R {
+        match self.obliquity {
+            Obliquity::SmallSlope => small_slope(q, cosines, index) * self.angular(q, cosines),
+            Obliquity::Stam | Obliquity::Unit => self.angular(q, cosines),
+        }
+    }
+
+    #[inline(always)]
+    fn angular<R: Real>(&self, q: [R; 3], cosines: [R; 2]) -> R {
+        let factor = obliquity(self.obliquity, q, cosines);
+        if self.shadowing { factor * shadowing(q, cosines) } else { factor }
     }
 
     /// The obliquity factor that samplers weigh directions with. The small slope's is bounded for dielectrics, and grows
@@ -307,7 +312,8 @@ impl Surface {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
         let mut albedo = 0.0;
-        Lobes::fine(table, &self.options)?.visit(wi, wavelength_nm, |wo, part| albedo += part * factor(wo));
+        let lobes = Lobes::fine(table, &self.options)?;
+        lobes.visit::<Plain<f64>>(wi, wavelength_nm, |wo, part| albedo += part * factor(wo));
         Some(albedo)
     }
 }

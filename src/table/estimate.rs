@@ -35,7 +35,7 @@ const BUILDS: f64 = 1.2;
 const LAST_SPACING: f64 = 0.7;
 
 /// What the albedo of a grating and of any other relief takes, however simple: it is tabulated on a grid of its own.
-const ENERGY_SECONDS: (f64, f64) = (1.0, 2.0);
+const ENERGY_SECONDS: (f64, f64) = (0.5, 1.3);
 /// What following the fringes of a deep relief takes besides, for each pair of knots, in nanoseconds on two cores: fringes
 /// are as fine over incidences as over wavelengths. An upper bound, since fringes finer than the albedo's grid are not
 /// followed; it is what refuses reliefs of a hundred micrometres and more.

@@ -1,5 +1,6 @@
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
 use crate::numeric::math::cubic_b_spline_weights;
+use crate::numeric::{Number, Real, VALUES_MAX, Values};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
@@ -217,14 +218,13 @@ impl NodeCurve {
         let kappa = kappa.clamp(0.0, table.kappa_max);
         let t = kappa / table.kappa_step;
         let first = t as usize;
-        let per_squares = 1.0 / (kappa * kappa + table.kappa_knee * table.kappa_knee);
+        let [zero, slope, spline] = power_factors(kappa, table.kappa_knee);
         let factor = match table.kernel {
-            KernelKind::Power => Complex64::new(kappa * kappa * per_squares, 0.0),
-            KernelKind::Amplitude => Complex64::new(kappa, -table.kappa_knee) * (kappa * per_squares),
+            KernelKind::Power => Complex64::new(spline, 0.0),
+            KernelKind::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
         };
-        let fading = table.kappa_knee * table.kappa_knee * per_squares;
         // Coefficient first + i belongs to the knot first + i − 1.
-        Self { first, weights: cubic_b_spline_weights(t - first as f64), factor, from_zero: [fading, kappa * fading] }
+        Self { first, weights: cubic_b_spline_weights(t - first as f64), factor, from_zero: [zero, slope] }
     }
 
     /// Number of the first of the four coefficients read, and their weights.
@@ -252,4 +252,49 @@ impl NodeCurve {
         let scaled: Complex64 = pairs.map(|(w, c)| Complex64::new(c[0] as f64, c[1] as f64) * w).sum();
         Complex64::new(record[0] as f64, record[1] as f64) + self.factor * scaled
     }
+}
+
+/// [`NodeCurve`] for powers, each at its own κ.
+pub(crate) struct PowerCurves<V: Values> {
+    first: V::Index,
+    weights: [V::Real; 4],
+    factors: [V::Real; HEADER + 1],
+}
+
+impl<V: Values> PowerCurves<V> {
+    /// Prepares look-ups at `kappa` (rad/µm, clamped to the table's range).
+    #[inline(always)]
+    pub fn new(table: &SpectralTable, kappa: V::Real) -> Self {
+        let kappa = kappa.clip(V::Real::lit(0.0), V::Real::lit(table.kappa_max));
+        let t = kappa * V::Real::lit(1.0 / table.kappa_step);
+        let first = V::index(t);
+        let weights = cubic_b_spline_weights(t - V::real(first));
+        Self { first, weights, factors: power_factors(kappa, table.kappa_knee) }
+    }
+
+    /// [`NodeCurve::power`] of a record each.
+    #[inline(always)]
+    pub fn power<'a>(&self, record: impl Fn(usize) -> &'a [f32]) -> V::Real {
+        let mut read = [[0f32; HEADER + 4]; VALUES_MAX];
+        for (lane, read) in read.iter_mut().enumerate().take(V::COUNT) {
+            let (record, first) = (record(lane), HEADER + V::lane(self.first, lane));
+            if let Some(coefficients) = record.get(first..first + 4) {
+                read[..HEADER].copy_from_slice(&record[..HEADER]);
+                read[HEADER..].copy_from_slice(coefficients);
+            }
+        }
+        let read = |i: usize| V::pack(|lane| read[lane][i].into());
+        let scaled = (1..4).fold(self.weights[0] * read(HEADER), |sum, i| self.weights[i].fma(read(HEADER + i), sum));
+        let from_zero = self.factors[0] * read(0) + self.factors[1] * read(1);
+        self.factors[HEADER].fma(scaled, from_zero)
+    }
+}
+
+/// Of a power at κ the factors in its record's formula: of its value and its slope at κ = 0, and of its spline.
+#[inline(always)]
+fn power_factors<R: Real>(kappa: R, knee: f64) -> [R; HEADER + 1] {
+    let along = kappa * R::lit(1.0 / knee);
+    let squared = along * along;
+    let fading = R::lit(1.0) / (squared + R::lit(1.0));
+    [fading, kappa * fading, squared * fading]
 }

@@ -32,6 +32,7 @@ pub use error::TableError;
 pub use estimate::{BUILD_LIMIT, BuildDemand, Estimate, LIMIT_BYTES, LIMIT_SECONDS, Purpose};
 pub use joining::Joining;
 pub use lattice::{Lattice, LatticeAxis};
+pub(crate) use lookup::PowerCurves;
 pub use lookup::{HEADER, KernelKind, NodeCurve, SpectralTable};
 pub use packed::{Format, PackedLayout, PackedTable};
 pub use progress::{Progress, Steps};

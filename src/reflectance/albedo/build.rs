@@ -2,8 +2,8 @@
 
 use super::AlbedoLayout;
 use super::grid::{GridPlace, place};
-use crate::numeric::Plain;
 use crate::numeric::math::lerp;
+use crate::numeric::{Lanes, Number, Numbers, Plain, Real, VALUES_MAX, Values};
 use crate::reflectance::Vec3;
 use crate::reflectance::lobes::Lobes;
 use crate::reflectance::surface::COS_85_DEGREES;
@@ -45,6 +45,9 @@ const NEGLIGIBLE: f64 = 3e-4;
 const NODES_SHARE: f64 = 0.4;
 /// Steps towards the least divisor, each of which is one.
 const STEPS: usize = 4;
+
+/// Places of an integral side by side.
+type Four = <Lanes<'static> as Numbers>::Real;
 
 /// A place among planes: the numbers of the first nodes of that before it and of that behind it, and how far it is from the one to the other.
 pub(super) struct Between {
@@ -88,7 +91,7 @@ pub(super) struct Nodes {
 impl Fineness {
     /// For a surface.
     pub fn of(lobes: &Lobes) -> Self {
-        let places = lobes.places();
+        let places = lobes.count_places();
         FINENESS.into_iter().find(|fineness| places <= fineness.places).unwrap_or(FINENESS[FINENESS.len() - 1])
     }
 
@@ -102,7 +105,7 @@ impl<const K: usize> Source<'_, K> {
     /// The nodes of a table. `progress` counts integrals.
     pub fn build(&self, layout: AlbedoLayout, progress: &Progress) -> Nodes {
         let coarse = layout.coarse(K);
-        let integrals = |layout: &AlbedoLayout| layout.planes as usize / K * layout.in_plane();
+        let integrals = |layout: &AlbedoLayout| layout.planes as usize / K * self.integrals(layout);
         let steps = progress.part(0.0, NODES_SHARE).of_steps(2 * integrals(&coarse) + integrals(&layout));
         let albedo = self.nodes(coarse, None, &steps);
         let divided = self.nodes(coarse, Some(&albedo), &steps);
@@ -119,19 +122,27 @@ impl<const K: usize> Source<'_, K> {
         (0..groups).map(|i| (self.group)(i as f64 / (groups - 1).max(1) as f64)).collect()
     }
 
+    /// Integrals in each plane of a grid: over its nodes, or those up to the middle row where the others are the same.
+    fn integrals(&self, layout: &AlbedoLayout) -> usize {
+        if self.lobes.is_mirrored() { (layout.cells as usize / 2 + 1) * layout.side() } else { layout.in_plane() }
+    }
+
     /// What [`Source::least`] gives at the nodes of a grid; nodes that no cell of the disc has are zero.
     fn nodes(&self, layout: AlbedoLayout, known: Option<&Nodes>, steps: &Steps) -> Nodes {
         let in_plane = layout.in_plane();
         let groups = self.groups(&layout);
-        let asked = (0..groups.len() * in_plane).into_par_iter().map(|i| {
-            let (wi, radius) = layout.node(i);
+        let (mirrored, integrals) = (self.lobes.is_mirrored(), self.integrals(&layout));
+        let asked = (0..groups.len() * integrals).into_par_iter().map(|i| {
+            let (wi, radius) = layout.node(i % integrals);
             steps.one();
             let nothing = [f64::NEG_INFINITY; K];
-            if layout.is_beyond(radius) { [0.0; K] } else { self.least(wi, &groups[i / in_plane], known, nothing) }
+            if layout.is_beyond(radius) { [0.0; K] } else { self.least(wi, &groups[i / integrals], known, nothing) }
         });
         let asked: Vec<[f64; K]> = asked.collect();
-        let values = (0..layout.planes as usize).flat_map(|plane| {
-            asked[plane / K * in_plane..][..in_plane].iter().map(move |asked| asked[plane % K] as f32)
+        let values = (0..in_plane * layout.planes as usize).map(|i| {
+            let (plane, node) = (i / in_plane, i % in_plane);
+            let node = if mirrored { node.min(layout.mirrored(node)) } else { node };
+            asked[plane / K * integrals + node][plane % K] as f32
         });
         Nodes { layout, values: values.collect() }
     }
@@ -140,14 +151,15 @@ impl<const K: usize> Source<'_, K> {
     /// if above one, where nothing is. As `(t − 1)·cos²θi`; more than that, but no more than is `had`, where that is enough for the albedo.
     pub(super) fn least(&self, wi: Vec3, group: &Group<K>, known: Option<&Nodes>, had: [f64; K]) -> [f64; K] {
         let mut parts = Vec::new();
-        let mut albedo = [0.0; K];
+        let mut albedo = [Four::lit(0.0); K];
         for (nm, weights) in &group.wavelengths {
-            self.lobes.visit(wi, *nm, |wo, part| {
-                let part = weights.map(|weight| weight * part);
+            self.lobes.visit::<Lanes>(wi, *nm, |wo, part| {
+                let part = weights.map(|weight| Four::lit(weight) * part);
                 (0..K).for_each(|k| albedo[k] += part[k]);
                 parts.push((wo, part));
             });
         }
+        let albedo = albedo.map(Lanes::total);
         let margin = MARGIN + RIM_MARGIN * (1.0 - wi[2]).powi(16);
         let asked = |t: f64| match t - 1.0 {
             excess if excess > NEGLIGIBLE => (excess + margin * t * (excess / MARGIN_FROM).min(1.0)) * wi[2] * wi[2],
@@ -161,21 +173,19 @@ impl<const K: usize> Source<'_, K> {
             let divided: Vec<_> = parts
                 .into_iter()
                 .map(|(wo, part)| {
-                    let place = place::<Plain<f64>>(known.layout.cells, wo);
-                    let per = |k: usize| part[k] / (1.0 + known.value(&planes[k], &place) * place.per_squared_cosine);
-                    (part, std::array::from_fn::<f64, K, _>(per))
+                    let excess = known.excess::<Lanes, K>(&planes, wo);
+                    (part, std::array::from_fn::<Four, K, _>(|k| part[k] / (Four::lit(1.0) + excess[k])))
                 })
                 .collect();
             for _ in 0..STEPS {
                 // Concave in t, and no more than t where t does, so that every step does if the first does.
                 let step = |k: usize| {
-                    divided
-                        .iter()
-                        .map(|(part, per)| {
-                            let most = t[k] * per[k];
-                            if part[k] > 0.0 { part[k].min(most) } else { part[k].max(most) }
-                        })
-                        .sum::<f64>()
+                    let (zero, t) = (Four::lit(0.0), Four::lit(t[k]));
+                    let sum = divided.iter().fold(zero, |sum, (part, per)| {
+                        let (part, most) = (part[k], t * per[k]);
+                        sum + Number::select(zero.lt(part), Number::min(part, most), Number::max(part, most))
+                    });
+                    Lanes::total(sum)
                 };
                 t = std::array::from_fn(|k| step(k).max(1.0));
             }
@@ -186,40 +196,40 @@ impl<const K: usize> Source<'_, K> {
     /// What a table changes, over every other node of its grid.
     pub fn report(&self, built: &Nodes) -> AlbedoReport {
         let layout = built.layout.coarse(K);
-        let in_plane = layout.in_plane();
+        let (mirrored, integrals) = (self.lobes.is_mirrored(), self.integrals(&layout));
         let groups = self.groups(&layout);
         let at = |i: usize| {
-            let (wi, radius) = layout.node(i);
+            let node = i % integrals;
+            let (wi, radius) = layout.node(node);
             let mut found = Found::default();
             if radius >= 1.0 {
                 return found;
             }
-            let group = &groups[i / in_plane];
+            let group = &groups[i / integrals];
             let planes = group.planes.map(|plane| built.layout.between(plane));
-            let excess = |w: Vec3| {
-                let place = place::<Plain<f64>>(built.layout.cells, w);
-                planes.each_ref().map(|plane| built.value(plane, &place) * place.per_squared_cosine)
-            };
-            let from = excess(wi);
-            let (mut before, mut after) = ([0.0; K], [0.0; K]);
+            let from = built.excess::<Plain<f64>, K>(&planes, wi).map(Four::lit);
+            let (mut before, mut after) = ([Four::lit(0.0); K], [Four::lit(0.0); K]);
             for (nm, weights) in &group.wavelengths {
-                self.lobes.visit(wi, *nm, |wo, part| {
-                    let to = excess(wo);
+                self.lobes.visit::<Lanes>(wi, *nm, |wo, part| {
+                    let to = built.excess::<Lanes, K>(&planes, wo);
                     for k in 0..K {
-                        before[k] += weights[k] * part;
-                        after[k] += weights[k] * part / (1.0 + from[k].max(to[k]));
+                        let part = Four::lit(weights[k]) * part;
+                        before[k] += part;
+                        after[k] += part / (Four::lit(1.0) + Number::max(from[k], to[k]));
                     }
                 });
             }
+            let [before, after] = [before, after].map(|albedo| albedo.map(Lanes::total));
+            let stands_for = if mirrored && layout.mirrored(node) != node { 2.0 } else { 1.0 };
             // Solid angle of a node, up to a constant, times cosθ.
-            let weight = wi[2].powf(1.5);
+            let weight = stands_for * wi[2].powf(1.5);
             found.sums = [weight * K as f64, weight * before.iter().sum::<f64>(), weight * after.iter().sum::<f64>()];
             if wi[2] > COS_85_DEGREES {
                 found.most = before.into_iter().fold(0.0, f64::max);
             }
             found
         };
-        let found = (0..groups.len() * in_plane).into_par_iter().map(at).reduce(Found::default, Found::merged);
+        let found = (0..groups.len() * integrals).into_par_iter().map(at).reduce(Found::default, Found::merged);
         let [weights, before, after] = found.sums;
         AlbedoReport {
             albedo_max_unscaled: found.most,
@@ -245,11 +255,20 @@ impl Found {
 impl Nodes {
     /// Interpolated between nodes and towards the next plane.
     #[inline]
-    pub(super) fn value(&self, planes: &Between, place: &GridPlace<Plain<f64>>) -> f64 {
-        let (corner, side) = (self.layout.first_corner(place), self.layout.side());
-        let row = |from: usize| lerp(f64::from(self.values[from]), f64::from(self.values[from + 1]), place.x);
-        let within = |start: usize| lerp(row(start + corner), row(start + corner + side), place.y);
-        lerp(within(planes.starts[0]), within(planes.starts[1]), planes.towards)
+    pub(super) fn value<V: Values>(&self, planes: &Between, place: &GridPlace<V>) -> V::Real {
+        let corners: [usize; VALUES_MAX] =
+            std::array::from_fn(|lane| self.layout.first_corner(V::lane(place.cell, lane)));
+        let node = |from: usize| V::pack(|lane| self.values[corners[lane] + from].into());
+        let row = |from: usize| lerp(node(from), node(from + 1), place.x);
+        let within = |start: usize| lerp(row(start), row(start + self.layout.side()), place.y);
+        lerp(within(planes.starts[0]), within(planes.starts[1]), V::Real::lit(planes.towards))
+    }
+
+    /// `A − 1` in the planes of a group.
+    #[inline]
+    fn excess<V: Values, const K: usize>(&self, planes: &[Between; K], w: [V::Real; 3]) -> [V::Real; K] {
+        let place = place::<V>(self.layout.cells, w);
+        planes.each_ref().map(|planes| self.value(planes, &place) * place.per_squared_cosine)
     }
 
     /// At the nodes of a grid of which these are every other, in planes as well where it has more of them.
@@ -281,6 +300,12 @@ impl AlbedoLayout {
         self.direction([(i % self.side()) as f64, (i % self.in_plane() / self.side()) as f64])
     }
 
+    /// The node of the same plane on the other side of the x axis.
+    pub(super) fn mirrored(&self, node: usize) -> usize {
+        let (side, row) = (self.side(), node % self.in_plane() / self.side());
+        node - row * side + (side - 1 - row) * side
+    }
+
     /// Number of the `k`-th of eight nodes of a cell: bits of `k` are steps along x, along y, and to the next plane, if there is one.
     pub(super) fn corner(&self, [x, y, plane]: [usize; 3], k: usize) -> usize {
         let plane = (plane + (k >> 2)).min(self.planes as usize - 1);
@@ -297,15 +322,15 @@ impl AlbedoLayout {
         Between { starts: [start(plane as usize), start(plane as usize + 1)], towards }
     }
 
-    /// Number in its plane of the first corner of a place's cell.
-    fn first_corner(&self, place: &GridPlace<Plain<f64>>) -> usize {
+    /// Number in its plane of the first corner of a cell.
+    fn first_corner(&self, cell: usize) -> usize {
         // A row has one node more than cells.
-        (place.cell + place.cell / self.cells) as usize
+        cell + cell / self.cells as usize
     }
 
     /// The eight nodes around a place, in a plane and in the next, with their weights.
     pub(super) fn around(&self, planes: &Between, place: &GridPlace<Plain<f64>>) -> [(usize, f64); 8] {
-        let (corner, side) = (self.first_corner(place), self.side());
+        let (corner, side) = (self.first_corner(place.cell as usize), self.side());
         std::array::from_fn(|k| {
             let [x, y, plane] = [k & 1, k >> 1 & 1, k >> 2];
             let weight = |upper: usize, t: f64| if upper == 1 { t } else { 1.0 - t };

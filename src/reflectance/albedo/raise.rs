@@ -64,11 +64,17 @@ impl<const K: usize> Source<'_, K> {
         let samples = self.fineness.samples;
         let [a, b, towards] = scattered(i);
         let (gap, k) = (i % gaps, i / gaps);
+        let on_disc = |at: [f64; 2]| at.map(|along| 0.5 * cells as f64 * (1.0 + along));
         let at = if k < samples * layout.cells_in_plane() {
             [(k / samples % cells) as f64 + a, (k / samples / cells) as f64 + b]
+        } else if self.lobes.is_mirrored() && k % 2 == 1 {
+            // Every other place about the horizon does for its mirror image as well. The rest are on the axes, where ridges meet their own
+            // mirror images.
+            let along = 2.0 * b - 1.0;
+            on_disc(if a < 0.5 { [along, 0.0] } else { [0.0, along] })
         } else {
             let (sin, cos) = (TAU * b).sin_cos();
-            [cos, sin].map(|along| 0.5 * cells as f64 * (1.0 + (1.0 - RIM_WIDTH * a * a) * along))
+            on_disc([cos, sin].map(|along| (1.0 - RIM_WIDTH * a * a) * along))
         };
         // A little beyond the range and brought back, since the last planes have a gap on one side alone.
         let plane = ((gap as f64 + 1.5 * towards - 0.25) / gaps as f64).clamp(0.0, 1.0);
@@ -127,7 +133,10 @@ impl<const K: usize> Source<'_, K> {
                 most[node] = most[node].max((by * weight / squares) as f32);
             }
         }
-        nodes.values.iter_mut().zip(&most).for_each(|(value, by)| *value += by);
+        let mirrored = self.lobes.is_mirrored();
+        for (node, value) in nodes.values.iter_mut().enumerate() {
+            *value += if mirrored { most[node].max(most[layout.mirrored(node)]) } else { most[node] };
+        }
         lacks.into_iter().filter_map(|lack| lack.look).collect()
     }
 }
