@@ -66,13 +66,10 @@ def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
 def _d65() -> tuple[np.ndarray, np.ndarray]:
     """Mitsuba's illuminant at whole nm, scaled as the light is: a white plane that faces the sun reflects it."""
     nm = np.arange(360.0, 832.0)
-    spectrum = mi.load_dict({"type": "d65"})
-    si = dr.zeros(mi.SurfaceInteraction3f)
-    values = []
-    for carried in nm.reshape(-1, CARRIED):
-        si.wavelengths = carried.tolist()
-        values.append(np.array(spectrum.eval(si)).ravel())
-    return nm, np.concatenate(values)
+    carried = nm.reshape(-1, CARRIED)
+    si = dr.zeros(mi.SurfaceInteraction3f, len(carried))
+    si.wavelengths = mi.UnpolarizedSpectrum(carried.T)
+    return nm, np.array(mi.load_dict({"type": "d65"}).eval(si)).T.ravel()
 
 
 def picture(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, quadrature: Quadrature, spp: int) -> np.ndarray:
