@@ -92,7 +92,16 @@ impl Fineness {
     /// For a surface.
     pub fn of(lobes: &Lobes) -> Self {
         let places = lobes.count_places();
-        FINENESS.into_iter().find(|fineness| places <= fineness.places).unwrap_or(FINENESS[FINENESS.len() - 1])
+        let found =
+            FINENESS.into_iter().find(|fineness| places <= fineness.places).unwrap_or(FINENESS[FINENESS.len() - 1]);
+        // A wide cell has more of a ridge in it, not less.
+        let [samples, rim_samples, again] = if lobes.has_ridges() { [3, 96, 8] } else { [2, 24, 4] };
+        Self {
+            samples: found.samples.max(samples),
+            rim_samples: found.rim_samples.max(rim_samples),
+            again: found.again.max(again),
+            ..found
+        }
     }
 
     /// For bands instead of wavelengths: ridges are washed out, and an integral takes as many times longer as it has wavelengths.
