@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 
@@ -12,7 +11,6 @@ from ..light import Light
 from ..scene import View
 from ..snake import SnakeFiles
 from .cases import bare_scene
-from .points import CARRIED
 from .quadrature import Quadrature
 
 # The integral of D65 over a band is the sum over this many points, exact to 1e-6 for a curve made of straight lines.
@@ -64,12 +62,10 @@ def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _d65() -> tuple[np.ndarray, np.ndarray]:
-    """Mitsuba's illuminant at whole nm, scaled as the light is: a white plane that faces the sun reflects it."""
-    nm = np.arange(360.0, 832.0)
-    carried = nm.reshape(-1, CARRIED)
-    si = dr.zeros(mi.SurfaceInteraction3f, len(carried))
-    si.wavelengths = mi.UnpolarizedSpectrum(carried.T)
-    return nm, np.array(mi.load_dict({"type": "d65"}).eval(si)).T.ravel()
+    """Mitsuba's illuminant, straight between these nm, scaled so that a white plane that faces the sun reflects it."""
+    spectrum = mi.traverse(mi.load_dict({"type": "d65"}))
+    values = np.array(spectrum["values"])
+    return np.linspace(*spectrum["range"], len(values)), values
 
 
 def picture(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, quadrature: Quadrature, spp: int) -> np.ndarray:

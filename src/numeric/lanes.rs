@@ -1,4 +1,4 @@
-//! Four numbers of single precision by value, side by side: the wavelengths that a ray carries.
+//! Four numbers of single precision by value, side by side: the wavelengths that a ray carries, or directions of an integral.
 
 use super::math::polynomial;
 use super::{Index, Mask, Number, Numbers, Real, State, Values};

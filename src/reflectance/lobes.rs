@@ -342,3 +342,61 @@ fn joined(lobes: Vec<(f64, Lobe<'_>)>) -> Lobe<'_> {
     }
     Lobe { f, sigma_f, record: record.into() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::height_field::{HeightField, random::Random};
+    use crate::numeric::{Lanes, Plain};
+    use crate::reflectance::SpectralIndex;
+    use crate::reflectance::surface::build_table;
+    use crate::table::{Progress, Tiling};
+
+    /// The integral of `visit`'s parts.
+    fn total<V: Values>(lobes: &Lobes, wi: Vec3, nm: f64) -> f64 {
+        let mut sum = 0.0;
+        lobes.visit::<V>(wi, nm, |_, part| sum += V::total(part));
+        sum
+    }
+
+    #[test]
+    fn four_places_at_a_time_are_each_of_them_and_one_side_of_a_grating_is_the_other() {
+        // Single precision, of places and of what they are multiplied by; parts are not negative, so that nothing cancels.
+        const SINGLE: f64 = 3e-6;
+        // The same numbers in another order, in double precision.
+        const MIRRORED: f64 = 1e-12;
+        let mut random = Random::new(5);
+        let relief = |random: &mut Random, nx, ny, height_um: f64| {
+            HeightField::new(height_um * random.smooth_field(nx, ny, 3), 0.1, 0.1).unwrap()
+        };
+        let metal = Some(SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.9 }));
+        let plain = Options::default();
+        let small_slope = Options { obliquity: Obliquity::SmallSlope, index: metal, ..plain.clone() };
+        let cases = [
+            (relief(&mut random, 30, 1, 0.2), plain.clone()),
+            (relief(&mut random, 30, 1, 0.5), Options { coherence_length_um: 6.0, shadowing: true, ..plain.clone() }),
+            (relief(&mut random, 24, 20, 0.3), small_slope),
+            // Wide nodes, tabulated.
+            (relief(&mut random, 24, 20, 0.3), Options { tiling: Tiling::Aperiodic, ..plain.clone() }),
+            // Nothing is diffracted, and splines have next to no knots.
+            (relief(&mut random, 30, 1, 0.0), plain),
+        ];
+        for (i, (field, options)) in cases.iter().enumerate() {
+            let table = build_table(field, options, &Progress::none()).unwrap().table;
+            let lobes = Lobes::quick(&table, options).unwrap();
+            assert_eq!(lobes.is_mirrored(), field.size().1 == 1);
+            for _ in 0..200 {
+                let (theta, phi): (f64, f64) = (random.between(0.0, 1.57), random.between(0.0, TAU));
+                let [x, y, z] = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
+                let nm = random.between(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM);
+                let one = total::<Plain<f64>>(&lobes, [x, y, z], nm);
+                let four = total::<Lanes>(&lobes, [x, y, z], nm);
+                assert!(one > 0.01 && (four / one - 1.0).abs() < SINGLE, "{i}, {theta} {phi} {nm}: {one}, {four}");
+                if lobes.is_mirrored() {
+                    let other = total::<Plain<f64>>(&lobes, [x, -y, z], nm);
+                    assert!((other / one - 1.0).abs() < MIRRORED, "{i}, {theta} {phi} {nm}: {one}, {other}");
+                }
+            }
+        }
+    }
+}
