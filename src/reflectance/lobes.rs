@@ -85,18 +85,18 @@ impl<'a> Lobes<'a> {
             return;
         }
         let integrand = Integrand::<V>::new(self, wi, wavelength_nm);
-        let mut places = Places::default();
-        self.places(wi, wavelength_nm * 1e-3, |place| {
-            places.push(place);
-            if places.count == AT_ONCE {
-                places.take(&integrand, &mut visit);
-            }
-        });
-        places.take(&integrand, &mut visit);
+        self.places(wi, wavelength_nm * 1e-3, &mut |places| places.take(&integrand, &mut visit));
     }
 
-    /// Where an integral over the hemisphere looks.
-    fn places<'b>(&'b self, wi: Vec3, wavelength_um: f64, mut put: impl FnMut(Place<'b>)) {
+    /// Where an integral over the hemisphere looks: `take` takes what there is, and leaves nothing, as often as there is much.
+    fn places<'b>(&'b self, wi: Vec3, wavelength_um: f64, take: &mut dyn FnMut(&mut Places<'b>)) {
+        let mut places = Places::default();
+        let mut put = |place| {
+            places.push(place);
+            if places.count == AT_ONCE {
+                take(&mut places);
+            }
+        };
         let lattice = self.table.lattice();
         let known = [(&lattice.x, wi[0]), (&lattice.y, wi[1])].map(|(axis, wi)| {
             let reach = wavelength_um * axis.cutoff / axis.period_um;
@@ -112,7 +112,7 @@ impl<'a> Lobes<'a> {
                         put(Place { wo, factor: share, exponent, record: &lobe.record });
                     });
                 }
-                return;
+                return take(&mut places);
             }
             Power::Smooth => &|f, kappa| self.table.density(f, kappa),
             Power::Grid(grid) => &|f, kappa| grid.density(f, kappa),
@@ -124,6 +124,7 @@ impl<'a> Lobes<'a> {
                 put(Place { wo, factor: area * density, ..Place::NONE });
             }
         });
+        take(&mut places);
     }
 
     /// Whether the relief varies along x alone, so that the albedo is the same on either side of the x axis.
@@ -168,7 +169,7 @@ impl<'a> Lobes<'a> {
     pub fn count_places(&self) -> usize {
         let count = |(wi, wavelength_um)| {
             let mut count = 0;
-            self.places(wi, wavelength_um, |_| count += 1);
+            self.places(wi, wavelength_um, &mut |places| count += std::mem::take(&mut places.count));
             count
         };
         [([0.0, 0.0, 1.0], 0.4), ([0.6, 0.0, 0.8], 0.5), ([0.0, 0.8, 0.6], 0.6)]
