@@ -35,6 +35,7 @@ pub(super) struct Lobes<'a> {
     table: &'a SpectralTable,
     options: &'a Options,
     power: Power<'a>,
+    /// Whether the relief varies along x alone; asked of quick integrals only, and not found out for others.
     mirrored: bool,
 }
 
@@ -61,7 +62,8 @@ impl<'a> Lobes<'a> {
             let (singles, merged) = merged(table);
             Power::Lobes { singles, merged, cut: false }
         };
-        Self::new(table, options, lobes, || Power::Grid(PowerGrid::new(table)))
+        let quick = Self::new(table, options, lobes, || Power::Grid(PowerGrid::new(table)))?;
+        Some(Self { mirrored: table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0), ..quick })
     }
 
     fn new(
@@ -72,9 +74,7 @@ impl<'a> Lobes<'a> {
     ) -> Option<Self> {
         (table.kernel() == KernelKind::Power).then(|| {
             let power = if panels_over_the_hemisphere(table) <= PANELS_MAX { smooth() } else { lobes() };
-            // The node along the normal is kept in any case.
-            let mirrored = table.kept_nodes().iter().all(|&(_, jy, _)| jy == 0);
-            Self { table, options, power, mirrored }
+            Self { table, options, power, mirrored: false }
         })
     }
 
@@ -127,7 +127,7 @@ impl<'a> Lobes<'a> {
         take(&mut places);
     }
 
-    /// Whether the relief varies along x alone, so that the albedo is the same on either side of the x axis.
+    /// Whether it is known that the relief varies along x alone, so that the albedo is the same on either side of the x axis.
     pub fn is_mirrored(&self) -> bool {
         self.mirrored
     }

@@ -20,7 +20,7 @@ pub(super) struct Fineness {
     pub cells: u32,
     pub planes: u32,
     /// Directions in every cell, besides its corners, at which the table is not below what is asked for; and about the horizon for every cell
-    /// along a side.
+    /// along a side, half of which a relief along x has on the axes.
     pub samples: usize,
     pub rim_samples: usize,
     /// Directions that are looked at about each where something was lacking.
@@ -94,8 +94,11 @@ impl Fineness {
         let places = lobes.count_places();
         let found =
             FINENESS.into_iter().find(|fineness| places <= fineness.places).unwrap_or(FINENESS[FINENESS.len() - 1]);
+        if !lobes.has_ridges() {
+            return found;
+        }
         // A wide cell has more of a ridge in it, not less.
-        let [samples, rim_samples, again] = if lobes.has_ridges() { [3, 96, 8] } else { [2, 24, 4] };
+        let Self { samples, rim_samples, again, .. } = FINENESS[1];
         Self {
             samples: found.samples.max(samples),
             rim_samples: found.rim_samples.max(rim_samples),
