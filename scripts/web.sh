@@ -58,6 +58,11 @@ build_bindgen() {
         cargo build --locked --release --manifest-path crates/web/bindgen/Cargo.toml
 }
 
+# The native renderer, which draws the examples' pictures.
+build_twin() {
+    cargo build --release -p sunbeam-web --example page_twin
+}
+
 if [ "${1:-}" = --check ]; then
     find_target
     exit
@@ -65,13 +70,19 @@ fi
 
 # Only what changed is built again.
 say "1/4 the code"
-# Beside it, since the code is linked on one core; what is wrong with it is told by the build that follows.
-build_bindgen >/dev/null 2>&1 &
-bindgen=$!
-trap 'kill "$bindgen" 2>/dev/null || true' EXIT
+# The code is linked on one core. What else is compiled takes what that leaves of the processor; what is wrong with it is told by
+# the builds that follow.
+(
+    renice -n 19 "$BASHPID"
+    build_bindgen
+    build_twin
+) >/dev/null 2>&1 &
+rest=$!
+trap 'kill "$rest" 2>/dev/null || true' EXIT
 build_code
 say "2/4 the JavaScript around it"
-wait "$bindgen" || build_bindgen
+wait "$rest" || true
+build_bindgen
 rm -rf "$PAGE.new"
 mkdir -p "$PAGE.new/wasm"
 target/bindgen/release/sunbeam-bindgen "target/$TARGET/page/sunbeam_web.wasm" "$PAGE.new/wasm"
@@ -82,7 +93,7 @@ if [ -d "$PAGE/examples" ] && [ -z "${SUNBEAM_WEB_EXAMPLES:-}" ] && [ "$PAGE/exa
     cp -R "$PAGE/examples" "$PAGE.new/examples"
 else
     [ -d "$SCANS" ] || say "note: there is no folder $SCANS of scans (SUNBEAM_DATA names another): no example is measured"
-    cargo build --release -p sunbeam-web --example page_twin
+    build_twin
     target/release/examples/page_twin --examples crates/web/examples.json --scans "$SCANS" -o "$PAGE.new/examples"
 fi
 rm -rf "$PAGE"

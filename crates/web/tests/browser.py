@@ -43,6 +43,13 @@ WEBGPU = (
     "--enable-unsafe-swiftshader",
 )
 NO_WEBGPU = ("--disable-features=WebGPU,WebGPUService", "--disable-gpu", "--disable-blink-features=WebGPU")
+# All tasks of all threads, from the browser's start to its end: chromedriver's own log ends after 100 000 lines.
+TRACE = (
+    "--trace-startup=toplevel,blink.user_timing",
+    "--trace-startup-duration=0",
+    "--trace-startup-format=json",
+    "--trace-startup-owner=controller",
+)
 # WebDriver's name for the property that holds an element's number.
 ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
 
@@ -61,12 +68,13 @@ class WebDriverError(RuntimeError):
 
 
 class Browser:
-    """One window. `flags` are Chromium's."""
+    """One window. `flags` are Chromium's; `traced` is for `task_ms`."""
 
     def __init__(self, flags=WEBGPU, size=(1400, 1000), traced=False):
         self.folder = Path(tempfile.mkdtemp(prefix="sunbeam-browser-"))
         self.downloads = self.folder / "downloads"
         self.downloads.mkdir()
+        self.trace = self.folder / "trace.json"
         port = free_port()
         self.root = f"http://127.0.0.1:{port}"
         self.log = (self.folder / "chromedriver.log").open("w")
@@ -75,6 +83,7 @@ class Browser:
         arguments = [
             *BASE,
             *flags,
+            *((*TRACE, f"--trace-startup-file={self.trace}") if traced else ()),
             f"--window-size={size[0]},{size[1]}",
             f"--user-data-dir={self.folder / 'profile'}",
         ]
@@ -83,15 +92,9 @@ class Browser:
             "args": arguments,
             "prefs": {"download.default_directory": str(self.downloads), "download.prompt_for_download": False},
         }
-        if traced:
-            options["perfLoggingPrefs"] = {
-                "enableNetwork": False,
-                "enablePage": False,
-                "traceCategories": "toplevel,blink.user_timing",
-            }
         wanted = {
             "browserName": "chrome",
-            "goog:loggingPrefs": {"browser": "ALL", **({"performance": "ALL"} if traced else {})},
+            "goog:loggingPrefs": {"browser": "ALL"},
             "goog:chromeOptions": options,
             "timeouts": {"script": 240000, "pageLoad": 60000},
         }
@@ -112,10 +115,14 @@ class Browser:
     def __exit__(self, *_):
         self.close()
 
-    def close(self):
+    def quit(self):
         if self.session:
-            with contextlib.suppress(OSError, WebDriverError):
-                self.call("DELETE", self.session)
+            self.call("DELETE", self.session)
+        self.session = ""
+
+    def close(self):
+        with contextlib.suppress(OSError, WebDriverError):
+            self.quit()
         self.process.terminate()
         self.process.wait(20)
         self.log.close()
@@ -195,11 +202,10 @@ class Browser:
     def task_ms(self, mark):
         """Processor time in ms of each task of the page's own thread that began after it had set this mark.
 
-        Of a browser that is `traced`, once after each opening. What chromedriver has the thread do is not counted.
+        Of a browser that is `traced`, which ends here. What chromedriver has the thread do is not counted.
         """
-        entries = self.post("/se/log", {"type": "performance"})
-        events = [json.loads(entry["message"])["message"] for entry in entries]
-        events = [event["params"] for event in events if event["method"] == "Tracing.dataCollected"]
+        self.quit()
+        events = json.loads(self.trace.read_text())["traceEvents"]
         marks = {(event["pid"], event["tid"]): event["ts"] for event in events if event["name"] == mark}
         events = [event for event in events if event["ts"] > marks.get((event["pid"], event["tid"]), math.inf)]
         driven = sorted(event["ts"] for event in events if "blink.mojom.DevTools" in json.dumps(event.get("args")))

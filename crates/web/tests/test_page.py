@@ -69,7 +69,9 @@ def expect_same(found, expected):
 
 @pytest.mark.parametrize("method", METHODS)
 def test_pixels_are_those_of_the_native_renderer(page, tmp_path, method):
-    page.reopen({"surface.preset": "elaphe", "method": method}, size=SMALL)
+    # The same shader with a quarter of the wavelengths, which a browser without a graphics card sums for 15 s.
+    step = {"options.lambda_step_nm": 20} if method == "flss" else {}
+    page.reopen({"surface.preset": "elaphe", "method": method, **step}, size=SMALL)
     found = page.pixels()
     expected = twin(page.settings(), tmp_path, "--size", SMALL)
     assert found.shape == expected.shape
@@ -369,9 +371,9 @@ def test_a_link_that_is_wrong_is_told_and_left_aside(page):
     page.open({"surface.preset": "nothing", "method": "magic"}, size=SMALL, drawn=False)
     assert "link" in page.message()
     page.finished()
-    page.open({"surface.coherence_length": -1}, drawn=False)
+    page.open({"surface.coherence_length": -1}, size=SMALL, drawn=False)
     assert "coherence_length" in page.message()
-    page.open({"__proto__.polluted": 1, "constructor.prototype.polluted": 1}, drawn=False)
+    page.open({"__proto__.polluted": 1, "constructor.prototype.polluted": 1}, size=SMALL, drawn=False)
     assert page.js("return ({}).polluted === undefined")
 
 
@@ -536,17 +538,15 @@ def test_the_page_answers_while_it_computes(host):
         page.browser.hover("#picture", (10, 10))
         page.choose("#preset", "elaphe")
         page.finished()
-        tasks = browser.task_ms("loaded")
-    assert len(tasks) > 200
-    assert max(tasks) < LONG_MS
-    # A long task is seen.
-    with Browser(traced=True) as browser:
-        Page(browser, host).open(size=SMALL)
+        # A long task is seen, and the trace has not ended before it.
         browser.js("""
             setTimeout(() => {
-                const end = performance.now() + 1000;
+                const end = performance.now() + 2000;
                 while (performance.now() < end);
                 window.waited = true;
             })""")
         browser.wait("return window.waited", "the long task")
-        assert max(browser.task_ms("loaded")) > LONG_MS
+        *tasks, longest = sorted(browser.task_ms("loaded"))
+    assert longest > 5 * LONG_MS
+    assert len(tasks) > 200
+    assert tasks[-1] < LONG_MS
