@@ -3,7 +3,7 @@ use crate::snake::{PigmentTexture, SnakeError, SnakeMesh, SnakeOptions, pigment_
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 use std::str::FromStr;
-use sunbeam::colour::srgb_encode;
+use sunbeam::colour::srgb_bytes;
 
 /// Cells of the sphere around its axis and from pole to pole.
 const SPHERE_CELLS: (u32, u32) = (192, 96);
@@ -76,8 +76,7 @@ impl FromStr for Shape {
 }
 
 fn bare_pigment() -> PigmentTexture {
-    let pixel = srgb_encode(Shape::BARE_PIGMENT).map(|value| (255.0 * value).round() as u8);
-    PigmentTexture { width: 1, height: 1, pixels: vec![pixel] }
+    PigmentTexture { width: 1, height: 1, pixels: vec![srgb_bytes(Shape::BARE_PIGMENT)] }
 }
 
 fn flat() -> Mesh {

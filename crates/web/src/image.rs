@@ -3,7 +3,7 @@
 use crate::error::WebError;
 use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, WritableImage};
 use std::io::Cursor;
-use sunbeam::colour::{automatic_exposure, srgb_encode, tone_map};
+use sunbeam::colour::{automatic_exposure, srgb_bytes, tone_map};
 use sunbeam::height_field::HeightField;
 use sunbeam::reflectance::map_direction;
 
@@ -59,7 +59,7 @@ pub fn map_picture(rgb: &[[f32; 3]], side: usize, exposure: Option<f64>) -> Resu
     let lit = (0..rgb.len()).filter(|&i| inside(i)).map(|i| rgb[i].map(f64::from));
     let factor = exposure.unwrap_or_else(|| automatic_exposure(lit));
     let pixel = |(i, colour): (usize, &[f32; 3])| {
-        let [r, g, b] = bytes(srgb_encode(colour.map(|value| f64::from(value) * factor)));
+        let [r, g, b] = srgb_bytes(colour.map(|value| f64::from(value) * factor));
         [r, g, b, if inside(i) { 255 } else { 0 }]
     };
     Ok(rgb.iter().enumerate().flat_map(pixel).collect())
@@ -100,11 +100,7 @@ pub fn picture_png(rgb: &[[f32; 3]], (width, height): (u32, u32), stops: f64) ->
 
 /// Linear radiance as a screen shows it.
 pub fn shown(rgb: [f32; 3], stops: f64) -> [u8; 3] {
-    bytes(srgb_encode(tone_map(rgb.map(f64::from), stops)))
-}
-
-fn bytes(encoded: [f64; 3]) -> [u8; 3] {
-    encoded.map(|value| (255.0 * value).round() as u8)
+    srgb_bytes(tone_map(rgb.map(f64::from), stops))
 }
 
 fn check_square(rgb: &[[f32; 3]], side: usize) -> Result<(), WebError> {

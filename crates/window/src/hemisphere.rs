@@ -1,7 +1,7 @@
 //! The BRDF map beside the picture: what the surface sends where, for light from one direction.
 
 use eframe::egui;
-use sunbeam::colour::{automatic_exposure, srgb_encode};
+use sunbeam::colour::{automatic_exposure, srgb_bytes};
 use sunbeam::reflectance::map_direction;
 use sunbeam_realtime::levels::Pace;
 use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
@@ -55,7 +55,7 @@ pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut P
     let linear: Vec<[f64; 3]> = answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect();
     let exposure = automatic_exposure(linear.iter().copied());
     let mut colours = linear.iter().map(|rgb| {
-        let [r, g, b] = srgb_encode(rgb.map(|value| value * exposure)).map(|value| (255.0 * value).round() as u8);
+        let [r, g, b] = srgb_bytes(rgb.map(|value| value * exposure));
         egui::Color32::from_rgb(r, g, b)
     });
     let pixels =

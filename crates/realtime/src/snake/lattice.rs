@@ -36,6 +36,18 @@ pub(super) struct Traits {
     lean: f64,
 }
 
+/// The nodes of one scale, seen from its centre. Halves are those of [`Side`], in its order.
+#[derive(Clone, Copy)]
+struct Frame {
+    tip: DVec2,
+    flanks: [DVec2; 2],
+    /// Of the parallelograms of tip and flank.
+    areas: [f64; 2],
+}
+
+/// Scales beyond the sheet whose frames are kept too, on each side: pixels at the rim ask for them.
+const MARGIN: i64 = 3;
+
 /// A point in the frame of one scale.
 #[derive(Clone, Copy)]
 pub(super) struct Local {
@@ -51,6 +63,15 @@ impl Local {
         gauge(self.along, self.across)
     }
 
+    /// Whether the gauge is at most 1: powers are dear, and most points are far from an edge.
+    fn is_within(self) -> bool {
+        let (along, across) = (self.along, self.across.abs());
+        if along > 1.0 || across > 1.0 {
+            return false;
+        }
+        along <= 0.0 || along + across <= 1.0 || along.powf(OUTLINE) + across.powf(OUTLINE) <= 1.0
+    }
+
     /// The gauge on the edge itself, in this direction: at most `WALL` below 1.
     pub(super) fn edge(self) -> f64 {
         let (along, across) = (self.along.max(0.0), self.across.abs());
@@ -59,8 +80,11 @@ impl Local {
 }
 
 /// 1 on the foot of an edge: a rounded rhombus before the centre, straight flanks behind it.
-fn gauge(along: f64, across: f64) -> f64 {
-    (along.max(0.0).powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
+pub(super) fn gauge(along: f64, across: f64) -> f64 {
+    if along <= 0.0 {
+        return across.abs();
+    }
+    (along.powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
 }
 
 /// Width of the wall from the node at the flank (`t` = 0) to the tip (1): as the step, it grows fast at first.
@@ -68,14 +92,10 @@ fn wall(t: f64) -> f64 {
     WALL * (1.0 - (1.0 - t).powi(3))
 }
 
-/// The gauge of a scale at the tip of the one that it overlaps.
-pub(super) fn gauge_at_the_next_tip() -> f64 {
-    gauge(2.0, 1.0)
-}
-
 /// The scales of a snake, and some beyond the rim of the sheet.
 pub(super) struct Lattice {
     traits: Vec<Traits>,
+    frames: Vec<Frame>,
     pub(super) rows_along: i64,
     pub(super) rows_around: i64,
 }
@@ -85,11 +105,29 @@ impl Lattice {
     pub(super) fn new(options: &SnakeOptions) -> Self {
         let mut random = Pcg64::seed_from_u64(options.seed);
         let count = (options.rows_along + 5) * (options.rows_around + 5);
-        Self {
+        let (along, around) = (options.rows_along as i64, options.rows_around as i64);
+        let mut lattice = Self {
             traits: (0..count).map(|_| traits(&mut random, options.variation)).collect(),
-            rows_along: options.rows_along as i64,
-            rows_around: options.rows_around as i64,
-        }
+            frames: Vec::new(),
+            rows_along: along,
+            rows_around: around,
+        };
+        let places = (-MARGIN..=along + MARGIN).flat_map(|i| (-MARGIN..=around + MARGIN).map(move |j| (i, j)));
+        lattice.frames = places.map(|scale| lattice.frame(scale)).collect();
+        lattice
+    }
+
+    fn frame(&self, (i, j): (i64, i64)) -> Frame {
+        let tip = self.node(i + 1, j) - centre(i, j);
+        let flanks = [Side::Left, Side::Right].map(|side| self.flank((i, j), side) - centre(i, j));
+        Frame { tip, flanks, areas: flanks.map(|flank| tip.perp_dot(flank)) }
+    }
+
+    fn kept_frame(&self, (i, j): (i64, i64)) -> Option<&Frame> {
+        let (row, column) = (i + MARGIN, j + MARGIN);
+        let columns = self.rows_around + 2 * MARGIN + 1;
+        let is_kept = row >= 0 && (0..columns).contains(&column);
+        is_kept.then(|| self.frames.get((row * columns + column) as usize)).flatten()
     }
 
     /// The traits of scale (i, j). Beyond the sides of the sheet scales are mirror images, so that the sides are straight.
@@ -114,13 +152,12 @@ impl Lattice {
     }
 
     /// The point in the frame of scale (i, j).
-    pub(super) fn local(&self, (i, j): (i64, i64), point: DVec2) -> Local {
-        let from_centre = point - centre(i, j);
-        let tip = self.node(i + 1, j) - centre(i, j);
+    pub(super) fn local(&self, scale: (i64, i64), point: DVec2) -> Local {
+        let from_centre = point - centre(scale.0, scale.1);
+        let Frame { tip, flanks, areas } = self.kept_frame(scale).copied().unwrap_or_else(|| self.frame(scale));
         let turn = tip.perp_dot(from_centre);
         let (side, sign) = if turn < 0.0 { (Side::Left, -1.0) } else { (Side::Right, 1.0) };
-        let flank = self.flank((i, j), side) - centre(i, j);
-        let area = tip.perp_dot(flank);
+        let (flank, area) = (flanks[side as usize], areas[side as usize]);
         Local { along: from_centre.perp_dot(flank) / area, across: sign * turn / area }
     }
 
@@ -154,11 +191,7 @@ impl Lattice {
                 .flat_map(|i| (middle - 2..=middle + 2).map(move |j| (i, j)))
                 .filter(|(i, j)| (i + j) % 2 == 0)
         };
-        // Powers are dear, and most scales around a point end long before it.
-        let reaches = |scale: &(i64, i64)| {
-            let local = self.local(*scale, point);
-            local.along <= 1.0 && local.across.abs() <= 1.0 && local.gauge() <= 1.0
-        };
+        let reaches = |scale: &(i64, i64)| self.local(*scale, point).is_within();
         let beyond = |scale: &(i64, i64)| self.local(*scale, point).gauge();
         around()
             .find(reaches)

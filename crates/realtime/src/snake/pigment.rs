@@ -5,7 +5,8 @@ use super::{
     mesh::Surface,
     scales::{Spot, smooth},
 };
-use sunbeam::colour::srgb_encode;
+use rayon::prelude::*;
+use sunbeam::colour::srgb_bytes;
 
 /// Pixels of a texture along and around the body: twice as long as wide, as the skin is.
 pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
@@ -41,15 +42,14 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
         }
     }
     let surface = Surface::new(options);
-    let mut pixels = Vec::with_capacity(width * height);
-    for row in 0..height {
+    let mut pixels = vec![[0; 3]; width * height];
+    pixels.par_chunks_mut(width).enumerate().for_each(|(row, pixels)| {
         let v = (row as f64 + 0.5) / height as f64;
-        for column in 0..width {
+        for (column, pixel) in pixels.iter_mut().enumerate() {
             let u = (column as f64 + 0.5) / width as f64;
-            let linear = reflectance(&surface.scales.at(u, v), v);
-            pixels.push(srgb_encode(linear).map(|value| (255.0 * value).round() as u8));
+            *pixel = srgb_bytes(reflectance(&surface.scales.at(u, v), v));
         }
-    }
+    });
     Ok(PigmentTexture { width, height, pixels })
 }
 

@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::{
     SnakeOptions,
-    lattice::{Lattice, gauge_at_the_next_tip},
+    lattice::{Lattice, gauge},
 };
 
 /// Height of a scale's dome and of its keel against the distance of neighbouring rows.
@@ -33,6 +33,8 @@ pub(super) struct Spot {
 /// The relief of all scales.
 pub(super) struct Scales {
     pub(super) lattice: Lattice,
+    /// The gauge of a scale at the tip of the one that it overlaps.
+    gauge_at_the_next_tip: f64,
     unit_cm: f64,
     keel: f64,
 }
@@ -42,6 +44,7 @@ impl Scales {
     pub(super) fn new(options: &SnakeOptions, width_cm: f64) -> Self {
         Self {
             lattice: Lattice::new(options),
+            gauge_at_the_next_tip: gauge(2.0, 1.0),
             unit_cm: options.relief * width_cm / options.rows_around as f64,
             keel: options.keel,
         }
@@ -66,7 +69,7 @@ impl Scales {
     pub(super) fn height_cm(&self, (i, j): (i64, i64), point: DVec2) -> f64 {
         let traits = self.lattice.traits(i, j);
         let from =
-            |above: (i64, i64)| (self.lattice.local(above, point).gauge() - 1.0) / (gauge_at_the_next_tip() - 1.0);
+            |above: (i64, i64)| (self.lattice.local(above, point).gauge() - 1.0) / (self.gauge_at_the_next_tip - 1.0);
         // 0 on either edge at the root, both 1 at the tip.
         let (x, y) = (from((i - 1, j - 1)), from((i - 1, j + 1)));
         let across = self.lattice.local((i, j), point).across;
