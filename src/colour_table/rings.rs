@@ -97,7 +97,8 @@ impl Rings {
                 break;
             }
             let radius = radius(k as f64);
-            let group = (2.0 / radius).log(GROUP_RATIO).floor();
+            // The last rings are beyond 2; they help to interpolate up to there.
+            let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
             let around = TAU * 2.0 * GROUP_RATIO.powf(-group) / spacing;
             // Asked of from half of the ring's neighbourhood inwards, up to |q| = 2.
             let w_max = (4.0 - inner.max(0.0).powi(2)).sqrt();
