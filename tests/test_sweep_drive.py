@@ -1,6 +1,7 @@
 """How a sweep's driver takes what Dask tells of its batches, where the moment at which a worker dies is chosen."""
 
 import pytest
+from distributed.comm.core import CommClosedError
 from distributed.scheduler import KilledWorker
 
 CASES = 3
@@ -34,19 +35,23 @@ def drive(sweep_package):
     from sunbeam_mitsuba.sweep.work import Done, Job
 
     class Client:
-        def __init__(self, status, failures):
-            self.status, self.failures = status, failures
+        def __init__(self, status, failures, reset):
+            self.status, self.failures, self.reset = status, failures, reset
 
         def nthreads(self):
+            if self.reset:
+                raise CommClosedError("connection reset by peer")
             return {"worker": 1}
 
         def submit(self, run, job, batch, **how):
             return Result(Done({case.identity: False for case in batch}, 1.0), self.failures)
 
-    def driven(*failures, status="running"):
+    def driven(*failures, status="running", reset=False):
         told = []
         cases = [Case(row, str(row), "surface", {}) for row in range(CASES)]
-        drive(Client(status, list(failures)), Job(None, None, (), ""), cases, lambda *counts: told.append(counts))
+        drive(
+            Client(status, list(failures), reset), Job(None, None, (), ""), cases, lambda *counts: told.append(counts)
+        )
         return tuple(map(sum, zip(*told, strict=True)))
 
     return driven
@@ -65,3 +70,8 @@ def test_a_batch_that_kills_its_workers_the_second_time_is_tried_alone(drive):
 def test_a_scheduler_that_is_gone_is_one_line(drive, sweep_package, failure):
     with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
         drive(failure, status="closed")
+
+
+def test_a_scheduler_that_dies_while_its_threads_are_counted_is_one_line(drive, sweep_package):
+    with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
+        drive(reset=True)

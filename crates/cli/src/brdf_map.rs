@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_encode};
+use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_bytes};
 use sunbeam::reflectance::{Vec3, map_direction};
 
 /// Accepted sides of the map in pixels.
@@ -141,11 +141,7 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
     if let Some(path) = &args.png {
         let inside = map.iter().zip(&pixels).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
         let factor = args.exposure.unwrap_or_else(|| automatic_exposure(inside));
-        let bytes: Vec<u8> = map
-            .iter()
-            .flat_map(|rgb| srgb_encode(rgb.map(|value| value * factor)))
-            .map(|value| (255.0 * value).round() as u8)
-            .collect();
+        let bytes: Vec<u8> = map.iter().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
         super::png::write(path, (size, size), png::ColorType::Rgb, &bytes)?;
         exposure = Some(factor);
     }

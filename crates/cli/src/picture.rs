@@ -3,7 +3,7 @@
 use super::scene_args::Size;
 use std::error::Error;
 use std::path::Path;
-use sunbeam::colour::{srgb_encode, tone_map};
+use sunbeam::colour::{srgb_bytes, tone_map};
 
 /// Writes linear sRGB radiance as 32-bit floats (.exr).
 pub fn write_exr(path: &Path, Size(width, height): Size, picture: &[[f32; 3]]) -> Result<(), Box<dyn Error>> {
@@ -19,7 +19,7 @@ pub fn write_png(
     picture: &[[f32; 3]],
     exposure: f64,
 ) -> Result<(), Box<dyn Error>> {
-    let shown = |pixel: &[f32; 3]| srgb_encode(tone_map(pixel.map(f64::from), exposure));
-    let bytes: Vec<u8> = picture.iter().flat_map(shown).map(|value| (255.0 * value).round() as u8).collect();
+    let shown = |pixel: &[f32; 3]| srgb_bytes(tone_map(pixel.map(f64::from), exposure));
+    let bytes: Vec<u8> = picture.iter().flat_map(shown).collect();
     super::png::write(path, (width as usize, height as usize), png::ColorType::Rgb, &bytes)
 }

@@ -116,6 +116,7 @@ class Browser:
         self.close()
 
     def quit(self):
+        """Ends the browser, which writes its trace then."""
         if self.session:
             self.call("DELETE", self.session)
         self.session = ""

@@ -60,7 +60,7 @@ class _Driver:
         self._given_out: dict[Future[Done], list[Case]] = {}
         self._arrived: queue.Queue[Future[Done]] = queue.Queue()
         self._case_seconds = 0.0
-        self._threads, self._counted_at = max(1, thread_count(client)), time.monotonic()
+        self._count_threads()
         self._key, self._number = uuid.uuid4().hex[:8], 0
 
     def run(self) -> None:
@@ -79,7 +79,7 @@ class _Driver:
     def _give_out(self) -> None:
         if time.monotonic() - self._counted_at > _RECOUNT_SECONDS:
             # Workers come and go.
-            self._threads, self._counted_at = max(1, thread_count(self._client)), time.monotonic()
+            self._count_threads()
         while len(self._given_out) < _GIVEN_OUT * self._threads and (self._waiting or self._alone):
             if self._alone:
                 self._submit(self._alone.popleft())
@@ -89,6 +89,13 @@ class _Driver:
         if self._suspects and not self._given_out:
             self._on_trial = self._suspects.popleft()
             self._submit([self._on_trial])
+
+    def _count_threads(self) -> None:
+        try:
+            self._threads = max(1, thread_count(self._client))
+        except OSError as error:
+            raise self._lost() from error
+        self._counted_at = time.monotonic()
 
     def _submit(self, batch: list[Case]) -> None:
         self._number += 1

@@ -1,7 +1,7 @@
 //! Two pictures as they are shown, and the sheet that shows them.
 
 use super::{Mask, Picture};
-use sunbeam::colour::srgb_encode;
+use sunbeam::colour::srgb_bytes;
 
 /// Both pictures exposed and clipped to [0, 1], black where nothing is compared.
 pub struct DisplayPair {
@@ -34,8 +34,7 @@ impl DisplayPair {
 
     /// The pixels of both pictures in 8-bit sRGB.
     pub fn bytes(&self) -> [Vec<u8>; 2] {
-        let byte = |value: f64| (255.0 * value).round() as u8;
-        self.linear.each_ref().map(|pixels| pixels.iter().flat_map(|rgb| srgb_encode(*rgb).map(byte)).collect())
+        self.linear.each_ref().map(|pixels| pixels.iter().flat_map(|rgb| srgb_bytes(*rgb)).collect())
     }
 
     /// Three pictures side by side in 8-bit sRGB: the first, the second, and `map` in the colours that FLIP uses
