@@ -170,13 +170,13 @@ fn fill(
     groups()
         .flat_map(|group| {
             let path = Path::new(group, sigma);
-            let kappas = path.kappas(table, group);
             let readings: Vec<Vec<Reading>> =
                 group.iter().map(|ring| path.readings(table, ring, colours, reflectance)).collect();
+            let coefficients = path.coefficients(&readings);
             let batches: Vec<Vec<Lanes>> = (0..batches_of(group))
                 .into_par_iter()
                 .map(|batch| {
-                    let integrals = path.integrate(table, &kappas, &readings, group, batch * LANES);
+                    let integrals = path.integrate(table, &coefficients, &readings, group, batch * LANES);
                     steps.one();
                     integrals
                 })

@@ -55,16 +55,6 @@ impl Path {
         self.first + place as f64 * self.step
     }
 
-    /// The largest κ that a ring of the group reads at each place; `None` where none does.
-    pub fn kappas(&self, table: &SpectralTable, group: &[RingPlan]) -> Vec<Option<f64>> {
-        let at = |frequency: f64| {
-            let reads = |ring: &&RingPlan| (VISIBLE_UM.0..=VISIBLE_UM.1).contains(&(ring.radius / frequency));
-            let of_ring = |ring: &RingPlan| kappa(table, frequency, ring.w_max, ring.radius / frequency);
-            group.iter().filter(reads).map(of_ring).reduce(f64::max)
-        };
-        (0..self.count).map(|place| at(self.frequency(place))).collect()
-    }
-
     /// Everything that does not depend on the ray, place by place, [`RingPlan::heights`] of them at each.
     pub fn readings(
         &self,
@@ -86,7 +76,7 @@ impl Path {
             let wavelength_nm = 1e3 * wavelength_um;
             let colour = colours.density(wavelength_nm);
             for (height, &w) in samples.iter().enumerate() {
-                let kappa = kappa(table, frequency, w, wavelength_um);
+                let kappa = (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]));
                 let curve = NodeCurve::new(table, kappa);
                 let (first, weights) = curve.coefficients();
                 let (from_zero, factor) = curve.factors();
@@ -105,16 +95,25 @@ impl Path {
         readings
     }
 
+    /// How many coefficients of a record are read at each place.
+    pub fn coefficients(&self, readings: &[Vec<Reading>]) -> Vec<usize> {
+        let mut counts = vec![0; self.count];
+        for Reading { place, first, .. } in readings.iter().flatten() {
+            counts[*place] = counts[*place].max(first + 4);
+        }
+        counts
+    }
+
     /// Colours of all rings of the group on [`LANES`] rays from `first_ray` on: `[ring][height][channel]`.
     pub fn integrate(
         &self,
         table: &SpectralTable,
-        kappas: &[Option<f64>],
+        coefficients: &[usize],
         readings: &[Vec<Reading>],
         group: &[RingPlan],
         first_ray: usize,
     ) -> Vec<Lanes> {
-        let joined = self.joined(table, kappas, group[0].directions, first_ray);
+        let joined = self.joined(table, coefficients, group[0].directions, first_ray);
         let mut colours = Vec::new();
         for (ring, readings) in group.iter().zip(readings) {
             let start = colours.len();
@@ -135,20 +134,22 @@ impl Path {
     }
 
     /// The joined records along the rays, lane by lane.
-    fn joined(&self, table: &SpectralTable, kappas: &[Option<f64>], directions: usize, first_ray: usize) -> Joined {
+    fn joined(&self, table: &SpectralTable, coefficients: &[usize], directions: usize, first_ray: usize) -> Joined {
         let rays: [[f64; 2]; LANES] = std::array::from_fn(|lane| {
             let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
             [cos, sin]
         });
         let mut record = Vec::new();
         let mut joined = Joined { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
-        for (place, kappa) in kappas.iter().enumerate() {
+        for (place, &coefficients) in coefficients.iter().enumerate() {
             let start = joined.values.len();
             joined.starts.push(start);
-            let Some(kappa) = *kappa else { continue };
+            if coefficients == 0 {
+                continue;
+            }
             let frequency = self.frequency(place);
             for (lane, ray) in rays.iter().enumerate() {
-                table.joined_record(ray.map(|component| frequency * component), kappa, &mut record);
+                table.joined_record(ray.map(|component| frequency * component), coefficients, &mut record);
                 let needed = start + record.len();
                 if joined.values.len() < needed {
                     joined.values.resize(needed, [0.0; LANES]);
@@ -161,11 +162,6 @@ impl Path {
         joined.starts.push(joined.values.len());
         joined
     }
-}
-
-/// κ in rad/µm at a frequency in cycles/µm, at most what occurs there.
-fn kappa(table: &SpectralTable, frequency: f64, w: f64, wavelength_um: f64) -> f64 {
-    (TAU * w / wavelength_um).min(table.kappa_limit([frequency, 0.0]))
 }
 
 /// Joined records at the places of a path, without their bands: `[place][number]`.

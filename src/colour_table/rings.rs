@@ -97,7 +97,7 @@ impl Rings {
                 break;
             }
             let radius = radius(k as f64);
-            // The last rings are beyond 2; they help to interpolate up to there.
+            // The last rings are beyond 2: what is read up to there is interpolated with them.
             let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
             let around = TAU * 2.0 * GROUP_RATIO.powf(-group) / spacing;
             // Asked of from half of the ring's neighbourhood inwards, up to |q| = 2.

@@ -128,9 +128,9 @@ impl SpectralTable {
     }
 
     /// The record that a look-up at `f` (cycles/µm) would find in a single node of weight one: the sum of the records around
-    /// it, each times its weight; empty where there is none, beyond the cutoff or far from all orders. [`NodeCurve`] reads it
-    /// up to `kappa` (rad/µm), at most [`SpectralTable::kappa_limit`].
-    pub(crate) fn joined_record(&self, f: [f64; 2], kappa: f64, sum: &mut Vec<f32>) {
+    /// it, each times its weight; empty where there is none, beyond the cutoff or far from all orders. It has as many of
+    /// [`NodeCurve::coefficients`] as are asked for, at most those up to [`SpectralTable::kappa_limit`].
+    pub(crate) fn joined_record(&self, f: [f64; 2], coefficients: usize, sum: &mut Vec<f32>) {
         sum.clear();
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
@@ -149,7 +149,6 @@ impl SpectralTable {
                 let (e, start) = ((ey * ex) as f32, *offset as usize);
                 if start > 0 && e > 0.0 {
                     if sum.is_empty() {
-                        let coefficients = (kappa / self.kappa_step) as usize + 4;
                         sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
                     }
                     for (sum, value) in sum.iter_mut().zip(&self.records[start..]) {
