@@ -18,6 +18,7 @@ mod x3p;
 mod xyz;
 
 use super::{Fill, HeightField, HeightFieldError};
+pub(crate) use raw::known;
 use raw::{Parsed, Raw, Values};
 use std::path::Path;
 
