@@ -99,10 +99,9 @@ class _Results(_Items):
 
 def _numbers(name: str, values: ArrayLike) -> Floats:
     """The values as 32-bit floats. Raises :class:`SunbeamError` where some are masked, which NumPy would overlook."""
-    if np.ma.is_masked(values):
-        raise SunbeamError(
-            f"{name} has {np.count_nonzero(np.ma.getmaskarray(np.ma.asarray(values)))} masked values; leave them out"
-        )
+    masked = int(np.count_nonzero(np.ma.getmaskarray(np.ma.asarray(values))))
+    if masked:
+        raise SunbeamError(f"{name} has {masked} masked values; leave them out")
     return np.asarray(values, dtype=np.float32)
 
 
@@ -122,9 +121,9 @@ class Surface:
     ``coherence_length``, ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``,
     ``tolerance``, ``build_limit``; and ``eta`` and ``k`` as numbers.
     ``heights_um``, an array ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with
-    ``pixel_um`` its pixel's edge or a pair along x and y. A ``SurfaceTopography.Topography`` in its place tells its size
-    and unit itself. Heights that are NaN, infinite or masked are holes: they are refused unless ``fill`` is ``laplace``
-    or ``mean``.
+    ``pixel_um`` its pixel's edge or a pair along x and y. A ``SurfaceTopography.Topography`` in its place tells its
+    size and unit itself. Heights that are NaN, infinite or masked are holes: they are refused unless ``fill`` is
+    ``laplace`` or ``mean``.
 
     Directions are in the surface's frame: z is its normal, x the direction of the relief's rows, and both point away
     from it. They must have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
