@@ -36,6 +36,7 @@ PAGES = (
     "stability",
     "peers",
     "formats",
+    "tour-scan",
     # Gathers numbers of those before it.
     "published-figures",
 )
