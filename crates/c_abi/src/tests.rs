@@ -273,10 +273,7 @@ fn holes_in_memory_are_refused_or_filled() {
         // SAFETY: one item each; the surface was made above and is used no more after it was freed.
         unsafe {
             let (wi, wo) = (floats(&[0.6, 0.0, 0.8], 3), floats(&[0.0, 0.28, 0.96], 3));
-            assert_eq!(
-                sunbeam_surface_eval(surface, 1, wi, wo, 1, floats(&[500.0], 1), out(&mut f, 1)),
-                Status::Ok
-            );
+            assert_eq!(sunbeam_surface_eval(surface, 1, wi, wo, 1, floats(&[500.0], 1), out(&mut f, 1)), Status::Ok);
             sunbeam_surface_free(surface);
         }
         Ok(f[0])
