@@ -60,7 +60,7 @@ impl SurfaceConfig {
                     (Some(size_um), Some(spread)) => preset.build_in_regions(Regions::new(size_um, spread)?)?,
                     _ => preset.build(self.period, self.height)?,
                 };
-                FileField { field, channel: None, filled: 0 }
+                FileField::without_file(field)
             }
             Source::File(path) => {
                 let scale = FileScale { pixel_size_um: self.pixel_size, max_height_um: self.max_height };

@@ -2,6 +2,8 @@
 
 mod bytes;
 mod channel;
+mod doubts;
+mod encoding;
 mod exr;
 mod film;
 mod gsf;
@@ -9,13 +11,16 @@ mod gwy;
 mod nanoscope;
 mod npy;
 mod png;
+mod provenance;
 mod raw;
 mod sdf;
 mod text;
 mod tiff;
 mod units;
 mod x3p;
-mod xyz;
+
+pub use doubts::Doubt;
+pub use provenance::{Provenance, Source, Understood};
 
 use super::{Fill, HeightField, HeightFieldError};
 use raw::{Parsed, Raw, Values};
@@ -23,7 +28,13 @@ use std::path::Path;
 
 /// Extensions of the formats that are read.
 pub const READABLE: &str =
-    ".exr, .png, .gsf, .npy, .txt, .asc, .csv, .xyz, .tif, .tiff, .gwy, .sdf, .x3p, .spm, .000 to .999";
+    ".exr, .png, .gsf, .npy, .txt, .asc, .csv, .dat, .grd, .xyz, .tif, .tiff, .gwy, .sdf, .x3p, .spm, .000 to .999";
+/// Extensions of instruments' formats that the Python library SurfaceTopography reads, and Gwyddion most of them.
+const INSTRUMENTS: [&str; 37] = [
+    "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "h5", "hgt", "ibw", "jpk", "lext", "mat", "mdt",
+    "mi", "mnt", "nc", "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "sxm", "tmd",
+    "top", "vk4", "vk6", "zmg", "zon",
+];
 const WRITABLE: &str = ".exr, .png, .gsf, .npy";
 
 /// Physical scale to go with a file that has none of its own.
@@ -61,7 +72,7 @@ pub struct ReadOptions {
     pub fill: Fill,
 }
 
-/// A height field out of a file, and what had to be done for it.
+/// A height field out of a file, and how the file was understood.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileField {
     /// The heights.
@@ -70,6 +81,17 @@ pub struct FileField {
     pub channel: Option<String>,
     /// Number of points that the file has no height for, and that were filled.
     pub filled: usize,
+    /// Origin of size, unit, orientation, channel and holes; `None` for heights that come from no file.
+    pub provenance: Option<Provenance>,
+    /// Properties that no relief has, and that do not prevent its use.
+    pub doubts: Vec<Doubt>,
+}
+
+impl FileField {
+    /// Heights that come from no file.
+    pub fn without_file(field: HeightField) -> Self {
+        Self { field, channel: None, filled: 0, provenance: None, doubts: Vec::new() }
+    }
 }
 
 type Parser = fn(&[u8], Option<&str>) -> Parsed;
@@ -89,8 +111,8 @@ impl Format {
             "gsf" => ("Gwyddion simple field", gsf::parse),
             "gwy" => ("Gwyddion", gwy::parse),
             "npy" => ("NumPy", npy::parse),
-            "txt" | "asc" | "csv" => ("text", text::parse),
-            "xyz" => ("XYZ text", xyz::parse),
+            "txt" | "asc" | "csv" | "dat" | "grd" => ("text", text::parse),
+            "xyz" => ("XYZ text", text::parse_points),
             "tif" | "tiff" => ("TIFF", tiff::parse),
             "sdf" => ("surface data file", sdf::parse),
             "x3p" => ("X3P", x3p::parse),
@@ -100,7 +122,11 @@ impl Format {
             }
             found => {
                 let (path, found) = (path.to_owned(), found.to_owned());
-                return Err(HeightFieldError::Extension { path, found, accepted: READABLE });
+                return Err(if INSTRUMENTS.contains(&found.as_str()) {
+                    HeightFieldError::Instrument { path, found: format!(".{found}") }
+                } else {
+                    HeightFieldError::Extension { path, found, accepted: READABLE }
+                });
             }
         };
         Ok(Self { name, parse })
