@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use sunbeam::cache::Origin;
 use sunbeam::config::Theory;
 use sunbeam::grating::{GratingReport, profile_of};
-use sunbeam::height_field::{HeightField, Roughness, Seams, TileReport};
+use sunbeam::height_field::{HeightField, Provenance, Roughness, Seams, TileReport};
 use sunbeam::methods::TERMS_MAX;
 use sunbeam::reflectance::{SpectralIndex, SurfaceReport};
 use sunbeam::table::Tiling;
@@ -81,6 +81,12 @@ struct Report<'a> {
     /// Points of the file without a height, which were filled.
     #[serde(skip_serializing_if = "Option::is_none")]
     filled_points: Option<usize>,
+    /// Origin of the file's size, unit, orientation, channel and holes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    provenance: Option<Provenance>,
+    /// Properties that no relief has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    doubts: Vec<String>,
     /// Pixels along x and y.
     pixels: [usize; 2],
     pixel_um: [f64; 2],
@@ -177,6 +183,8 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
     print_json(&Report {
         channel: read.channel,
         filled_points: config.fill.map(|_| read.filled),
+        provenance: read.provenance,
+        doubts: read.doubts.iter().map(ToString::to_string).collect(),
         pixels: field.size().into(),
         pixel_um: [field.dx_um(), field.dy_um()],
         extent_um: field.extent_um().into(),

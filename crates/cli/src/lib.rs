@@ -29,6 +29,7 @@ mod snake;
 pub mod surface_args;
 mod term;
 mod view;
+mod warnings;
 
 use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
@@ -88,6 +89,7 @@ pub fn run_with<A: Parser>(run: impl FnOnce(&A) -> Outcome) -> ExitCode {
         Ok(args) => args,
         Err(error) => return refuse(&error),
     };
+    warnings::show();
     match run(&args) {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever read the answers has seen enough.

@@ -20,7 +20,7 @@ namespace sunbeam {
 namespace {
 
 // What each of these accepts is decided in one place for all interfaces: src/config.rs.
-constexpr const char *CHOICES[]  = { "preset", "channel", "fill", "level", "tiling", "theory", "model", "obliquity" };
+constexpr const char *CHOICES[]  = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
 constexpr const char *NUMBERS[]  = { "period",     "height",           "region_size", "region_spread", "pixel_size",
                                      "max_height", "coherence_length", "tolerance",   "build_limit" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
@@ -123,6 +123,10 @@ std::string surface_json(const Properties &props) {
     for (const char *name : SWITCHES)
         if (props.has_property(name))
             append(name, props.get<bool>(name) ? "true" : "false");
+    if (props.has_property("channel")) // by number or title
+        append("channel", props.type("channel") == Properties::Type::Integer
+                              ? std::to_string(props.get<int64_t>("channel"))
+                              : json_string(props.get<std::string>("channel")));
     if (props.has_property("filename"))
         append("filename", json_string(resolved_file(props)));
     return json.empty() ? "{}" : json + "}";
