@@ -23,7 +23,7 @@ mod tile;
 
 pub use error::HeightFieldError;
 #[cfg(feature = "files")]
-pub use file::{Doubt, FileField, FileScale, Provenance, READABLE, ReadOptions, Source, Understood};
+pub use file::{Doubt, FORMATS, FileField, FileScale, Format, Provenance, READABLE, ReadOptions, Source, Understood};
 pub use fill::Fill;
 pub use level::Level;
 pub use preset::Preset;

@@ -5,7 +5,7 @@ const PROBE: usize = 64;
 
 /// Text of a whole file, without its byte order mark.
 ///
-/// UTF-16 is recognised by its mark, or by a NUL in every other byte of the beginning. Text that is neither UTF-16 nor valid
+/// UTF-16 is recognised by its mark, or by a NUL in most second bytes of the beginning. Text that is neither UTF-16 nor valid
 /// UTF-8 is Latin-1, in which every byte is a character.
 ///
 /// # Errors
@@ -32,10 +32,11 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Whether each pair of bytes at the beginning has its NUL, and only that one, at `place`.
+/// Whether most pairs of bytes at the beginning have a NUL at `place`, and none has one at the other.
 fn has_nul_at(bytes: &[u8], place: usize) -> bool {
-    let mut pairs = bytes[..bytes.len().min(PROBE)].chunks_exact(2);
-    bytes.len() >= 4 && pairs.all(|pair| pair[place] == 0 && pair[1 - place] != 0)
+    let pairs = || bytes[..bytes.len().min(PROBE)].chunks_exact(2);
+    let with_nul = pairs().filter(|pair| pair[place] == 0).count();
+    bytes.len() >= 4 && 2 * with_nul > pairs().len() && pairs().all(|pair| pair[1 - place] != 0)
 }
 
 #[cfg(test)]

@@ -15,7 +15,7 @@ use tiff::tags::Tag;
 /// Coarser than this is the resolution of a printer (10 µm a pixel is 2540 dots an inch).
 const FEWEST_PIXELS_PER_METRE: f64 = 100_000.0;
 /// Private tags in which instruments keep the heights, beside a picture of them in colours, and whose they are.
-const PRIVATE: [(u16, &str); 2] = [(50434, "Park Systems"), (50435, "Park Systems")];
+const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
 /// Most pages that are counted.
 const PAGES_MAX: usize = 65_536;
 /// Packed data never grow by more than this when they are unpacked (LZW's and Deflate's limits are lower).

@@ -91,6 +91,8 @@ fn gwyddion_headers_in_any_language_and_encoding() {
         check("skin.asc", &utf16(&text));
         check("skin.dat", text.replace('\n', "\r\n").as_bytes());
         check("skin.txt", text.replace('\n', "\r").as_bytes());
+        check("skin.txt", (text.replace('\n', "\r\n") + "\u{1a}").as_bytes());
+        check("skin.txt", &utf16(&text)[2..]);
         check("skin.txt", text.replace('.', ",").as_bytes());
         if text.chars().all(|c| u32::from(c) < 256) {
             check("skin.txt", &latin(&text));

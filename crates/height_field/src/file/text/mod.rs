@@ -97,8 +97,9 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     }
 }
 
-/// Lines with their numbers from 1. They end with LF, CR LF, or CR alone.
+/// Lines with their numbers from 1. They end with LF, CR LF, or CR alone; DOS ends the file with a character of its own.
 fn lines(text: &str) -> Vec<Line<'_>> {
+    let text = text.trim_end_matches('\u{1a}');
     let mut lines: Vec<&str> = text.split('\n').collect();
     if lines.len() == 1 {
         lines = text.split('\r').collect();
