@@ -74,7 +74,9 @@ pub(super) fn about(field: &HeightField) -> Vec<Doubt> {
     if high > low && high - low < PEAK_TO_VALLEY_MIN_UM {
         doubts.push(Doubt::Shallow { peak_to_valley_um: high - low });
     }
-    if dx_um.max(dy_um) > PIXEL_RATIO_MAX * dx_um.min(dy_um) {
+    // A grating may be a single row, as wide as its period.
+    let (nx, ny) = field.size();
+    if nx > 1 && ny > 1 && dx_um.max(dy_um) > PIXEL_RATIO_MAX * dx_um.min(dy_um) {
         doubts.push(Doubt::LongPixels { dx_um, dy_um });
     }
     doubts
