@@ -3,6 +3,7 @@
 mod plot;
 mod solve;
 
+use super::output::{Output, output};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use clap::ValueEnum;
@@ -11,7 +12,6 @@ use serde::Serialize;
 use solve::{Asked, Solved};
 use std::error::Error;
 use std::io::Write;
-use std::path::PathBuf;
 
 /// Accepted wavelengths in nm.
 const WAVELENGTH_NM: std::ops::RangeInclusive<f64> = 1.0..=1e6;
@@ -42,8 +42,8 @@ pub struct OrdersArgs {
     #[arg(long)]
     json: bool,
     /// Draw efficiencies of the strongest orders over --over (.svg); the JSON has all of them
-    #[arg(long, value_name = "FILE", requires = "over")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", requires = "over", value_parser = output(&["svg"]))]
+    plot: Option<Output>,
     /// What varies
     #[arg(long, value_enum, requires = "range")]
     over: Option<Over>,
@@ -106,8 +106,8 @@ pub fn run(args: &OrdersArgs) -> Outcome {
         .collect::<Result<Vec<_>, Box<dyn Error + Send + Sync>>>()
         .map_err(plain)?;
     let curve = Curve { over, points };
-    if let Some(path) = &args.plot {
-        plot::write(path, &curve)?;
+    if let Some(file) = &args.plot {
+        file.write(plot::svg(&curve)?.as_bytes())?;
     }
     print_json(&curve)
 }
