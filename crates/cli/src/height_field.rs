@@ -1,6 +1,6 @@
 use super::encode;
 use super::output::{Output, output};
-use super::progress::with_bar;
+use super::progress::{BUILDING, with_bar};
 use super::surface_args::SurfaceArgs;
 use super::term::Term;
 use super::{Outcome, print_json};
@@ -160,7 +160,8 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         let cache = args.surface.cache()?;
         Some(match config.theory {
             Theory::Scalar => {
-                let (surface, origin) = with_bar(|progress| cache.surface_watched(&field, &options, progress))?;
+                let (surface, origin) =
+                    with_bar(BUILDING, |progress| cache.surface_watched(&field, &options, progress))?;
                 Tables::Scalar { origin, report: surface.report().clone() }
             }
             Theory::Rigorous => {
@@ -169,8 +170,9 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
                 let changed = args.crop.is_some() || args.make_tileable.is_some();
                 let profile = if changed { profile_of(&field, config.tolerance)? } else { config.profile()? };
                 let (length_um, limit) = (config.coherence_length, config.build_limit);
-                let built =
-                    with_bar(|progress| cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress))?;
+                let built = with_bar(BUILDING, |progress| {
+                    cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress)
+                })?;
                 Tables::Rigorous { origin: built.1.clone(), report: *built.0.report() }
             }
         })
