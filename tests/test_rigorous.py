@@ -133,7 +133,7 @@ def test_what_is_reflected_is_the_sum_of_the_orders(grating):
         ({"preset": "lamellar", "period": 30.0, "eta": 1.5, "build_limit": 1e6}, "in the medium below.*at most 108"),
         (
             {"preset": "sinusoidal", "period": 30.0, "height": 25.0, "build_limit": 1e6},
-            "height of the relief.*at most 62",
+            "height of 25 µm.*at most 62",
         ),
         ({"preset": "blazed", "eta": {"type": "checkerboard"}}, "theory"),
     ],

@@ -105,7 +105,7 @@ pub fn run(args: &OrdersArgs) -> Outcome {
     };
     let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
     let questions = (0..count).map(|i| args.question(Some((over, at(i))))).collect::<Result<Vec<_>, _>>()?;
-    // All of them before the first is solved, which may take a minute.
+    // Checks every point before the first is solved, which may take a minute.
     for (config, asked) in &questions {
         Solved::check(config, asked)?;
     }

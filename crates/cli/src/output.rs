@@ -72,7 +72,7 @@ impl OutputParser {
         Self { stdout: true, ..self }
     }
 
-    /// Why a path is refused.
+    /// Refuses a path whose extension or place does not do; `siblings` is the command that the argument belongs to.
     fn check(&self, path: &Path, siblings: &Command) -> Result<(), String> {
         if self.stdout && path == Path::new(STDOUT) {
             return Ok(());
@@ -125,10 +125,11 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     Ok(())
 }
 
-/// The path with its folder's symbolic links and dots resolved.
+/// The path with symbolic links and dots resolved, as far as it is there.
 fn resolved(path: &Path) -> PathBuf {
-    let folder = folder_of(path);
-    folder.canonicalize().unwrap_or(folder.to_owned()).join(path.file_name().unwrap_or_default())
+    let (folder, name) = (folder_of(path), path.file_name().unwrap_or_default());
+    let in_folder = || folder.canonicalize().unwrap_or(folder.to_owned()).join(name);
+    path.canonicalize().unwrap_or_else(|_| in_folder())
 }
 
 /// `.a`, `.a or .b`, `.a, .b or .c`.
@@ -161,7 +162,7 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Why a file cannot be written; leaves a file that is there as it is, and none where there was none.
+/// Refuses a file that cannot be written. Leaves a file that is there as it is, and none where there was none.
 fn check_place(path: &Path) -> Result<(), String> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err("it is a folder".to_owned()),
@@ -180,7 +181,7 @@ fn is_missing(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
-/// Why a file that is not there cannot be made.
+/// Refuses a file that is not there and cannot be made.
 fn check_new(path: &Path) -> Result<(), String> {
     let folder = folder_of(path);
     match fs::metadata(folder) {

@@ -27,7 +27,7 @@ pub enum Error {
          {waves_max} wavelengths, here {most_um:.3} µm"
     )]
     TooManyWaves {
-        /// Name of the length: the period, or the height of the relief.
+        /// Name of the length: the period, or the relief's height.
         length: &'static str,
         /// The length in µm.
         found_um: f64,

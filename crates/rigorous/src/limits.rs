@@ -37,10 +37,8 @@ pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along:
             // A field that decays within a few periods is summed without the polynomial.
             continue;
         }
-        let lengths = [
-            ("period", profile.period_um(), PERIOD_WAVES_MAX),
-            ("height of the relief", profile.height_um(), HEIGHT_WAVES_MAX),
-        ];
+        let lengths =
+            [("period", profile.period_um(), PERIOD_WAVES_MAX), ("height", profile.height_um(), HEIGHT_WAVES_MAX)];
         for (length, found_um, waves_max) in lengths {
             let waves = found_um * wave_number.norm() / TAU;
             if waves > waves_max {

@@ -147,6 +147,15 @@ fn two_outputs_are_two_files() {
         assert!(message.contains("--output") && message.contains("--preview") && message.contains("same"), "{message}");
     }
     assert!(listing(folder.path()).is_empty());
+    #[cfg(unix)]
+    {
+        fs::write(path("old.png"), "years of work").unwrap();
+        std::os::unix::fs::symlink(path("old.png"), path("link.png")).unwrap();
+        let arguments = ["brdf-map", "-o", "/dev/null", "--png", &path("link.png")];
+        assert!(sunbeam_cli::command().try_get_matches_from([&["sunbeam"], &arguments[..]].concat()).is_ok());
+        let arguments = ["height-field", "-o", &path("old.png"), "--preview", &path("link.png")];
+        assert!(refused(&arguments).contains("same file"));
+    }
 }
 
 #[test]
