@@ -1,5 +1,6 @@
 //! The subcommands, one a file, and what they share: the surface ([`surface_args`]), the method of evaluation
-//! ([`method_args`]), both together ([`reflector`]) and the service that answers JSON lines ([`service`]).
+//! ([`method_args`]), both together ([`reflector`]), the service that answers JSON lines ([`service`]), and the files that are
+//! written ([`output`], [`encode`]).
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
@@ -10,13 +11,13 @@ pub mod benchmarks;
 pub mod brdf_map;
 mod compare;
 pub mod comparison;
+pub mod encode;
 mod eval;
 mod evaluate;
 mod height_field;
 pub mod method_args;
 mod orders;
-pub mod picture;
-mod png;
+pub mod output;
 mod progress;
 mod query;
 pub mod realtime;
@@ -32,7 +33,7 @@ mod view;
 mod warnings;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -85,7 +86,7 @@ pub fn run() -> ExitCode {
 
 /// Parses the process's arguments, and does with them what `run` does.
 pub fn run_with<A: Parser>(run: impl FnOnce(&A) -> Outcome) -> ExitCode {
-    let args = match A::try_parse() {
+    let args = match parsed() {
         Ok(args) => args,
         Err(error) => return refuse(&error),
     };
@@ -96,6 +97,19 @@ pub fn run_with<A: Parser>(run: impl FnOnce(&A) -> Outcome) -> ExitCode {
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => fail(&error.to_string()),
     }
+}
+
+/// The process's arguments, with outputs that can be written and differ from each other.
+fn parsed<A: Parser>() -> Result<A, clap::Error> {
+    let mut command = A::command();
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    output::check_distinct(&command, &matches)?;
+    A::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+}
+
+/// The description of the command `sunbeam` and its subcommands.
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Prints help or version, or what is wrong with the arguments.

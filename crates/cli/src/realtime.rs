@@ -1,7 +1,7 @@
 //! A method on the GPU, for the subcommands that have one there.
 
 use super::method_args::{Asked, MethodArgs};
-use super::progress::with_bar;
+use super::progress::{BUILDING, with_bar};
 use super::surface_args::SurfaceArgs;
 use serde::Serialize;
 use std::error::Error;
@@ -76,7 +76,8 @@ impl Realtime {
         let Self { kind, options, config, cache } = self;
         let start = Instant::now();
         let material = index.map(SpectralIndex::Constant);
-        let method = with_bar(|progress| config.build_method(*kind, options, material.as_ref(), cache, progress))?;
+        let method =
+            with_bar(BUILDING, |progress| config.build_method(*kind, options, material.as_ref(), cache, progress))?;
         let build_seconds = start.elapsed().as_secs_f64();
         let surface = config.options_for(material.as_ref());
         let optics = Optics { index, obliquity: surface.obliquity, shadowing: surface.shadowing };

@@ -182,6 +182,37 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
     return index;
 }
 
+WavelengthRange range_of(const std::vector<double> &nm) {
+    WavelengthRange range;
+    if (!nm.empty()) {
+        range.low  = std::max(range.low, nm.front());
+        range.high = std::min(range.high, nm.back());
+    }
+    return range;
+}
+
+void tell_ends(const std::string &source, const WavelengthRange &range) {
+    if (range.is_complete())
+        return;
+    if (range.low > range.high)
+        Throw("%s: no wavelength from %g to %g nm has a value", source, MI_CIE_MIN, MI_CIE_MAX);
+    Log(mitsuba::Warn,
+        "%s is given from %g to %g nm only: the values at its ends are taken for the rest of %g to %g nm", source,
+        range.low, range.high, MI_CIE_MIN, MI_CIE_MAX);
+}
+
+Properties::Spectrum continued(std::vector<double> nm, std::vector<double> values) {
+    if (nm.front() > MI_CIE_MIN) {
+        nm.insert(nm.begin(), MI_CIE_MIN);
+        values.insert(values.begin(), values.front());
+    }
+    if (nm.back() < MI_CIE_MAX) {
+        nm.push_back(MI_CIE_MAX);
+        values.push_back(values.back());
+    }
+    return Properties::Spectrum(std::move(nm), std::move(values));
+}
+
 void check_optics(const Properties &props) {
     const double infinity = std::numeric_limits<double>::infinity();
     check_range(props, "eta", 0, infinity, "a finite number of at least 0");
