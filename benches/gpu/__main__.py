@@ -75,7 +75,7 @@ def run_child(options: argparse.Namespace) -> int:
     """The process of one part."""
     plan = DRY_RUN if options.dry_run else replace(CARD, draws=not options.compare)
     name = options.parts[0]
-    return 0 if checks.run(name, PARTS[name].checks(plan, options.pictures), options.rows) else 1
+    return 0 if checks.run(PARTS[name].checks(plan, options.pictures), options.rows) else checks.FAILED
 
 
 def run(options: argparse.Namespace) -> int:

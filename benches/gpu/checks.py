@@ -10,8 +10,11 @@ from pathlib import Path
 
 from .parts import Check
 
+# Exit status of a part's process in which a check failed; Python has 1 and 2 for errors of its own.
+FAILED = 3
 
-def run(part: str, checks: Iterable[Check], results: Path) -> bool:
+
+def run(checks: Iterable[Check], results: Path) -> bool:
     """Whether every check passed. An exception fails the check that raised it, and the others go on."""
     passed = True
     with results.open("a", encoding="utf-8") as lines:

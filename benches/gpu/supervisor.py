@@ -15,6 +15,7 @@ from tempfile import TemporaryDirectory
 
 from mitsuba_scenes.environment import REPOSITORY
 
+from .checks import FAILED
 from .parts import PARTS
 
 # Parts in which every kernel is compiled: neither Dr.Jit, nor OptiX, nor the CUDA driver has a cache.
@@ -61,7 +62,7 @@ def run_part(name: str, run: Run) -> dict:
         said = log.read_text(encoding="utf-8", errors="replace").strip()
     if said:
         print(said, file=sys.stderr, flush=True)
-    error = None if code in (0, 1) else end_of(code, limit, said)
+    error = None if code in (0, FAILED) else end_of(code, limit, said)
     passed = code == 0 and bool(lines)
     return {"status": "passed" if passed else "failed", "error": error, "seconds": seconds, "rows": lines}
 
