@@ -9,7 +9,7 @@ import subprocess
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from mitsuba_scenes import environment, tool
+from mitsuba_scenes import tool
 
 # Fields of nvidia-smi, and what they are called in the results.
 CARD_FIELDS = {
@@ -44,7 +44,6 @@ def described(found: dict | None) -> dict:
         **{name: installed(name) for name in ("mitsuba", "drjit", "numpy")},
         "sunbeam": tool.sunbeam("--version").split()[-1],
         "optix": loads(os.environ.get("DRJIT_LIBOPTIX_PATH", "libnvoptix.so.1")),
-        "plugin_bytes": environment.PLUGIN.stat().st_size,
     }
 
 

@@ -38,7 +38,7 @@ PARTS: dict[str, Part] = {
     "agree-rgb": Part("answers of the RGB variant beside its reference", "agreement", ("rgb",), 25, 60),
     "agree-spectral": Part("answers of the spectral variant", "agreement", ("spectral",), 30, 60),
     "agree-mono": Part("answers of the mono variant", "agreement", ("mono",), 25, 60),
-    "agree-polarized": Part("answers of the polarised variant", "agreement", ("spectral_polarized",), 50, 90),
+    "agree-polarized": Part("answers of the polarised variant", "agreement", ("spectral_polarized",), 55, 100),
     "samples": Part("samples follow the density: chi-square at three incidences", "samples", (), 20, 60),
     "derivatives": Part("derivatives beside central differences", "derivatives", (), 20, 60),
     "kernels": Part("several BSDFs and scenes in a process, changed and frozen", "kernels", (), 30, 60),

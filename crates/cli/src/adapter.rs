@@ -11,8 +11,9 @@ use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Query, Renderer, Shader, Tone
 
 /// Period and height of the grating in µm: one order, which is solved in a tenth of a second.
 const GRATING_UM: (f64, f64) = (0.3, 0.05);
-/// Coherence length and tolerance of the same, the defaults of every surface.
+/// Coherence length of the grating, the default of every surface.
 const GRATING_COHERENCE_UM: f64 = 65.0;
+/// Relative error of the grating's table, the loosest: its shader is compiled, and its colours are not looked at.
 const GRATING_TOLERANCE: f64 = 1.0;
 /// Format of the window's texture, which the tone pass draws to.
 const WINDOW_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -86,12 +87,8 @@ fn compile_all(gpu: &Gpu) -> Result<(Vec<CompiledShader>, Shader), Box<dyn Error
     }
     let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     shade("stam of GPU Gems", &*build(MethodKind::Stam, &field, &bare, &gems)?)?;
-    shade("table that keeps energy", &*build(
-        MethodKind::Table,
-        &field,
-        &Options::default(),
-        &MethodOptions::default(),
-    )?)?;
+    let keeps_energy = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default())?;
+    shade("table that keeps energy", &*keeps_energy)?;
     let last = shade("grating by Maxwell's equations", &grating()?)?;
     Ok((compiled, last))
 }
