@@ -156,7 +156,7 @@ def pictures(seed, brightness=1.0, noise=0.05):
 
 def test_pictures_are_judged_by_their_noise():
     assert snake.judged(pictures(2), pictures(3))["passed"]
-    # The same in all pictures: there is no noise to judge by.
+    # Without noise, rounding alone is allowed for.
     assert snake.judged(pictures(2, noise=0.0), pictures(3, noise=0.0))["passed"]
     assert not snake.judged(pictures(2, noise=0.0, brightness=1.01), pictures(3, noise=0.0))["passed"]
     # The sums of 8 pictures of 768 numbers with 5 % of noise are known to 1e-3, beside 1e-3 of rounding.

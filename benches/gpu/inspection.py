@@ -1,4 +1,4 @@
-"""What the driver's compiler says of the BSDFs' kernels, and the memory of their tables.
+"""Registers, stack and operations of the BSDFs' kernels, and the memory of their tables.
 
 Registers and stack are in Dr.Jit's log at its most talkative level, where the CUDA driver reports them for each kernel
 that it compiles; kernels out of a cache are not compiled. Other backends report none.

@@ -1,4 +1,4 @@
-"""What the machine is: card, driver, processor, and the versions of what runs on it."""
+"""Description of the machine: card, driver, processor, and versions of the software."""
 
 from __future__ import annotations
 

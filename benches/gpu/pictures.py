@@ -1,4 +1,4 @@
-"""What the realtime renderer draws on the card, beside two other ways.
+"""Maps and pictures of the realtime renderer on the card, beside those of the CPU and of the software adapter.
 
 Maps of the reflectance are held against the methods' twins in Rust, and pictures of the snake against those of the
 software adapter. The card's pictures are kept: where its machine has no software adapter, `--compare` holds them
