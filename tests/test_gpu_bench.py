@@ -255,7 +255,7 @@ def test_results_of_another_card_are_not_kept(tmp_path):
     supervisor.write({"machine": one, "parts": {"calls": a}}, file)
     assert supervisor.gathered({"renders": b}, one, file)["parts"] == {"calls": a, "renders": b}
     assert supervisor.gathered({"renders": b}, other, file) == {"machine": other, "parts": {"renders": b}}
-    # What is compared where there is no card is of the card that drew it.
+    # Pictures that are compared where there is no card are of the card that drew them.
     assert supervisor.gathered({"pictures": b}, none, file) == {"machine": one, "parts": {"calls": a, "pictures": b}}
 
 

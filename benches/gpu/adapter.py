@@ -18,7 +18,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def described(plan: Plan) -> dict:
-    """The report of `sunbeam adapter`, which is an error where a shader does not compile or a lost device still answers."""
+    """The report of `sunbeam adapter`; an error where a shader does not compile or a lost device still answers."""
     found = json.loads(sunbeam("adapter", "--adapter", plan.adapter))
     return {
         # A run of a card must not measure a program in its place.

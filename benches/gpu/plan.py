@@ -10,7 +10,7 @@ METHODS = ("flss", "nmm", "pq", "stam", "table")
 
 @dataclass(frozen=True)
 class Plan:
-    """What a run does. Sizes of pictures are (width, height) in pixels."""
+    """Sizes, variants and surfaces of one run. Sizes of pictures are (width, height) in pixels."""
 
     dry: bool
     # Backend of Dr.Jit: `cuda`, or `llvm` in its place.
