@@ -19,8 +19,8 @@ from mitsuba_scenes.tool import sunbeam
 from .parts import Check
 from .plan import Plan
 
-# Limits of CIEDE2000 over the pixels that show the surface: rounding of two single-precision programs is invisible, but for
-# silhouettes, where a pixel's centre falls on another triangle. An eye just notices 1.
+# Limits of CIEDE2000 over the pixels that show the surface: rounding of two single-precision programs is invisible, but
+# for silhouettes, where a pixel's centre falls on another triangle. An eye just notices 1.
 MEDIAN, P99 = 0.1, 1.0
 # Degrees by which the relief is turned for the negative control.
 WRONG_TURN = 1.0
