@@ -6,6 +6,7 @@
 
 #![allow(missing_docs, clippy::missing_errors_doc)] // A library for the programs and tests of this workspace alone.
 
+mod adapter;
 mod bench;
 pub mod benchmarks;
 pub mod brdf_map;
@@ -63,6 +64,7 @@ enum Command {
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
     Compare(compare::CompareArgs),
+    Adapter(adapter::AdapterArgs),
     Bench(Box<bench::BenchArgs>),
     View(view::ViewArgs),
 }
@@ -79,6 +81,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Adapter(args) => adapter::run(args),
         Command::Bench(args) => bench::run(args),
         Command::View(args) => view::run(args),
     })

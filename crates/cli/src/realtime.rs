@@ -18,6 +18,11 @@ pub fn open(adapter: Option<AdapterChoice>) -> Result<Gpu, Box<dyn Error>> {
     Ok(Gpu::open(adapter.map_or_else(AdapterChoice::from_env, Ok)?)?)
 }
 
+/// The clock of an adapter's times: `timestamps` of the GPU, or `wall clock` around each submission.
+pub fn clock(gpu: &Gpu) -> &'static str {
+    if gpu.has_timestamps() { "timestamps" } else { "wall clock" }
+}
+
 /// A method that the GPU has, with its options and the surface it is for.
 pub struct Realtime {
     kind: MethodKind,

@@ -128,7 +128,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
         software: gpu.is_software(),
         gpu_ms: gpu_ms.total(),
         gpu_stages_ms: gpu_ms,
-        gpu_clock: if gpu.has_timestamps() { "timestamps" } else { "wall clock" },
+        gpu_clock: realtime::clock(&gpu),
         answered: drawn.answered,
         submissions: drawn.submissions,
         method,
