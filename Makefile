@@ -3,6 +3,7 @@
 PYTHON ?= python3
 PY     := .venv/bin/python
 READY  := .venv/.ready
+FORMATS := .venv/.formats
 PLUGIN := target/mitsuba/plugins/diffraction.so
 LIBRARY := target/c_abi
 CARGO  := cargo
@@ -50,6 +51,11 @@ $(READY): requirements.lock scripts/setup.sh
 	PYTHON="$(PYTHON)" scripts/setup.sh; ready=$$?; \
 	[ $$ready = 0 ] || kill $$compiling 2>/dev/null; wait $$compiling; exit $$ready
 
+# The library that reads instruments' files, for its tests alone: 62 MB of wheels.
+$(FORMATS): requirements-formats.lock $(READY)
+	$(PY) -m pip install --quiet --disable-pip-version-check --no-compile --only-binary=:all: -r $<
+	@touch $@
+
 # Cargo knows what is out of date. The copy is replaced in one step, since a running Mitsuba may have it mapped.
 plugin: $(READY)
 	$(CARGO) build --release -p sunbeam-mitsuba
@@ -87,7 +93,7 @@ test-rust: $(READY)
 	LD_LIBRARY_PATH=$$($(PY) -c "import importlib.util as u; print(':'.join(u.find_spec(n).submodule_search_locations[0] for n in ('drjit', 'mitsuba')))") \
 		$(CARGO) test --release --workspace --no-fail-fast
 
-test-python: plugin library tool
+test-python: plugin library tool $(FORMATS)
 	$(PY) -m pytest -n 2 --dist loadfile
 
 # The plugin against each release of Mitsuba that it can be compiled for, or those named in RELEASES; and a wheel that

@@ -36,6 +36,7 @@ PAGES = (
     "skins-validity",
     "stability",
     "peers",
+    "formats",
     # Gathers numbers of those before it.
     "published-figures",
 )

@@ -14,8 +14,9 @@ Importing this makes ``{"type": "diffraction"}`` available in Mitsuba, in the va
     f = surface.eval(wi=[0, 0, 1], wo=directions, wavelength_nm=[450, 550, 650])
 """
 
+from ._errors import SunbeamError
 from ._plugin import MITSUBA_VERSION, PLUGIN_FOLDER, register
-from ._surface import SunbeamError, Surface
+from ._surface import Surface
 
 __all__ = ["MITSUBA_VERSION", "PLUGIN_FOLDER", "SunbeamError", "Surface", "register"]
 __version__ = "0.1.0"

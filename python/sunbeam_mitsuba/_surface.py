@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING, Any, Callable, Union, cast
 
 import numpy as np
 
+from ._errors import SunbeamError
 from ._plugin import PLUGIN
+from ._relief import is_topography, relief_of_array, relief_of_topography, single_precision
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     Floats = NDArray[np.float32]
+    # An object of SurfaceTopography, which has no types.
+    Topography = Any
     # What a parameter of the plugin may be.
     Parameter = Union[str, float, bool, os.PathLike[str]]
 
 _OK, _BUFFER_TOO_SMALL = 0, 6
 # Fewer evaluations than this are not worth a thread.
 _WORTH_A_THREAD = 2000
-
-
-class SunbeamError(ValueError):
-    """What the library refuses; the message names what is wrong and what is accepted."""
 
 
 class _Floats(ctypes.Structure):
@@ -97,8 +97,16 @@ class _Results(_Items):
         self._stride = width
 
 
+def _numbers(name: str, values: ArrayLike) -> Floats:
+    """The values as 32-bit floats. Raises :class:`SunbeamError` where some are masked, which NumPy would overlook."""
+    masked = int(np.count_nonzero(np.ma.getmaskarray(np.ma.asarray(values))))
+    if masked:
+        raise SunbeamError(f"{name} has {masked} masked values; leave them out")
+    return np.asarray(values, dtype=np.float32)
+
+
 def _direction(name: str, values: ArrayLike) -> Floats:
-    array = np.asarray(values, dtype=np.float32)
+    array = _numbers(name, values)
     if array.shape[-1:] != (3,):
         raise SunbeamError(f"{name} has the shape {array.shape}, but must end in 3: x, y, z")
     return array
@@ -113,7 +121,9 @@ class Surface:
     ``coherence_length``, ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``,
     ``tolerance``, ``build_limit``; and ``eta`` and ``k`` as numbers.
     ``heights_um``, an array ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with
-    ``pixel_um`` its pixel's edge or a pair along x and y.
+    ``pixel_um`` its pixel's edge or a pair along x and y. A ``SurfaceTopography.Topography`` in its place tells its
+    size and unit itself. Heights that are NaN, infinite or masked are holes: they are refused unless ``fill`` is
+    ``laplace`` or ``mean``.
 
     Directions are in the surface's frame: z is its normal, x the direction of the relief's rows, and both point away
     from it. They must have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
@@ -123,7 +133,7 @@ class Surface:
 
     def __init__(
         self,
-        heights_um: ArrayLike | None = None,
+        heights_um: ArrayLike | Topography | None = None,
         pixel_um: float | tuple[float, float] | None = None,
         **parameters: Parameter,
     ):
@@ -135,12 +145,14 @@ class Surface:
                 raise SunbeamError("pixel_um needs heights_um")
             _check(_library().sunbeam_surface_new(config, byref(handle)))
         else:
-            heights = np.ascontiguousarray(heights_um, dtype=np.float32)
-            if heights.ndim != 2 or pixel_um is None:
-                raise SunbeamError(
-                    f"heights_um has the shape {heights.shape}; it must be [iy, ix], with pixel_um given"
-                )
-            (ny, nx), (dx, dy) = heights.shape, np.broadcast_to(np.asarray(pixel_um, dtype=float), 2)
+            if is_topography(heights_um):
+                if pixel_um is not None:
+                    raise SunbeamError("pixel_um is given, but a topography tells its size itself; leave it out")
+                relief = relief_of_topography(heights_um)
+            else:
+                relief = relief_of_array(heights_um, pixel_um)
+            heights = single_precision(relief.heights_um)
+            (ny, nx), (dx, dy) = heights.shape, relief.pixel_um
             rows = _Floats(heights.ctypes.data, nx)
             _check(_library().sunbeam_surface_from_heights(config, rows, nx, ny, dx, dy, byref(handle)))
         self._handle = handle
@@ -224,7 +236,7 @@ class Surface:
 
 def _wavelengths(wavelength_nm: ArrayLike) -> tuple[Floats, bool]:
     """The wavelengths with an axis of their own, and whether it was added."""
-    nm = np.asarray(wavelength_nm, dtype=np.float32)
+    nm = _numbers("wavelength_nm", wavelength_nm)
     return (nm.reshape(1), True) if nm.ndim == 0 else (nm, False)
 
 

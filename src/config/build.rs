@@ -223,13 +223,13 @@ impl SurfaceConfig {
     }
 
     /// The same for heights that come from elsewhere than a preset or a file: levels them and builds the tables. `level` and
-    /// `tiling` are taken as a file's unless given.
+    /// `tiling` are taken as a file's unless given. `fill` is for [`HeightField::with_holes`], before this.
     ///
     /// # Errors
     /// A configuration that names a preset or a file or says how one is to be read, heights or pixels beyond a
     /// millimetre, or tables that would take more than the build limit allows.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
-        self.validate()?;
+        self.validate_for_array()?;
         let given = [
             ("preset", self.preset.is_some()),
             ("period", self.period.is_some()),
@@ -240,7 +240,6 @@ impl SurfaceConfig {
             ("pixel_size", self.pixel_size.is_some()),
             ("max_height", self.max_height.is_some()),
             ("channel", self.channel.is_some()),
-            ("fill", self.fill.is_some()),
         ];
         if let Some((parameter, _)) = given.into_iter().find(|(_, given)| *given) {
             let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");

@@ -93,7 +93,7 @@ pub struct SurfaceConfig {
     /// The channel of a file that holds several, by number or title (default: the first that is a height).
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "channel::deserialize")]
     pub channel: Option<String>,
-    /// What is put where the file has no height (default: `none`, such a file is refused).
+    /// What is put where the file or array has no height (default: `none`, such a relief is refused).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
     /// What is taken off the heights (default: `plane` for files, `none` for presets).
@@ -175,6 +175,22 @@ impl SurfaceConfig {
     /// # Errors
     /// [`ConfigError::Syntax`], [`ConfigError::Malformed`], and those of [`SurfaceConfig::validate`].
     pub fn from_json(json: &str) -> Result<Self, ConfigError> {
+        let config = Self::parse(json)?;
+        config.validate()?;
+        Ok(config)
+    }
+
+    /// As [`SurfaceConfig::from_json`], for heights that come from an array: `fill` needs no file then.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn from_json_for_array(json: &str) -> Result<Self, ConfigError> {
+        let config = Self::parse(json)?;
+        config.validate_for_array()?;
+        Ok(config)
+    }
+
+    fn parse(json: &str) -> Result<Self, ConfigError> {
         let mut reader = serde_json::Deserializer::from_str(json);
         let config: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
             let parameter = error.path().to_string();
@@ -186,8 +202,15 @@ impl SurfaceConfig {
             }
         })?;
         reader.end().map_err(|error| ConfigError::Syntax(error.to_string()))?;
-        config.validate()?;
         Ok(config)
+    }
+
+    /// As [`SurfaceConfig::validate`], for heights that come from an array.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn validate_for_array(&self) -> Result<(), ConfigError> {
+        Self { fill: None, ..self.clone() }.validate()
     }
 
     /// Refuses values out of range and parameters that contradict each other.

@@ -85,7 +85,8 @@ sunbeam_status sunbeam_surface_new(const char *config_json,
 // `heights_um.data + iy * heights_um.stride` and lying at y = `iy * pixel_y_um`.
 //
 // The configuration is as for `sunbeam_surface_new` without what is about presets and files; as for files, `level` is
-// `plane` and `tiling` is `aperiodic` unless it says otherwise. The heights are copied.
+// `plane` and `tiling` is `aperiodic` unless it says otherwise. Heights that are NaN, infinite or from ±1e30 on are holes:
+// they are refused unless `fill` is `laplace` or `mean`. The heights are copied.
 //
 // What the caller has to see to:
 // As `sunbeam_surface_new`, and `nx` floats must be readable from the beginning of each row.

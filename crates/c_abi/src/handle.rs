@@ -87,7 +87,8 @@ pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface
 /// `heights_um.data + iy * heights_um.stride` and lying at y = `iy * pixel_y_um`.
 ///
 /// The configuration is as for `sunbeam_surface_new` without what is about presets and files; as for files, `level` is
-/// `plane` and `tiling` is `aperiodic` unless it says otherwise. The heights are copied.
+/// `plane` and `tiling` is `aperiodic` unless it says otherwise. Heights that are NaN, infinite or from ±1e30 on are holes:
+/// they are refused unless `fill` is `laplace` or `mean`. The heights are copied.
 ///
 /// # Safety
 /// As `sunbeam_surface_new`, and `nx` floats must be readable from the beginning of each row.
@@ -116,9 +117,10 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
                 accepted: "such that nx * ny heights fit memory",
             });
         }
-        let config = SurfaceConfig::from_json(json).map_err(BuildError::from)?;
+        let config = SurfaceConfig::from_json_for_array(json).map_err(BuildError::from)?;
         let heights = Array2::from_shape_fn((ny, nx), |(iy, ix)| f64::from(rows.at(iy, ix)));
-        let field = HeightField::new(heights, pixel_x_um, pixel_y_um).map_err(BuildError::from)?;
+        let fill = config.fill.unwrap_or_default();
+        let field = HeightField::with_holes(heights, pixel_x_um, pixel_y_um, fill).map_err(BuildError::from)?;
         let (surface, origin) = config.build_of(&field, &Cache::from_env().map_err(BuildError::from)?)?;
         SurfaceHandle { surface, config, origin, file: None }.publish(place);
         Ok(())

@@ -263,6 +263,41 @@ fn heights_from_memory_are_those_of_a_scan() {
 }
 
 #[test]
+fn holes_in_memory_are_refused_or_filled() {
+    let (nx, ny) = (6, 4);
+    let mut heights: Vec<f32> = (0..nx * ny).map(|i| 0.02 * ((i * i) % 7) as f32).collect();
+    let quick = r#""coherence_length":2,"tolerance":0.01,"conserve_energy":false"#;
+    let f_at = |heights: &[f32], json: String| {
+        let (json, mut surface, mut f) = (CString::new(json).unwrap(), null_mut(), [0.0]);
+        // SAFETY: the heights are as large as is said.
+        let status = unsafe {
+            sunbeam_surface_from_heights(json.as_ptr(), floats(heights, nx as isize), nx, ny, 0.1, 0.1, &mut surface)
+        };
+        if status != Status::Ok {
+            return Err((status, message()));
+        }
+        // SAFETY: one item each; the surface was made above and is used no more after it was freed.
+        unsafe {
+            let (wi, wo) = (floats(&[0.6, 0.0, 0.8], 3), floats(&[0.0, 0.28, 0.96], 3));
+            assert_eq!(
+                sunbeam_surface_eval(surface, 1, wi, wo, 1, floats(&[500.0], 1), out(&mut f, 1)),
+                Status::Ok
+            );
+            sunbeam_surface_free(surface);
+        }
+        Ok(f[0])
+    };
+    let whole = f_at(&heights, format!(r#"{{{quick},"fill":"laplace"}}"#)).unwrap();
+    assert_eq!(f_at(&heights, format!("{{{quick}}}")).unwrap(), whole);
+    heights[9] = f32::NAN;
+    let (status, refusal) = f_at(&heights, format!("{{{quick}}}")).unwrap_err();
+    assert_eq!(status, Status::BadHeightField);
+    assert!(refusal.contains("1 of 24") && refusal.contains("row 1, column 3; `fill`"), "{refusal}");
+    let filled = f_at(&heights, format!(r#"{{{quick},"fill":"mean"}}"#)).unwrap();
+    assert!(filled > 0.0 && filled != whole);
+}
+
+#[test]
 fn the_description_fits_a_buffer_of_the_size_it_names() {
     let surface = new(QUICK).unwrap();
     let mut needed = 0;

@@ -15,6 +15,12 @@ pub enum HeightFieldError {
     /// A height is NaN or infinite. Rows and columns count from 0, in the order of the array or file they came from.
     #[error("the height at row {row}, column {column} is {value}; every height must be finite")]
     NotFinite { row: usize, column: usize, value: f64 },
+    /// Points of an array without a height, and none put there. Rows and columns count from 0, in the order of the array.
+    #[error(
+        "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked), the first at row {row}, column \
+         {column}; `fill` puts heights there: laplace or mean, from those that are known"
+    )]
+    Holes { count: usize, total: usize, row: usize, column: usize },
     /// A name that is not one of the accepted ones.
     #[error("unknown {parameter} \"{found}\"; accepted: {accepted}")]
     UnknownName { parameter: &'static str, found: String, accepted: String },

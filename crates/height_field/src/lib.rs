@@ -11,6 +11,8 @@ mod error;
 #[cfg(feature = "files")]
 mod file;
 mod fill;
+#[cfg(feature = "files")]
+mod holes;
 mod level;
 mod preset;
 // Benchmarks draw from it too, so that they ask the same everywhere.

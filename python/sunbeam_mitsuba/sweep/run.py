@@ -17,6 +17,7 @@ from distributed import Client
 from .cluster import local_client, plan_workers, remote_client, thread_count
 from .drive import drive
 from .errors import SweepError
+from .instruments import check_library
 from .limits import LIGHT
 from .progress import Progress
 from .reflector import with_full_path
@@ -86,6 +87,7 @@ def run(
     if scheduler is None:
         for want in spec.wants:
             want.check_here()
+        check_library(case.parameters for case in cases)
     store = Store(spec.output)
     store.open(fresh)
     begun = {"version": version(), "cases": len(cases), "started": _now()}

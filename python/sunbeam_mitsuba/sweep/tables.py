@@ -8,7 +8,9 @@ import time
 from collections import OrderedDict
 from collections.abc import Iterable, Mapping
 
+from .._errors import SunbeamError
 from .command import CommandError, describe, find_command
+from .instruments import converted
 from .limits import LIGHT, Value
 from .reflector import Reflector, make_reflector
 
@@ -59,8 +61,8 @@ def largest_estimate(surfaces: Iterable[Mapping[str, Value]]) -> float:
     largest = 0.0
     for parameters in sorted(surfaces, key=size, reverse=True)[:_ASKED_BEFORE]:
         try:
-            largest = max(largest, estimated_bytes(parameters))
-        except CommandError:
+            largest = max(largest, estimated_bytes(converted(parameters)))
+        except (CommandError, SunbeamError):
             continue
     return largest
 

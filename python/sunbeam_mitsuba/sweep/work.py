@@ -14,9 +14,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from .._surface import SunbeamError
+from .._errors import SunbeamError
 from .command import CommandError
 from .errors import SweepError
+from .instruments import converted
 from .limits import Value
 from .reflector import Reflector, ReflectorError, with_full_path
 from .spec import Case
@@ -121,8 +122,11 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
     if "filename" in parameters:
         try:
             source = input_of(Path(str(parameters["filename"])))
+            parameters = converted(parameters)
         except OSError as error:
             errors.append(("", f"{case.parameters['filename']}: cannot be read: {error.strerror}"))
+        except SunbeamError as error:
+            errors.append(("", _told(str(error), case, parameters)))
     for want in job.wants if not errors else ():
         try:
             answer = want.compute(_Asked(parameters, held))

@@ -1,4 +1,4 @@
-//! Filling the holes of a file.
+//! Filling the holes of a file or an array.
 
 use crate::Fill;
 use ndarray::Array2;
@@ -10,7 +10,7 @@ const STEPS_MAX: usize = 50_000;
 
 impl Fill {
     /// Replaces every NaN of `heights_um`, whose pixels are of `dx_um` by `dy_um`; at least one height must be finite.
-    pub(super) fn apply(self, heights_um: &mut Array2<f64>, dx_um: f64, dy_um: f64) {
+    pub(crate) fn apply(self, heights_um: &mut Array2<f64>, dx_um: f64, dy_um: f64) {
         let known: Vec<f64> = heights_um.iter().copied().filter(|h| h.is_finite()).collect();
         if self == Self::None || known.is_empty() || known.len() == heights_um.len() {
             return;

@@ -21,11 +21,11 @@ mod units;
 mod x3p;
 
 pub use doubts::Doubt;
+pub use formats::{FORMATS, Format, READABLE};
 pub use provenance::{Provenance, Source, Understood};
+pub(crate) use raw::known;
 
 use super::{Fill, HeightField, HeightFieldError};
-pub use formats::{FORMATS, Format, READABLE};
-
 use raw::{Parsed, Raw, Values};
 use std::path::Path;
 

@@ -53,7 +53,7 @@ pub(super) enum Pixel {
 const NO_HEIGHT: f64 = 1e30;
 
 /// A number as a file holds it; NaN where it says that there is no height.
-pub(super) fn known(stored: f64) -> f64 {
+pub(crate) fn known(stored: f64) -> f64 {
     // Written so that infinities and NaN are none either.
     if stored.abs() < NO_HEIGHT { stored } else { f64::NAN }
 }

@@ -1,0 +1,68 @@
+//! Heights of an array that has holes.
+
+use super::file::known;
+use super::{Fill, HeightField, HeightFieldError};
+use ndarray::Array2;
+
+impl HeightField {
+    /// Wraps heights in µm, `[[iy, ix]]`, as [`HeightField::new`] does; `fill` replaces those that are NaN, infinite or from
+    /// ±1e30 on, as in files.
+    ///
+    /// # Errors
+    /// Those of [`HeightField::new`], and [`HeightFieldError::Holes`] for holes with [`Fill::None`] or for nothing but holes.
+    pub fn with_holes(
+        mut heights_um: Array2<f64>,
+        dx_um: f64,
+        dy_um: f64,
+        fill: Fill,
+    ) -> Result<Self, HeightFieldError> {
+        heights_um.mapv_inplace(known);
+        let mut holes = heights_um.indexed_iter().filter(|(_, height)| height.is_nan()).map(|(at, _)| at);
+        if let Some((row, column)) = holes.next() {
+            let (count, total) = (1 + holes.count(), heights_um.len());
+            if fill == Fill::None || count == total {
+                return Err(HeightFieldError::Holes { count, total, row, column });
+            }
+            // The pixel sizes have to be valid before the film is weighted by them.
+            let flat = Self::new(Array2::zeros(heights_um.dim()), dx_um, dy_um)?;
+            fill.apply(&mut heights_um, flat.dx_um, flat.dy_um);
+        }
+        Self::new(heights_um, dx_um, dy_um)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ndarray::array;
+
+    #[test]
+    fn holes_are_refused_or_filled() {
+        let plane = Array2::from_shape_fn((4, 5), |(iy, ix)| 0.5 * iy as f64 - 0.25 * ix as f64);
+        for hole in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -3e38] {
+            let mut heights = plane.clone();
+            heights[[1, 2]] = hole;
+            let refused = HeightField::with_holes(heights.clone(), 0.1, 0.2, Fill::None).unwrap_err().to_string();
+            assert!(refused.contains("1 of 20") && refused.contains("row 1, column 2; `fill`"), "{refused}");
+            // A plane solves Laplace's equation. The film is solved to 1e-12 of the rim's heights, at most 2 µm.
+            let film = HeightField::with_holes(heights.clone(), 0.1, 0.2, Fill::Laplace).unwrap();
+            assert!((film.heights_um()[[1, 2]] - plane[[1, 2]]).abs() < 1e-11);
+            let mean = HeightField::with_holes(heights, 0.1, 0.2, Fill::Mean).unwrap();
+            let known = (plane.sum() - plane[[1, 2]]) / 19.0;
+            assert!((mean.heights_um()[[1, 2]] - known).abs() < 1e-14);
+        }
+        assert_eq!(HeightField::with_holes(plane.clone(), 0.1, 0.2, Fill::Laplace).unwrap().heights_um(), plane);
+    }
+
+    #[test]
+    fn nothing_but_holes_is_refused() {
+        let refused = HeightField::with_holes(array![[f64::NAN, f64::NAN]], 0.1, 0.1, Fill::Mean);
+        assert!(matches!(refused, Err(HeightFieldError::Holes { count: 2, total: 2, row: 0, column: 0 })));
+    }
+
+    #[test]
+    fn pixel_sizes_are_checked_before_holes_are_filled() {
+        let refused = HeightField::with_holes(array![[f64::NAN, 1.0]], 0.0, 0.1, Fill::Laplace);
+        assert!(matches!(refused, Err(HeightFieldError::PixelSize { axis: "x", .. })));
+    }
+}

@@ -1,0 +1,62 @@
+"""Files of instruments in a sweep: each process converts them once, to a ``.gsf`` that figures and pictures read."""
+
+from __future__ import annotations
+
+import os
+import uuid
+from collections.abc import Iterable, Mapping
+from functools import cache, lru_cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from .. import convert
+from .._errors import SunbeamError
+from .errors import SweepError
+from .limits import Value
+
+
+def needs_converting(parameters: Mapping[str, Value]) -> bool:
+    """Whether the surface is in a file that only the library SurfaceTopography reads."""
+    return Path(str(parameters.get("filename", ""))).suffix[1:].lower() in convert.EXTENSIONS
+
+
+def check_library(surfaces: Iterable[Mapping[str, Value]]) -> None:
+    """Raises :class:`SweepError` where a surface needs SurfaceTopography, and that is not installed."""
+    for parameters in surfaces:
+        if needs_converting(parameters):
+            try:
+                convert.library()
+            except SunbeamError as error:
+                raise SweepError(f"{parameters['filename']}: {error}") from error
+            return
+
+
+def converted(parameters: Mapping[str, Value]) -> dict[str, Value]:
+    """The parameters with an instrument's file replaced by a ``.gsf`` of the channel that they name.
+
+    Raises ``SunbeamError`` where the file is refused.
+    """
+    own = dict(parameters)
+    if needs_converting(own):
+        name = str(own["filename"])
+        channel, pixel_size = own.pop("channel", None), own.get("pixel_size")
+        try:
+            changed_ns = os.stat(name).st_mtime_ns
+        except OSError as error:
+            raise SunbeamError(f"{name}: cannot be read: {error.strerror}") from error
+        wanted = None if channel is None else str(channel)
+        own["filename"] = _converted(name, changed_ns, wanted, None if pixel_size is None else float(pixel_size))
+    return own
+
+
+@cache
+def _folder() -> TemporaryDirectory[str]:
+    """A folder that goes when the process does."""
+    return TemporaryDirectory(prefix="sunbeam-")
+
+
+@lru_cache(maxsize=4096)
+def _converted(name: str, changed_ns: int, channel: str | None, pixel_size: float | None) -> str:
+    made = Path(_folder().name) / f"{uuid.uuid4().hex}.gsf"
+    convert.convert(name, made, channel, pixel_size=pixel_size)
+    return str(made)
