@@ -17,10 +17,10 @@ pub enum HeightFieldError {
     NotFinite { row: usize, column: usize, value: f64 },
     /// Points of an array without a height, and none put there. Rows and columns count from 0, in the order of the array.
     #[error(
-        "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked), the first at row {row}, column \
-         {column}; `fill` puts heights there: laplace or mean, from those that are known"
+        "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked{isolated}), the first at row {row}, \
+         column {column}; `fill` puts heights there: laplace or mean, from those that are known"
     )]
-    Holes { count: usize, total: usize, row: usize, column: usize },
+    Holes { count: usize, total: usize, row: usize, column: usize, isolated: String },
     /// A name that is not one of the accepted ones.
     #[error("unknown {parameter} \"{found}\"; accepted: {accepted}")]
     UnknownName { parameter: &'static str, found: String, accepted: String },

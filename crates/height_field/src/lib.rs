@@ -11,8 +11,9 @@ mod error;
 #[cfg(feature = "files")]
 mod file;
 mod fill;
-#[cfg(feature = "files")]
+mod film;
 mod holes;
+mod isolated;
 mod level;
 mod preset;
 // Benchmarks draw from it too, so that they ask the same everywhere.

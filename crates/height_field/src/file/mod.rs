@@ -5,7 +5,6 @@ mod channel;
 mod doubts;
 mod encoding;
 mod exr;
-mod film;
 mod formats;
 mod gsf;
 mod gwy;
@@ -23,7 +22,6 @@ mod x3p;
 pub use doubts::Doubt;
 pub use formats::{FORMATS, Format, READABLE};
 pub use provenance::{Provenance, Source, Understood};
-pub(crate) use raw::known;
 
 use super::{Fill, HeightField, HeightFieldError};
 use raw::{Parsed, Raw, Values};

@@ -3,6 +3,7 @@
 use super::doubts::{self, Doubt};
 use super::provenance::{Provenance, Source, Understood};
 use super::{FileField, FileScale, ReadOptions};
+use crate::holes::Holes;
 use crate::{Fill, HeightField, HeightFieldError};
 use ndarray::{Array2, Axis};
 use std::path::Path;
@@ -49,15 +50,6 @@ pub(super) enum Pixel {
     Open(String),
 }
 
-/// Numbers from here on are no heights in any unit: programs write them where an instrument measured nothing.
-const NO_HEIGHT: f64 = 1e30;
-
-/// A number as a file holds it; NaN where it says that there is no height.
-pub(crate) fn known(stored: f64) -> f64 {
-    // Written so that infinities and NaN are none either.
-    if stored.abs() < NO_HEIGHT { stored } else { f64::NAN }
-}
-
 /// A file as it is, in the order of its rows. NaN says that there is no height, whatever the format says it with.
 pub(super) struct Raw {
     values: Array2<f64>,
@@ -80,15 +72,6 @@ pub(super) fn rounded(value: f64) -> f64 {
     let factor = 10_f64.powi(6 - value.abs().log10().floor() as i32);
     let result = (value * factor).round() / factor;
     if result.is_finite() { result } else { value }
-}
-
-/// Points without a height, before they are filled.
-struct Holes {
-    count: usize,
-    /// Row and column of the first.
-    first: Option<(usize, usize)>,
-    /// Numbers among them that only their isolation from the heights gives away.
-    isolated: Vec<(f64, usize)>,
 }
 
 impl Raw {
@@ -142,7 +125,8 @@ impl Raw {
 
     /// The height field, scaled, filled, and with its first row at the bottom.
     pub fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
-        let holes = self.holes();
+        let um = if let Values::Lengths { um, .. } = self.meaning { um } else { 1.0 };
+        let holes = Holes::mark(&mut self.values, um);
         let total = self.values.len();
         let filled = holes.count;
         if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || filled == total) {
@@ -164,29 +148,13 @@ impl Raw {
             height_unit,
             rows: Understood::new(self.first.1, first),
             channel: self.channel.clone(),
-            holes: holes.understood(total, options.fill),
+            holes: understood(&holes, total, options.fill),
         };
         let field = HeightField::new(self.values, dx, dy)?;
         let mut doubts = doubts::about(&field);
         doubts.extend(holes.isolated.iter().map(|&(value, count)| Doubt::Isolated { value, count }));
         let channel = self.channel.map(|channel| channel.value);
         Ok(FileField { field, channel, filled, provenance: Some(provenance), doubts })
-    }
-
-    /// Puts NaN where there is no height, and counts such points.
-    fn holes(&mut self) -> Holes {
-        // A height that its unit makes too large is none either.
-        let um = if let Values::Lengths { um, .. } = self.meaning { um } else { 1.0 };
-        self.values.mapv_inplace(|value| if known(value * um).is_nan() { f64::NAN } else { known(value) });
-        let isolated = doubts::isolated(&self.values);
-        if !isolated.is_empty() {
-            let is_isolated = |value: f64| isolated.iter().any(|(number, _)| *number == value);
-            self.values.mapv_inplace(|value| if is_isolated(value) { f64::NAN } else { value });
-        }
-        let mut missing = self.values.indexed_iter().filter(|(_, v)| v.is_nan()).map(|(at, _)| at);
-        let first = missing.next();
-        let count = first.map_or(0, |_| 1 + missing.count());
-        Holes { count, first, isolated }
     }
 
     fn pixel_size(&self, path: &Path, scale: &FileScale) -> Result<(f64, f64), HeightFieldError> {
@@ -245,20 +213,12 @@ impl Raw {
     }
 }
 
-impl Holes {
-    fn isolated_in_words(&self) -> String {
-        let kinds =
-            self.isolated.iter().map(|(value, count)| format!("; {count} of them {value}, isolated from the rest"));
-        kinds.collect()
+fn understood(holes: &Holes, total: usize, fill: Fill) -> Understood {
+    if holes.count == 0 {
+        return Understood::new(Source::File, "none");
     }
-
-    fn understood(&self, total: usize, fill: Fill) -> Understood {
-        if self.count == 0 {
-            return Understood::new(Source::File, "none");
-        }
-        let guessed: usize = self.isolated.iter().map(|(_, count)| count).sum();
-        let source = if guessed == self.count { Source::Guess } else { Source::File };
-        let isolated = self.isolated_in_words();
-        Understood::new(source, format!("{} of {total} points, filled by {fill}{isolated}", self.count))
-    }
+    let guessed: usize = holes.isolated.iter().map(|(_, count)| count).sum();
+    let source = if guessed == holes.count { Source::Guess } else { Source::File };
+    let isolated = holes.isolated_in_words();
+    Understood::new(source, format!("{} of {total} points, filled by {fill}{isolated}", holes.count))
 }

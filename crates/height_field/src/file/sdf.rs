@@ -5,8 +5,9 @@
 //! by the largest number.
 
 use super::bytes::{Bytes, Number, data_length};
-use super::raw::{First, known};
+use super::raw::First;
 use super::{Parsed, Raw, Values, channel, encoding};
+use crate::holes::known;
 use ndarray::Array2;
 use std::collections::HashMap;
 

@@ -5,8 +5,9 @@
 
 use super::bytes::{Number, data_length};
 use super::channel::{self, Channel, Holds};
-use super::raw::{First, known};
+use super::raw::First;
 use super::{Parsed, Raw, Values, encoding};
+use crate::holes::known;
 use ndarray::Array2;
 use roxmltree::{Document, Node};
 use std::io::{Cursor, Read};
