@@ -18,7 +18,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 # Two builds at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo scenes crosscheck bench figures docs api-docs web web-serve test-web bench-web clean help
+.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo scenes crosscheck bench bench-gpu figures docs api-docs web web-serve test-web bench-web clean help
 
 all: plugin
 
@@ -38,6 +38,8 @@ help:
 	@echo "make docs     build the documentation, target/docs/index.html; make api-docs that of the Rust API"
 	@echo "make web      build the page for browsers, target/web/; make web-serve opens it to this machine's browsers"
 	@echo "make test-web the part of make test that tests it in headless Chromium; make bench-web measures it there"
+	@echo "make bench-gpu  check and time a machine with an NVIDIA card, results in docs/data/gpu.json; a dry run elsewhere."
+	@echo "              PARTS names some of its parts: .venv/bin/python -m benches.gpu --list"
 	@echo "make bench | clean"
 
 setup: $(READY)
@@ -141,6 +143,12 @@ bench: plugin library tool
 	$(CC) -std=c11 -O2 -I $(LIBRARY)/include benches/batch.c -o $(LIBRARY)/batch -L $(LIBRARY)/lib -lsunbeam \
 		-Wl,-rpath,$(CURDIR)/$(LIBRARY)/lib -lpthread -lm
 	$(LIBRARY)/batch | tee out/bench/batch.json
+
+# Where nvidia-smi finds a card: the CUDA variants and the realtime renderer on it, in at most eight minutes. Elsewhere the
+# same code with LLVM and the software adapter, as tests run it.
+bench-gpu: plugin
+	$(CARGO) build --release -p sunbeam-cli
+	$(PY) -m benches.gpu $(PARTS)
 
 # Those named in PAGES, or all. The page peers stays as it is unless PEER names the program that it needs.
 figures: plugin library tool

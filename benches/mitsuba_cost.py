@@ -15,13 +15,15 @@ sys.path.insert(0, str(REPOSITORY))
 from mitsuba_scenes import environment  # noqa: E402 (the line above makes it importable)
 from mitsuba_scenes.environment import SetupError  # noqa: E402
 from mitsuba_scenes.evaluation import headline, rgb_against_spectral, time_to_error  # noqa: E402
+from mitsuba_scenes.outputs import output_file  # noqa: E402
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--cell-s", type=float, default=time_to_error.BUDGET_S, help="seconds a scene in a variant")
     parser.add_argument("--picture-s", type=float, default=rgb_against_spectral.BUDGET_S, help="a converged picture")
-    parser.add_argument("--json", type=Path, default=REPOSITORY / "out" / "bench" / "mitsuba.json")
+    default = str(REPOSITORY / "out" / "bench" / "mitsuba.json")
+    parser.add_argument("--json", type=output_file(".json"), default=default)
     parser.add_argument(
         "--plugin", type=Path, help="another build's plugins/diffraction.so: its time to an error alone"
     )

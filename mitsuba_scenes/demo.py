@@ -20,6 +20,7 @@ from .crosscheck.cases import SCAN
 from .crosscheck.run import Disagreement, crosscheck, insist
 from .environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
 from .light import Light
+from .outputs import output_folder
 from .render import EXPOSURE_STOPS
 from .scene import View
 from .side_by_side import side_by_side
@@ -72,7 +73,7 @@ def versions() -> dict:
 def main(words: list[str] | None = None) -> int:
     view = View()
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.demo", description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=REPOSITORY / "out")
+    parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out"))
     parser.add_argument("--variant", default=DEFAULT_VARIANT)
     parser.add_argument("--resolution", type=int, nargs=2, metavar=("W", "H"), default=(view.width, view.height))
     parser.add_argument("--spp", type=int, default=32, help="samples a pixel (32)")

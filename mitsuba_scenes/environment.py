@@ -11,7 +11,8 @@ from pathlib import Path
 import mitsuba as mi
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-PLUGIN_FOLDER = REPOSITORY / "target" / "mitsuba"
+# The folder for Mitsuba's file resolver: that of the checkout unless the environment names another.
+PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_MITSUBA", REPOSITORY / "target" / "mitsuba"))
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 DEFAULT_VARIANT = "llvm_ad_spectral"

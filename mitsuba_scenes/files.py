@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 from .environment import FALLBACK_VARIANT, REPOSITORY, SetupError, use_variant
+from .outputs import output_folder
 from .skin import pigment_texture
 from .snake import snake_files
 from .tool import sunbeam
@@ -33,7 +34,7 @@ def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
 def main(words: list[str] | None = None) -> int:
     """The command line; 0, or 2 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.files", description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=REPOSITORY / "out" / "scenes")
+    parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out" / "scenes"))
     options = parser.parse_args(words)
     try:
         use_variant(FALLBACK_VARIANT)

@@ -9,6 +9,7 @@ from pathlib import Path
 from . import picture
 from .environment import DEFAULT_VARIANT, SetupError, use_variant
 from .light import SUN_KINDS, Light
+from .outputs import output_file
 from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
@@ -62,14 +63,12 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
     add("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba")
     add("--mesh", type=Path, help="another mesh than the snake, with UVs, as PLY in cm (None: the snake)")
     add("--pigment", type=Path, help="another picture of the diffuse reflectance (None: the snake's)")
-    add("-o", "--output", type=Path, default=Path("out/snake.exr"))
+    add("-o", "--output", type=output_file(".exr", beside=(".png",)), default="out/snake.exr", help="the EXR")
     return parser, parser.parse_args(words)
 
 
 def run(options: argparse.Namespace) -> None:
     """What the options say. Raises ValueError where they contradict one another."""
-    if options.output.suffix.lower() != ".exr":
-        raise ValueError(f"the output {options.output} must end in .exr; the PNG goes beside it")
     if options.height_field:
         skin = scanned_skin(options.height_field, options.pixel_size, options.max_height)
     elif options.pixel_size or options.max_height:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from pathlib import Path
 
 from .environment import REPOSITORY, SetupError
 
-TOOL = REPOSITORY / "target" / "release" / "sunbeam"
+# The command: that of the checkout unless the environment names another.
+TOOL = Path(os.environ.get("SUNBEAM", REPOSITORY / "target" / "release" / "sunbeam"))
 
 
 def sunbeam(*words, tool: Path = TOOL, stdin: str | None = None) -> str:

@@ -1,17 +1,16 @@
 """Samples are distributed as `pdf` says, by Mitsuba's χ² test."""
 
-import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 from batches import direction, eval_pdf, sample
 from conftest import built, use_variant
 
+from mitsuba_scenes.chi_square import WAVELENGTHS, chi_square_test, vectorised
+
 # Cells beside the square's diagonals, where the map has a kink, and the few photons of a true model are allowed for by
 # the level of all tests together.
 SIGNIFICANCE = 0.01
-# A path's four wavelengths: the density is the mean of theirs.
-WAVELENGTHS = [410.0, 487.5, 561.0, 655.0]
 
 ANGLES = [(theta, phi) for theta in (0, 30, 60, 80) for phi in (0, 70)]
 SURFACES = {
@@ -31,68 +30,6 @@ WIDE = {
     "xenopeltis": {"preset": "xenopeltis", "coherence_length": 4.0, "conserve_energy": False, "tolerance": 1e-2},
 }
 TEST_COUNT = len(ANGLES) * (len(SURFACES) + len(WIDE))
-
-
-class HemisphereDomain:
-    """The unit square, equal areas to equal solid angles of the upper hemisphere.
-
-    Unlike `SphericalDomain`, its cells keep the shape of orders near the normal, and its edge is the horizon.
-    """
-
-    def bounds(self):
-        return mi.ScalarBoundingBox2f(0, 1)
-
-    def aspect(self):
-        return 1
-
-    def map_forward(self, p):
-        return mi.warp.square_to_uniform_hemisphere(p)
-
-    def map_backward(self, p):
-        return mi.warp.uniform_hemisphere_to_square(p)
-
-
-def test_of(sample_func, pdf_func, **resolution):
-    from mitsuba.chi2 import ChiSquareTest
-
-    def counted(u):
-        wo, pdf = sample_func(u)
-        # Samples beyond the horizon count nowhere. Not BSDFAdapter's rule, weight 0: a dark order is sampled, too.
-        seen = pdf > 0
-        return dr.select(seen, wo, mi.Vector3f(0, 0, 1)), dr.select(seen, mi.Float(1), 0)
-
-    # The domain's area is 1, that of the hemisphere 2π.
-    return ChiSquareTest(
-        domain=HemisphereDomain(),
-        sample_func=counted,
-        pdf_func=lambda wo: pdf_func(wo) * dr.two_pi,
-        sample_dim=3,
-        **resolution,
-    )
-
-
-test_of.__test__ = False
-
-
-def vectorised(bsdf, wi, pdf_of=None, nm=WAVELENGTHS, **resolution):
-    ctx = mi.BSDFContext()
-
-    def interactions(count):
-        si = dr.zeros(mi.SurfaceInteraction3f, count)
-        # Opaque, so that one kernel serves all directions.
-        si.wi = mi.Vector3f([dr.opaque(mi.Float, c) for c in wi])
-        if mi.is_spectral:
-            si.wavelengths = type(si.wavelengths)([dr.opaque(mi.Float, c) for c in nm])
-        return si
-
-    def sample_func(u):
-        bs, _ = bsdf.sample(ctx, interactions(dr.width(u)), u.x, mi.Point2f(u.y, u.z))
-        return bs.wo, bs.pdf
-
-    def pdf_func(wo):
-        return (pdf_of or bsdf).pdf(ctx, interactions(dr.width(wo)), wo)
-
-    return test_of(sample_func, pdf_func, **{"sample_count": 200_000, "res": 75, "ires": 24, **resolution})
 
 
 def by_rays(bsdf, wi):
@@ -115,7 +52,7 @@ def by_rays(bsdf, wi):
         return mi.Float(in_scalar(lambda b, wis, nm: eval_pdf(b, wis, wo, nm)[1], len(wo)).astype(np.float32))
 
     use_variant("llvm_ad_rgb")
-    return test_of(sample_func, pdf_func, sample_count=20_000, res=25, ires=7)
+    return chi_square_test(sample_func, pdf_func, sample_count=20_000, res=25, ires=7)
 
 
 @pytest.mark.parametrize("angles", ANGLES, ids=str)

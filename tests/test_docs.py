@@ -20,7 +20,7 @@ TOOL = REPOSITORY / "target" / "release"
 # Blocks that are shown and not run: output, and directives of the site.
 SHOWN = {"text", "{toctree}"}
 # Subcommands and options that draw on a GPU, or on its software adapter.
-NEEDS_ADAPTER = re.compile(r"sunbeam (render|view)\b|--backend gpu")
+NEEDS_ADAPTER = re.compile(r"sunbeam (adapter|render|view)\b|--backend gpu")
 EXAMPLES = sorted((REPOSITORY / "examples").glob("*.py"))
 
 

@@ -4,12 +4,13 @@ Packages that a version of Python does not have are skipped by name.
 """
 
 import json
+import subprocess
 
 import numpy as np
 import pytest
 
 from mitsuba_scenes.environment import SetupError
-from mitsuba_scenes.tool import sunbeam
+from mitsuba_scenes.tool import TOOL, sunbeam
 
 # Different under every flip, neither square in pixels nor in tile; row 0 is y = 0 here, as in the library.
 ROWS, COLUMNS = 5, 7
@@ -260,3 +261,75 @@ def test_bad_operations_are_refused_in_one_line(words, said):
     assert "\n" not in str(refusal.value)
     for part in said:
         assert part in str(refusal.value)
+
+
+def gwyddion_text(path, channel="Height", value_unit="m"):
+    """A matrix as Gwyddion exports it, in the locale of a user who writes decimal commas."""
+    lines = [f"# Kanál: {channel}", f"# Šířka: {COLUMNS * DX_UM:.3f} µm", f"# Výška: {ROWS * DY_UM:.3f} µm"]
+    lines += [f"# Jednotky hodnot: {value_unit}"]
+    lines += ["\t".join(f"{height:.12e}" for height in row) for row in np.flipud(HEIGHTS_UM) * 1e-6]
+    path.write_text("\n".join(lines).replace(".", ",") + "\n", encoding="utf-16")
+
+
+def test_text_of_gwyddion_and_where_its_properties_came_from(tmp_path):
+    path = tmp_path / "skin.txt"
+    gwyddion_text(path)
+    provenance = check(path)["provenance"]
+    sources = {name: entry["source"] for name, entry in provenance.items()}
+    assert sources == {
+        "pixel_size": "file",
+        "height_unit": "file",
+        "rows": "format",
+        "channel": "default",
+        "holes": "file",
+    }
+    assert provenance["height_unit"]["value"] == "m"
+    gwyddion_text(path, value_unit="V")
+    with pytest.raises(SetupError, match=r'unit "V" is not a length'):
+        read(path)
+
+
+def test_command_and_mitsuba_warn_of_metres_taken_for_micrometres(tmp_path):
+    import mitsuba as mi
+    from conftest import use_variant
+
+    path = tmp_path / "metres.txt"
+    np.savetxt(path, HEIGHTS_UM * 1e-6)
+    words = [TOOL, "height-field", "--height-field", path, "--pixel-size", "0.1"]
+    done = subprocess.run(list(map(str, words)), capture_output=True, text=True, check=True)
+    assert "less than an atom: was the file in metres" in done.stderr
+    assert "was the file in metres" in json.loads(done.stdout)["doubts"][0]
+    use_variant("scalar_rgb")
+    logged = []
+
+    class Listener(mi.Appender):
+        def append(self, level, text):
+            logged.append((level, text))
+
+        def log_progress(self, *_):
+            pass
+
+    listener = Listener()
+    mi.logger().add_appender(listener)
+    try:
+        for _ in range(2):
+            parameters = {"filename": str(path), "pixel_size": 0.1, "coherence_length": 2.0}
+            mi.load_dict({"type": "diffraction", **parameters})
+    finally:
+        mi.logger().remove_appender(listener)
+    warnings = [text for level, text in logged if level == mi.LogLevel.Warn and "metres" in text]
+    assert len(warnings) == 1, logged
+
+
+def test_mitsuba_takes_a_channel_by_number(tmp_path):
+    import mitsuba as mi
+    from conftest import use_variant
+
+    path = tmp_path / "heights.gwy"
+    gwyddion_file(path, False)
+    use_variant("scalar_rgb")
+    bsdf = {"type": "diffraction", "filename": str(path), "coherence_length": 2.0}
+    mi.load_dict({**bsdf, "channel": 2})
+    for channel, reason in [(0, "not a length"), (7, "no `channel`"), (-1, "title or its number")]:
+        with pytest.raises(RuntimeError, match=reason):
+            mi.load_dict({**bsdf, "channel": channel})

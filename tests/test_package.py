@@ -238,3 +238,13 @@ def test_what_is_wrong_is_named(package, call, mentioned):
     with pytest.raises(package.SunbeamError) as error:
         call(package)
     assert mentioned in str(error.value)
+
+
+def test_describe_tells_how_a_file_was_understood(package, tmp_path):
+    path = tmp_path / "metres.txt"
+    np.savetxt(path, 1e-7 * np.random.default_rng(1).random((6, 8)))
+    described = package.Surface(filename=str(path), pixel_size=0.1, coherence_length=2.0).describe()["file"]
+    assert described["provenance"]["pixel_size"]["source"] == "option"
+    assert described["provenance"]["height_unit"] == {"source": "default", "value": "µm"}
+    assert "was the file in metres" in described["doubts"][0]
+    assert "file" not in package.Surface(preset="blazed", coherence_length=2.0).describe()

@@ -127,7 +127,14 @@ def test_what_is_reflected_is_the_sum_of_the_orders(grating):
         ({"preset": "elaphe"}, "preset"),
         ({"preset": "blazed", "model": "patch"}, "model"),
         ({"preset": "blazed", "obliquity": "stam"}, "obliquity"),
-        ({"preset": "blazed", "period": 900.0}, "building the tables"),
+        ({"preset": "blazed", "period": 20.0}, "building the tables"),
+        # Whatever a build may take: no time would do.
+        ({"preset": "blazed", "period": 900.0, "build_limit": 1e6}, "2500.0 wavelengths of 360 nm in air.*at most 108"),
+        ({"preset": "lamellar", "period": 30.0, "eta": 1.5, "build_limit": 1e6}, "in the medium below.*at most 108"),
+        (
+            {"preset": "sinusoidal", "period": 30.0, "height": 25.0, "build_limit": 1e6},
+            "height of 25 µm.*at most 62",
+        ),
         ({"preset": "blazed", "eta": {"type": "checkerboard"}}, "theory"),
     ],
 )

@@ -128,6 +128,8 @@ def test_command_line_writes_both_files(scene_variant, files, tmp_path):
         (["--variant", "llvm_ad_smell"], "llvm_ad_spectral"),
         (["--mesh", "missing.ply"], "missing.ply"),
         (["-o", "snake.png"], ".exr"),
+        (["-o", "pyproject.toml/snake.exr"], "pyproject.toml is no folder"),
+        (["-o", "/proc/none/snake.exr"], "cannot be written"),
     ],
 )
 def test_command_line_errors_are_one_line_and_code_2(capsys, words, says):

@@ -245,6 +245,29 @@ def test_other_people_s_folders_are_left_alone(tmp_path):
     assert (tmp_path / "out" / "thesis.tex").exists()
 
 
+def test_a_place_that_is_taken_is_told_before_anything_is_computed(tmp_path):
+    place = tmp_path / "out" / "index.html"
+    place.mkdir(parents=True)
+    line = one_line(sweep(write_spec(tmp_path)))
+    assert f"{place} cannot be written" in line
+    assert not list(tmp_path.glob("out/results/*"))
+
+
+@pytest.mark.parametrize("taken", ["", "results", "pictures", "sweep.json", "sweep.parquet", "times.parquet"])
+def test_files_are_in_no_folder_s_place_and_folders_in_no_file_s(sweep_package, tmp_path, taken):
+    from sunbeam_mitsuba.sweep.store import Store
+
+    place = tmp_path / "out" / taken
+    place.parent.mkdir(exist_ok=True)
+    if place.suffix:
+        place.mkdir()
+    else:
+        place.write_text("years of work")
+    with pytest.raises(sweep_package.SweepError, match=f"{place} cannot be written"):
+        Store(tmp_path / "out").open(fresh=True)
+    assert place.is_dir() or place.read_text() == "years of work"
+
+
 def test_two_sweeps_into_one_folder_are_one_too_many(tmp_path):
     spec = write_spec(tmp_path)
     first = begin(spec, "--workers", 1, slow=0.2)

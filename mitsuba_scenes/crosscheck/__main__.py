@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from ..environment import DEFAULT_VARIANT, REPOSITORY, SetupError, use_variant
+from ..outputs import output_folder
 from ..picture import PictureError
 from .cases import SCAN
 from .run import Disagreement, crosscheck, insist
@@ -15,7 +16,7 @@ from .run import Disagreement, crosscheck, insist
 def main(words: list[str] | None = None) -> int:
     """The command line; 0, 1 where the renderers disagree, or 2 with one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.crosscheck", description=__doc__)
-    parser.add_argument("-o", "--output", type=Path, default=REPOSITORY / "out" / "crosscheck")
+    parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out" / "crosscheck"))
     parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")
     parser.add_argument("--scan", type=Path, default=SCAN, help="a measured height field")
     parser.add_argument("--short", action="store_true", help="two surfaces in one light, as in `make demo`")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -18,10 +19,9 @@ from ..snake import SnakeFiles
 from ..tool import sunbeam
 from .realtime import surface_words
 
-# The published atomic-force scans by species; the repository does not hold them.
-SCANS = {
-    species: REPOSITORY.parent / "shared" / "data" / "afm" / f"{species}.gsf" for species in ("elaphe", "xenopeltis")
-}
+# Folder of the published atomic-force scans, which the repository does not hold, and the scans by species.
+SCAN_FOLDER = Path(os.environ.get("SUNBEAM_DATA", REPOSITORY.parent / "shared" / "data" / "afm"))
+SCANS = {species: SCAN_FOLDER / f"{species}.gsf" for species in ("elaphe", "xenopeltis")}
 SCAN = SCANS["xenopeltis"]
 SKINS = ("blazed", "elaphe", "xenopeltis")
 # Rays along each side of a pixel in pictures: a relief of few orders is bright in few places, which fewer rays miss,

@@ -53,21 +53,26 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
     return rows
 
 
-def call_ns(bsdfs: dict[str, mi.BSDF], call: str) -> dict[str, float]:
+def call_ns(bsdfs: dict[str, mi.BSDF], call: str, wavefront: int | None = None) -> dict[str, float]:
     """Time per element of one call of each, less that of a kernel which only reads and writes as much.
 
-    All take turns, so that what else the machine does falls on each; the least of the turns is taken, which is the one
-    with the least of it.
+    Each has `wavefront` elements, or as many as take about KERNEL_S. All take turns, so that what else the machine does
+    falls on each; the least of the turns is taken, which is the one with the least of it.
     """
-    kernels, elements = {}, {}
+    kernels, elements, drawn = {}, {}, {}
     for name, bsdf in bsdfs.items():
 
         def called(inputs, bsdf=bsdf):
             return answer(bsdf, call, inputs)
 
-        few = Inputs(FEWEST)
-        elements[name] = fitting_elements(min(kernel_s(called, few) for _ in range(2)) / FEWEST)
-        inputs = Inputs(elements[name])
+        if wavefront is None:
+            few = Inputs(FEWEST)
+            elements[name] = fitting_elements(min(kernel_s(called, few) for _ in range(2)) / FEWEST)
+        else:
+            elements[name] = wavefront
+        if elements[name] not in drawn:
+            drawn[elements[name]] = Inputs(elements[name])
+        inputs = drawn[elements[name]]
         kernels[name] = [lambda inputs=inputs, called=called: kernel_s(called, inputs)]
         kernels[name] += [lambda inputs=inputs: kernel_s(empty, inputs)]
     turns = [{name: [kernel() for kernel in both] for name, both in kernels.items()} for _ in range(TURNS)]

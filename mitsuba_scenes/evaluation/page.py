@@ -10,6 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from ..environment import REPOSITORY, SetupError
+from . import card
 
 DOCS = REPOSITORY / "docs"
 # Presets that stand in for measured skins.
@@ -26,7 +27,8 @@ def images(name: str, docs: Path = DOCS) -> Path:
 def write_page(name: str, figures: dict, docs: Path = DOCS) -> Path:
     """Fills `templates/NAME.md.j2` with the figures: writes `NAME.md`, and the figures as `data/NAME.json`.
 
-    What the template asks for and the figures lack is an error, as is a number that JSON does not know.
+    The template also has `card`, what was measured on a graphics card. What it asks for and the figures lack is an
+    error, as is a number that JSON does not know.
     """
     data = docs / "data" / f"{name}.json"
     data.parent.mkdir(parents=True, exist_ok=True)
@@ -39,7 +41,8 @@ def write_page(name: str, figures: dict, docs: Path = DOCS) -> Path:
         keep_trailing_newline=True,
         autoescape=False,
     )
-    templates.filters.update(named=named, scans_first=scans_first)
+    templates.filters.update(named=named, scans_first=scans_first, measured=card.measured)
+    templates.globals["card"] = card.read()
     page = docs / f"{name}.md"
     page.write_text(templates.get_template(f"{name}.md.j2").render(figures))
     return page

@@ -39,7 +39,8 @@ impl SurfaceConfig {
         Ok(self.raw_height_field()?.field.levelled(self.level()))
     }
 
-    /// The height field that the configuration names as it is, filled but not levelled, and what was filled.
+    /// The height field that the configuration names as it is, filled but not levelled, and how the file was understood.
+    /// Doubts about the file are warnings in the log, too.
     ///
     /// # Errors
     /// As [`SurfaceConfig::height_field`].
@@ -60,7 +61,7 @@ impl SurfaceConfig {
                     (Some(size_um), Some(spread)) => preset.build_in_regions(Regions::new(size_um, spread)?)?,
                     _ => preset.build(self.period, self.height)?,
                 };
-                FileField { field, channel: None, filled: 0 }
+                FileField::without_file(field)
             }
             Source::File(path) => {
                 let scale = FileScale { pixel_size_um: self.pixel_size, max_height_um: self.max_height };
@@ -73,6 +74,11 @@ impl SurfaceConfig {
             }
         };
         read.field.check_size(MAX_LENGTH_UM)?;
+        if let Source::File(path) = self.source() {
+            for doubt in &read.doubts {
+                log::warn!("{}: {doubt}", path.display());
+            }
+        }
         Ok(read)
     }
 

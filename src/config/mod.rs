@@ -15,6 +15,7 @@
 mod build;
 #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 mod built_surface;
+mod channel;
 mod error;
 #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
 mod method;
@@ -90,7 +91,7 @@ pub struct SurfaceConfig {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max_height: Option<f64>,
     /// The channel of a file that holds several, by number or title (default: the first that is a height).
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "channel::deserialize")]
     pub channel: Option<String>,
     /// What is put where the file or array has no height (default: `none`, such a relief is refused).
     #[serde(skip_serializing_if = "Option::is_none")]

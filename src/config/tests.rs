@@ -99,3 +99,18 @@ fn broken_json_is_an_error_and_not_a_default() {
     assert!(refusal("[1").contains("JSON"));
     assert!(refusal(r#"{"tolerance":"#).contains("JSON"));
 }
+
+#[test]
+fn a_channel_is_a_number_or_a_title() {
+    let channel = |value: &str| {
+        SurfaceConfig::from_json(&format!(r#"{{"filename": "a.gwy", "channel": {value}}}"#))
+            .map(|config| config.channel)
+    };
+    for (value, expected) in [("0", Some("0")), ("\"0\"", Some("0")), ("\"Height\"", Some("Height")), ("null", None)] {
+        assert_eq!(channel(value).unwrap().as_deref(), expected, "{value}");
+    }
+    for value in ["-1", "1.5", "true", "[0]"] {
+        let error = channel(value).unwrap_err().to_string();
+        assert!(error.contains("\"channel\"") && error.contains("title or its number"), "{error}");
+    }
+}

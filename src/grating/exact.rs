@@ -6,7 +6,7 @@ use super::solved::medium;
 use super::surface::sigma_per_um;
 use crate::reflectance::{Pair, SpectralIndex, Vec3};
 use std::f64::consts::TAU;
-use sunbeam_rigorous::{Discretisation, Profile, Resolution};
+use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
 
 /// What power may be off: a tenth of what an order may be.
 const BALANCE: f64 = 5e-4;
@@ -42,6 +42,7 @@ impl ExactGrating {
         }
         let y = 0.5 * (wi[1] - wo[1]);
         let t = periods * ((1.0 - y) * (1.0 + y)).sqrt();
+        check_size(&self.profile, &medium(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
         let mut sum = 0.0;
         let (first, last) = (centre - REACH * deviation, centre + REACH * deviation);
         for m in first.ceil() as i32..=last.floor() as i32 {

@@ -149,7 +149,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
     ) -> [N::Real; R] {
         let (real, double) = (N::Real::lit, N::Double::lit);
         let periods = self.periods(nm);
-        // In orders: the frequency times the period, and its standard deviation.
+        // Reciprocal of the standard deviation of an order's density, counted in orders.
         let deviations = 1.0 / (self.layout.period_um * self.layout.sigma_per_um);
         let centre = (N::widen(wi[0]) + N::widen(wo[0])) * periods;
         let along = N::narrow((N::widen(wi[1]) + N::widen(wo[1])) * periods) * real(deviations);

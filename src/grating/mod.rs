@@ -33,5 +33,5 @@ pub(crate) use lobe::REACH;
 pub use lobe::{GratingLayout, GratingLobe};
 pub use polarisation::{JonesTable, JonesView};
 pub use relief::{preset_profile, profile_of};
-pub use sunbeam_rigorous::{Medium, Profile, solve_orders};
+pub use sunbeam_rigorous::{Medium, Profile, check_size, solve_orders};
 pub use surface::{GratingError, GratingSurface};

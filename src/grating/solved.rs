@@ -5,7 +5,7 @@ use super::build::Orders;
 use super::polarisation::{Shape, shape};
 use crate::reflectance::{ComplexIndex, SpectralIndex};
 use std::sync::OnceLock;
-use sunbeam_rigorous::{Air, Amplitudes, Discretisation, Medium, MetalTable, Profile, Resolution};
+use sunbeam_rigorous::{Air, Amplitudes, Discretisation, Medium, MetalTable, Profile, Resolution, check_size};
 
 /// What power may be off at a node, times the largest cosine of incidence that waves of its `t` have: along the grooves a
 /// share of the light is a small share of what falls on the surface. A tenth of what an order of a table may be off.
@@ -21,11 +21,13 @@ const RESOLVED_NM: [f64; 6] = [360.0, 420.0, 500.0, 590.0, 700.0, 830.0];
 /// How finely a profile above a medium of this index is resolved for all wavelengths of a table.
 ///
 /// # Errors
-/// An index that the solver refuses.
+/// An index that the solver refuses, and a relief that is too large for it at one of these wavelengths.
 pub(super) fn resolution(profile: &Profile, index: Option<&SpectralIndex>) -> Result<Resolution, GratingError> {
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
-        let asked = Resolution::new(profile, &medium(index, nm)?, nm)?;
+        let medium = medium(index, nm)?;
+        check_size(profile, &medium, nm, 0.0)?;
+        let asked = Resolution::new(profile, &medium, nm)?;
         resolution.nodes = resolution.nodes.max(asked.nodes);
         resolution.oversampling = resolution.oversampling.max(asked.oversampling);
     }

@@ -260,7 +260,9 @@ pub enum GratingError {
     )]
     NotAlongX { found_um: f64, accepted_um: f64 },
     #[error(transparent)]
-    Solver(#[from] sunbeam_rigorous::Error),
+    Solver(sunbeam_rigorous::Error),
+    #[error("{0}; theory \"scalar\" takes any")]
+    Size(sunbeam_rigorous::Error),
     #[error(
         "with {nodes} nodes the power at t = {t}, b = {b} and {wavelength_nm} nm is off by {balance:.1e}, more than a table of \
          efficiencies may be; theory \"scalar\" takes any relief"
@@ -268,6 +270,13 @@ pub enum GratingError {
     Unbalanced { t: f64, b: f64, wavelength_nm: f64, nodes: usize, balance: f64 },
     #[error(transparent)]
     Limit(#[from] TableError),
+}
+
+impl From<sunbeam_rigorous::Error> for GratingError {
+    fn from(error: sunbeam_rigorous::Error) -> Self {
+        use sunbeam_rigorous::Error::{TooLarge, TooManyWaves};
+        if matches!(error, TooLarge { .. } | TooManyWaves { .. }) { Self::Size(error) } else { Self::Solver(error) }
+    }
 }
 
 #[cfg(test)]

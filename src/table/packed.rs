@@ -69,11 +69,11 @@ pub struct PackedLayout {
     pub cutoff: [f64; 2],
     /// Normalisation, µm².
     pub norm: f64,
-    /// Largest κ, spacing of knots and κ₀, rad/µm.
+    /// Largest κ, in rad/µm.
     pub kappa_max: f64,
-    /// Distance of nodes of κ below the knee, in rad/µm.
+    /// Spacing of the spline's knots in κ, in rad/µm.
     pub kappa_step: f64,
-    /// Where distances begin to grow with κ, in rad/µm.
+    /// κ₀ of [`SpectralTable`]'s formulae, in rad/µm: the reciprocal of half the range of heights.
     pub kappa_knee: f64,
     /// Power of order zero at κ = 0, where the format leaves it out of the entries.
     pub zero: f64,

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::ffi::c_char;
 use sunbeam::cache::{Cache, Origin};
 use sunbeam::config::{BuildError, BuiltReport, BuiltSurface, SurfaceConfig};
-use sunbeam::height_field::HeightField;
+use sunbeam::height_field::{FileField, HeightField, Provenance};
 use sunbeam::table::Progress;
 
 /// A surface with its tables. It is never changed after it was made, so any number of threads may use it at once.
@@ -15,6 +15,26 @@ pub struct SurfaceHandle {
     pub(super) surface: BuiltSurface,
     config: SurfaceConfig,
     origin: Origin,
+    file: Option<FileDescription>,
+}
+
+/// How a file of heights was understood.
+#[derive(Serialize)]
+struct FileDescription {
+    provenance: Option<Provenance>,
+    /// Properties that no relief has.
+    doubts: Vec<String>,
+}
+
+impl FileDescription {
+    /// Of the file that a configuration names; `None` for a preset.
+    fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
+        if config.filename.is_none() {
+            return Ok(None);
+        }
+        let FileField { provenance, doubts, .. } = config.raw_height_field()?;
+        Ok(Some(Self { provenance, doubts: doubts.iter().map(ToString::to_string).collect() }))
+    }
 }
 
 /// What `sunbeam_surface_describe` tells.
@@ -24,13 +44,15 @@ struct Description<'a> {
     config: &'a SurfaceConfig,
     /// Where the tables came from.
     origin: &'a Origin,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    file: Option<&'a FileDescription>,
     #[serde(flatten)]
     report: BuiltReport<'a>,
 }
 
 impl SurfaceHandle {
-    fn publish(surface: BuiltSurface, origin: Origin, config: SurfaceConfig, place: &mut *mut Self) {
-        *place = Box::into_raw(Box::new(Self { surface, config, origin }));
+    fn publish(self, place: &mut *mut Self) {
+        *place = Box::into_raw(Box::new(self));
     }
 }
 
@@ -54,8 +76,9 @@ pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface
         };
         let config = SurfaceConfig::from_json(json).map_err(BuildError::from)?;
         let cache = Cache::from_env().map_err(BuildError::from)?;
+        let file = FileDescription::of(&config)?;
         let (surface, origin) = config.build_by_theory(&cache, &Progress::none())?;
-        SurfaceHandle::publish(surface, origin, config, place);
+        SurfaceHandle { surface, config, origin, file }.publish(place);
         Ok(())
     })
 }
@@ -99,7 +122,7 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
         let fill = config.fill.unwrap_or_default();
         let field = HeightField::with_holes(heights, pixel_x_um, pixel_y_um, fill).map_err(BuildError::from)?;
         let (surface, origin) = config.build_of(&field, &Cache::from_env().map_err(BuildError::from)?)?;
-        SurfaceHandle::publish(surface, origin, config, place);
+        SurfaceHandle { surface, config, origin, file: None }.publish(place);
         Ok(())
     })
 }
@@ -119,7 +142,8 @@ pub unsafe extern "C" fn sunbeam_surface_free(surface: *mut SurfaceHandle) {
     });
 }
 
-/// Writes a JSON object that tells the configuration, the size of the tables and their measured error.
+/// Writes a JSON object that tells the configuration, the size of the tables and their measured error; for a file of heights
+/// also, under `file`, what its size, unit, orientation, channel and holes were taken from.
 ///
 /// `*needed` is the size of the text with its terminating NUL, so a first call with `capacity` 0 asks for it (and returns
 /// `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
@@ -137,8 +161,13 @@ pub unsafe extern "C" fn sunbeam_surface_describe(
         // SAFETY: as the caller vouches.
         let (handle, needed) = unsafe { (reference("surface", surface)?, place("needed", needed)?) };
         let version = env!("CARGO_PKG_VERSION");
-        let description =
-            Description { version, config: &handle.config, origin: &handle.origin, report: handle.surface.report() };
+        let description = Description {
+            version,
+            config: &handle.config,
+            origin: &handle.origin,
+            file: handle.file.as_ref(),
+            report: handle.surface.report(),
+        };
         let text = serde_json::to_string(&description).map_err(|error| sunbeam_guard::Panic(error.to_string()))?;
         *needed = text.len() + 1;
         if capacity < *needed {

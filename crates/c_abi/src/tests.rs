@@ -193,6 +193,12 @@ fn configurations_are_refused_by_kind() {
         (r#"{"coherence_length":-1}"#, Status::BadConfig, "[1e-3, 1e5]"),
         (r#"{"k":1}"#, Status::BadConfig, "\"eta\""),
         (r#"{"filename":"no/such.gsf"}"#, Status::BadHeightField, "no/such.gsf"),
+        // Whatever a build may take: no time would do.
+        (
+            r#"{"preset":"lamellar","period":50,"eta":1.5,"theory":"rigorous","build_limit":1e6}"#,
+            Status::BadTables,
+            "at most 108 wavelengths",
+        ),
     ] {
         let (found, message) = new(json).unwrap_err();
         assert_eq!(found, status, "{message}");

@@ -2,6 +2,7 @@
 
 mod plot;
 
+use super::output::{Output, output};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use crate::benchmarks::INCIDENT_DEG;
@@ -11,7 +12,6 @@ use crate::benchmarks::stability::{self, StabilityFigures};
 use clap::ValueEnum;
 use serde::Serialize;
 use std::error::Error;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 use sunbeam::cache::Cache;
 use sunbeam::config::{Source, SurfaceConfig};
@@ -48,12 +48,12 @@ pub struct BenchArgs {
     /// What is measured
     #[arg(long, value_enum, default_value_t = What::Methods)]
     what: What,
-    /// Where the figures go as JSON; "-" is stdout
-    #[arg(long, value_name = "FILE", default_value = "-")]
-    json: PathBuf,
+    /// Where the figures go as JSON (.json); "-" is stdout
+    #[arg(long, value_name = "FILE", default_value = "-", value_parser = output(&["json"]).or_stdout())]
+    json: Output,
     /// Time against error, with the front, one panel a surface (.svg); of --what methods
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["svg"]))]
+    plot: Option<Output>,
     /// Few directions, parameters and repetitions: seconds instead of minutes
     #[arg(long)]
     quick: bool,
@@ -158,9 +158,9 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
         surfaces,
         seconds: start.elapsed().as_secs_f64(),
     };
-    if let Some(path) = &args.plot {
+    if let Some(file) = &args.plot {
         let panels: Vec<_> = report.surfaces.iter().map(|s| (s.name.as_str(), s.figures.entries.as_slice())).collect();
-        plot::write(path, &panels)?;
+        file.write(plot::svg(&panels)?.as_bytes())?;
     }
     write_json(&args.json, &report)
 }
@@ -222,11 +222,10 @@ fn adapter_report(gpu: &Adapter) -> AdapterReport {
     AdapterReport { name: gpu.adapter(), software: gpu.is_software() }
 }
 
-fn write_json(path: &Path, report: &impl Serialize) -> Outcome {
-    if path == Path::new("-") {
+fn write_json(file: &Output, report: &impl Serialize) -> Outcome {
+    if file.is_stdout() {
         return print_json(report);
     }
     let text = serde_json::to_string_pretty(report)? + "\n";
-    std::fs::write(path, text).map_err(|error| format!("{}: cannot be written: {error}", path.display()))?;
-    Ok(())
+    Ok(file.write(text.as_bytes())?)
 }

@@ -1,10 +1,11 @@
+use super::encode;
 use super::method_args::{Asked, Method, MethodArgs};
+use super::output::{Output, output};
 use super::reflector::Reflector;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use serde::Serialize;
 use std::error::Error;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_bytes};
 use sunbeam::reflectance::{Vec3, map_direction};
@@ -22,11 +23,11 @@ const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
 #[derive(clap::Args)]
 pub struct BrdfMapArgs {
     /// The map: linear sRGB, 32-bit floats (.exr)
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE", value_parser = output(&["exr"]))]
+    output: Output,
     /// The map as a picture, sRGB (.png)
-    #[arg(long, value_name = "FILE")]
-    png: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
+    png: Option<Output>,
     /// Factor before the picture is encoded [default: so that 1 % of the disc's pixels are clipped]
     #[arg(long, allow_negative_numbers = true)]
     exposure: Option<f64>,
@@ -77,9 +78,9 @@ struct GpuReport {
 
 #[derive(Serialize)]
 struct Report<'a> {
-    output: &'a PathBuf,
+    output: &'a Output,
     #[serde(skip_serializing_if = "Option::is_none")]
-    png: &'a Option<PathBuf>,
+    png: &'a Option<Output>,
     /// Of the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure: Option<f64>,
@@ -136,13 +137,13 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
         Backend::Cpu => on_cpu(args, &pixels)?,
         Backend::Gpu => on_gpu(args, &pixels)?,
     };
-    write_exr(&args.output, size, &map)?;
+    args.output.write(&encode::exr((size, size), |i| map[i].map(|value| value as f32))?)?;
     let mut exposure = None;
-    if let Some(path) = &args.png {
+    if let Some(png) = &args.png {
         let inside = map.iter().zip(&pixels).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
         let factor = args.exposure.unwrap_or_else(|| automatic_exposure(inside));
         let bytes: Vec<u8> = map.iter().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
-        super::png::write(path, (size, size), png::ColorType::Rgb, &bytes)?;
+        png.write(&encode::png((size, size), png::ColorType::Rgb, &bytes)?)?;
         exposure = Some(factor);
     }
     let max = map.iter().fold([0.0f64; 3], |max, rgb| std::array::from_fn(|c| max[c].max(rgb[c])));
@@ -194,13 +195,4 @@ fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Er
         seconds: start.elapsed().as_secs_f64(),
         gpu: Some(GpuReport { adapter: gpu.adapter(), gpu_ms: answers.gpu_ms }),
     })
-}
-
-fn write_exr(path: &Path, size: usize, map: &[[f64; 3]]) -> Result<(), String> {
-    let pixel = |x: usize, y: usize| {
-        let [r, g, b] = map[y * size + x].map(|value| value as f32);
-        (r, g, b)
-    };
-    exr::prelude::write_rgb_file(path, size, size, pixel)
-        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
 }

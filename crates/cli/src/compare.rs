@@ -1,4 +1,5 @@
-use super::{Outcome, print_json};
+use super::output::{Output, output};
+use super::{Outcome, encode, print_json};
 use crate::comparison::{Figures, Mask, Picture, compare};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -17,8 +18,8 @@ pub struct CompareArgs {
     /// What is compared with it (.exr)
     b: PathBuf,
     /// Write a picture of three side by side: a and b as shown, and FLIP's map, black where they look alike (.png)
-    #[arg(long, value_name = "FILE")]
-    png: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
+    png: Option<Output>,
     /// Brighten both for the figures of what is seen [default: so that 1 % of a's pixels are clipped]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
     exposure: Option<f64>,
@@ -34,7 +35,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     mask: &'a Option<PathBuf>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    png: &'a Option<PathBuf>,
+    png: &'a Option<Output>,
     size: (usize, usize),
     /// Compared ones.
     pixels: usize,
@@ -48,9 +49,9 @@ pub fn run(args: &CompareArgs) -> Outcome {
     let (a, b) = (Picture::read_exr(&args.a)?, Picture::read_exr(&args.b)?);
     let mask = args.mask.as_ref().map(Mask::read).transpose()?;
     let found = compare(&a, &b, mask.as_ref(), args.exposure)?;
-    if let Some(path) = &args.png {
+    if let Some(file) = &args.png {
         let (size, bytes) = found.shown.sheet(&found.flip_map);
-        super::png::write(path, size, png::ColorType::Rgb, &bytes)?;
+        file.write(&encode::png(size, png::ColorType::Rgb, &bytes)?)?;
     }
     print_json(&Report {
         a: &args.a,

@@ -2,13 +2,14 @@
 
 mod plot;
 
+use super::encode;
 use super::method_args::{Asked, Method, MethodArgs};
+use super::output::{Output, output};
 use super::reflector::Reflector;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use ndarray::Array2;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
 use sunbeam::methods::MethodKind;
 use sunbeam::table::Tiling;
 use sunbeam::transform::periods;
@@ -43,11 +44,11 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "NM", default_value_t = 1.0, allow_negative_numbers = true)]
     wavelength_step: f64,
     /// The response over wavelength and angle, with the peaks and the grating equation (.svg)
-    #[arg(long, value_name = "FILE")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["svg"]))]
+    plot: Option<Output>,
     /// The response as float32 (wavelengths, angles) in 1/sr (.npy)
-    #[arg(long, value_name = "FILE")]
-    response: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["npy"]))]
+    response: Option<Output>,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -66,9 +67,9 @@ struct Report<'a> {
     /// The dominant period of the heights along x, which the method does not know.
     period_nm: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    plot: &'a Option<PathBuf>,
+    plot: &'a Option<Output>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    response: &'a Option<PathBuf>,
+    response: &'a Option<Output>,
     wavelengths_nm: &'a [f64],
     /// Angle of the brightest response at each wavelength.
     peaks_deg: Vec<f64>,
@@ -92,11 +93,10 @@ impl Response {
         self.values.iter().map(|row| self.angles_deg[peak(row)]).collect()
     }
 
-    fn write(&self, path: &Path) -> Outcome {
+    /// In single precision, `[wavelength, angle]`.
+    fn array(&self) -> Array2<f32> {
         let shape = (self.wavelengths_nm.len(), self.angles_deg.len());
-        let values = Array2::from_shape_fn(shape, |(i, j)| self.values[i][j] as f32);
-        ndarray_npy::write_npy(path, &values)
-            .map_err(|error| format!("{}: cannot be written: {error}", path.display()).into())
+        Array2::from_shape_fn(shape, |(i, j)| self.values[i][j] as f32)
     }
 }
 
@@ -155,11 +155,11 @@ pub fn run(args: &EvaluateArgs) -> Outcome {
     let variance_nm2 = spacings.iter().map(|d| (d - mean_nm).powi(2)).sum::<f64>() / spacings.len() as f64;
     let grating = |nm: &f64| (nm / mean_nm - sin_i).clamp(-1.0, 1.0).asin().to_degrees();
     let grating_deg: Vec<f64> = response.wavelengths_nm.iter().map(grating).collect();
-    if let Some(path) = &args.plot {
-        plot::write(path, &response, &peaks_deg, &grating_deg)?;
+    if let Some(file) = &args.plot {
+        file.write(plot::svg(&response, &peaks_deg, &grating_deg)?.as_bytes())?;
     }
-    if let Some(path) = &args.response {
-        response.write(path)?;
+    if let Some(file) = &args.response {
+        file.write(&encode::npy(&response.array())?)?;
     }
     print_json(&Report {
         method: args.method.method().name(),

@@ -1,4 +1,6 @@
-use super::progress::with_bar;
+use super::encode;
+use super::output::{Output, output};
+use super::progress::{BUILDING, with_bar};
 use super::surface_args::SurfaceArgs;
 use super::term::Term;
 use super::{Outcome, print_json};
@@ -6,11 +8,10 @@ use clap::builder::RangedU64ValueParser;
 use serde::Serialize;
 use std::error::Error;
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
 use sunbeam::cache::Origin;
 use sunbeam::config::Theory;
 use sunbeam::grating::{GratingReport, profile_of};
-use sunbeam::height_field::{HeightField, Roughness, Seams, TileReport};
+use sunbeam::height_field::{HeightField, Provenance, Roughness, Seams, TileReport};
 use sunbeam::methods::TERMS_MAX;
 use sunbeam::reflectance::{SpectralIndex, SurfaceReport};
 use sunbeam::table::Tiling;
@@ -40,15 +41,15 @@ pub struct HeightFieldArgs {
     #[arg(long, value_name = "WIDTH", num_args = 0..=1, require_equals = true)]
     make_tileable: Option<Option<f64>>,
     /// Write the heights: .exr (32-bit floats, µm), .gsf, .npy (64-bit floats, µm) or .png (16 bit)
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
+    #[arg(short, long, value_name = "FILE", value_parser = output(&["exr", "gsf", "npy", "png"]))]
+    output: Option<Output>,
     /// Write |DFT((h/H)ⁿ)| to --output instead, heights h about the middle of their range 2H: .png (logarithmic, five decades,
     /// order 0 in the middle) or .npy (64-bit floats)
     #[arg(long, value_name = "N", requires = "output", value_parser = RangedU64ValueParser::<usize>::new().range(1..=TERMS_MAX as u64))]
     term: Option<usize>,
     /// Write a grey picture, black the lowest height, +x right and +y up (.png)
-    #[arg(long, value_name = "FILE")]
-    preview: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
+    preview: Option<Output>,
     /// Build the tables and report their size, build time, measured error and mean albedo
     #[arg(long)]
     tables: bool,
@@ -81,6 +82,12 @@ struct Report<'a> {
     /// Points of the file without a height, which were filled.
     #[serde(skip_serializing_if = "Option::is_none")]
     filled_points: Option<usize>,
+    /// Origin of the file's size, unit, orientation, channel and holes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    provenance: Option<Provenance>,
+    /// Properties that no relief has.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    doubts: Vec<String>,
     /// Pixels along x and y.
     pixels: [usize; 2],
     pixel_um: [f64; 2],
@@ -104,9 +111,9 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     tables: Option<Tables>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    output: &'a Option<PathBuf>,
+    output: &'a Option<Output>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    preview: &'a Option<PathBuf>,
+    preview: &'a Option<Output>,
 }
 
 /// By either theory.
@@ -127,6 +134,9 @@ enum Tables {
 
 /// Runs `sunbeam height-field`.
 pub fn run(args: &HeightFieldArgs) -> Outcome {
+    if let (Some(_), Some(file)) = (args.term, &args.output) {
+        Term::check_output(file)?;
+    }
     let mut config = args.surface.config()?;
     if args.make_tileable.is_some() {
         // What is made to repeat is described as what repeats.
@@ -144,19 +154,20 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
     };
     let term = args.term.map(|n| Term::new(&field, n));
     match (&args.output, &term) {
-        (Some(path), Some(term)) => term.write(path)?,
-        (Some(path), None) => field.write(path)?,
+        (Some(file), Some(term)) => file.write(&term.encoded(file)?)?,
+        (Some(file), None) => field.write(file.path())?,
         (None, _) => {}
     }
-    if let Some(path) = &args.preview {
-        write_preview(&field, path)?;
+    if let Some(file) = &args.preview {
+        file.write(&preview_png(&field)?)?;
     }
     let options = config.options();
     let tables = if args.tables {
         let cache = args.surface.cache()?;
         Some(match config.theory {
             Theory::Scalar => {
-                let (surface, origin) = with_bar(|progress| cache.surface_watched(&field, &options, progress))?;
+                let (surface, origin) =
+                    with_bar(BUILDING, |progress| cache.surface_watched(&field, &options, progress))?;
                 Tables::Scalar { origin, report: surface.report().clone() }
             }
             Theory::Rigorous => {
@@ -165,8 +176,9 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
                 let changed = args.crop.is_some() || args.make_tileable.is_some();
                 let profile = if changed { profile_of(&field, config.tolerance)? } else { config.profile()? };
                 let (length_um, limit) = (config.coherence_length, config.build_limit);
-                let built =
-                    with_bar(|progress| cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress))?;
+                let built = with_bar(BUILDING, |progress| {
+                    cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress)
+                })?;
                 Tables::Rigorous { origin: built.1.clone(), report: *built.0.report() }
             }
         })
@@ -177,6 +189,8 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
     print_json(&Report {
         channel: read.channel,
         filled_points: config.fill.map(|_| read.filled),
+        provenance: read.provenance,
+        doubts: read.doubts.iter().map(ToString::to_string).collect(),
         pixels: field.size().into(),
         pixel_um: [field.dx_um(), field.dy_um()],
         extent_um: field.extent_um().into(),
@@ -199,7 +213,7 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
 }
 
 /// The tile in its true proportions, sampled at the nearest pixels.
-fn write_preview(field: &HeightField, path: &Path) -> Result<(), Box<dyn Error>> {
+fn preview_png(field: &HeightField) -> Result<Vec<u8>, Box<dyn Error>> {
     let (lx, ly) = field.extent_um();
     let edge = lx.max(ly) / PREVIEW_PIXELS;
     let (width, height) = ((lx / edge).round().max(1.0) as usize, (ly / edge).round().max(1.0) as usize);
@@ -214,5 +228,5 @@ fn write_preview(field: &HeightField, path: &Path) -> Result<(), Box<dyn Error>>
             pixels.push(((h - lowest) * scale).round() as u8);
         }
     }
-    super::png::write(path, (width, height), png::ColorType::Grayscale, &pixels)
+    encode::png((width, height), png::ColorType::Grayscale, &pixels)
 }

@@ -1,22 +1,24 @@
 //! The subcommands, one a file, and what they share: the surface ([`surface_args`]), the method of evaluation
-//! ([`method_args`]), both together ([`reflector`]) and the service that answers JSON lines ([`service`]).
+//! ([`method_args`]), both together ([`reflector`]), the service that answers JSON lines ([`service`]), and the files that are
+//! written ([`output`], [`encode`]).
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
 #![allow(missing_docs, clippy::missing_errors_doc)] // A library for the programs and tests of this workspace alone.
 
+mod adapter;
 mod bench;
 pub mod benchmarks;
 pub mod brdf_map;
 mod compare;
 pub mod comparison;
+pub mod encode;
 mod eval;
 mod evaluate;
 mod height_field;
 pub mod method_args;
 mod orders;
-pub mod picture;
-mod png;
+pub mod output;
 mod progress;
 mod query;
 pub mod realtime;
@@ -29,9 +31,10 @@ mod snake;
 pub mod surface_args;
 mod term;
 mod view;
+mod warnings;
 
 use clap::error::ErrorKind;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use std::error::Error;
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -61,6 +64,7 @@ enum Command {
     Render(render::RenderArgs),
     Snake(snake::SnakeArgs),
     Compare(compare::CompareArgs),
+    Adapter(adapter::AdapterArgs),
     Bench(Box<bench::BenchArgs>),
     View(view::ViewArgs),
 }
@@ -77,6 +81,7 @@ pub fn run() -> ExitCode {
         Command::Render(args) => render::run(args),
         Command::Snake(args) => snake::run(args),
         Command::Compare(args) => compare::run(args),
+        Command::Adapter(args) => adapter::run(args),
         Command::Bench(args) => bench::run(args),
         Command::View(args) => view::run(args),
     })
@@ -84,16 +89,30 @@ pub fn run() -> ExitCode {
 
 /// Parses the process's arguments, and does with them what `run` does.
 pub fn run_with<A: Parser>(run: impl FnOnce(&A) -> Outcome) -> ExitCode {
-    let args = match A::try_parse() {
+    let args = match parsed() {
         Ok(args) => args,
         Err(error) => return refuse(&error),
     };
+    warnings::show();
     match run(&args) {
         Ok(()) => ExitCode::SUCCESS,
         // Whoever read the answers has seen enough.
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => fail(&error.to_string()),
     }
+}
+
+/// The process's arguments, with outputs that can be written and differ from each other.
+fn parsed<A: Parser>() -> Result<A, clap::Error> {
+    let mut command = A::command();
+    let matches = command.try_get_matches_from_mut(std::env::args_os())?;
+    output::check_distinct(&command, &matches)?;
+    A::from_arg_matches(&matches).map_err(|error| error.format(&mut command))
+}
+
+/// The description of the command `sunbeam` and its subcommands.
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Prints help or version, or what is wrong with the arguments.

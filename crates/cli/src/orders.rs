@@ -3,6 +3,8 @@
 mod plot;
 mod solve;
 
+use super::output::{Output, output};
+use super::progress::with_bar;
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use clap::ValueEnum;
@@ -11,7 +13,8 @@ use serde::Serialize;
 use solve::{Asked, Solved};
 use std::error::Error;
 use std::io::Write;
-use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use sunbeam::config::{BuildError, SurfaceConfig};
 
 /// Accepted wavelengths in nm.
 const WAVELENGTH_NM: std::ops::RangeInclusive<f64> = 1.0..=1e6;
@@ -42,8 +45,8 @@ pub struct OrdersArgs {
     #[arg(long)]
     json: bool,
     /// Draw efficiencies of the strongest orders over --over (.svg); the JSON has all of them
-    #[arg(long, value_name = "FILE", requires = "over")]
-    plot: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", requires = "over", value_parser = output(&["svg"]))]
+    plot: Option<Output>,
     /// What varies
     #[arg(long, value_enum, requires = "range")]
     over: Option<Over>,
@@ -96,30 +99,35 @@ struct Point {
 /// Runs `sunbeam orders`.
 pub fn run(args: &OrdersArgs) -> Outcome {
     let (Some(over), Some((from, to, count))) = (args.over, args.range) else {
-        let solved = args.solve(None).map_err(plain)?;
+        let (config, asked) = args.question(None)?;
+        let solved = Solved::new(&config, &asked)?;
         return if args.json { print_json(&solved) } else { print_table(&solved) };
     };
     let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
-    let points = (0..count)
-        .into_par_iter()
-        .map(|i| Ok(Point { at: at(i), solved: args.solve(Some((over, at(i))))? }))
-        .collect::<Result<Vec<_>, Box<dyn Error + Send + Sync>>>()
-        .map_err(plain)?;
+    let questions = (0..count).map(|i| args.question(Some((over, at(i))))).collect::<Result<Vec<_>, _>>()?;
+    // Checks every point before the first is solved, which may take a minute.
+    for (config, asked) in &questions {
+        Solved::check(config, asked)?;
+    }
+    let points = with_bar("solving", |progress| {
+        let done = AtomicUsize::new(0);
+        let solve = |(i, (config, asked)): (usize, &(SurfaceConfig, Asked))| {
+            let solved = Solved::new(config, asked)?;
+            progress.report((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+            Ok(Point { at: at(i), solved })
+        };
+        questions.par_iter().enumerate().map(solve).collect::<Result<Vec<_>, BuildError>>()
+    })?;
     let curve = Curve { over, points };
-    if let Some(path) = &args.plot {
-        plot::write(path, &curve)?;
+    if let Some(file) = &args.plot {
+        file.write(plot::svg(&curve)?.as_bytes())?;
     }
     print_json(&curve)
 }
 
-/// An error of another thread as one of this.
-fn plain(error: Box<dyn Error + Send + Sync>) -> Box<dyn Error> {
-    error
-}
-
 impl OrdersArgs {
-    /// The orders, with one of the numbers replaced.
-    fn solve(&self, varied: Option<(Over, f64)>) -> Result<Solved, Box<dyn Error + Send + Sync>> {
+    /// The surface and the light, with one of the numbers replaced.
+    fn question(&self, varied: Option<(Over, f64)>) -> Result<(SurfaceConfig, Asked), Box<dyn Error>> {
         let of = |over: Over, given: f64| varied.filter(|(which, _)| *which == over).map_or(given, |(_, at)| at);
         let asked = Asked {
             theta_i_deg: of(Over::ThetaI, self.theta_i),
@@ -140,7 +148,7 @@ impl OrdersArgs {
             config.height = Some(at);
             config.validate()?;
         }
-        Ok(Solved::new(&config, &asked)?)
+        Ok((config, asked))
     }
 }
 

@@ -1,7 +1,7 @@
 //! A method on the GPU, for the subcommands that have one there.
 
 use super::method_args::{Asked, MethodArgs};
-use super::progress::with_bar;
+use super::progress::{BUILDING, with_bar};
 use super::surface_args::SurfaceArgs;
 use serde::Serialize;
 use std::error::Error;
@@ -16,6 +16,11 @@ use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 /// The adapter that is asked for, or that the environment names.
 pub fn open(adapter: Option<AdapterChoice>) -> Result<Gpu, Box<dyn Error>> {
     Ok(Gpu::open(adapter.map_or_else(AdapterChoice::from_env, Ok)?)?)
+}
+
+/// The clock of an adapter's times: `timestamps` of the GPU, or `wall clock` around each submission.
+pub fn clock(gpu: &Gpu) -> &'static str {
+    if gpu.has_timestamps() { "timestamps" } else { "wall clock" }
 }
 
 /// A method that the GPU has, with its options and the surface it is for.
@@ -76,7 +81,8 @@ impl Realtime {
         let Self { kind, options, config, cache } = self;
         let start = Instant::now();
         let material = index.map(SpectralIndex::Constant);
-        let method = with_bar(|progress| config.build_method(*kind, options, material.as_ref(), cache, progress))?;
+        let method =
+            with_bar(BUILDING, |progress| config.build_method(*kind, options, material.as_ref(), cache, progress))?;
         let build_seconds = start.elapsed().as_secs_f64();
         let surface = config.options_for(material.as_ref());
         let optics = Optics { index, obliquity: surface.obliquity, shadowing: surface.shadowing };

@@ -1,7 +1,7 @@
 //! A surface as evaluated by one of the methods.
 
 use super::method_args::Method;
-use super::progress::with_bar;
+use super::progress::{BUILDING, with_bar};
 use super::surface_args::SurfaceArgs;
 use rayon::prelude::*;
 use std::error::Error;
@@ -61,7 +61,7 @@ impl Reflector {
             return Self::rigorous(&config, method, method_options, &cache, sampler);
         }
         let field = config.height_field()?;
-        let built = || with_bar(|progress| cache.surface_watched(&field, &options, progress));
+        let built = || with_bar(BUILDING, |progress| cache.surface_watched(&field, &options, progress));
         let surface = || built().map(|(surface, _)| Arc::new(surface));
         let (nx, ny) = field.size();
         let (evaluator, surface) = match method {
@@ -78,8 +78,9 @@ impl Reflector {
             }
             Method::Realtime(kind) => {
                 let index = index.map(SpectralIndex::Constant);
-                let method =
-                    with_bar(|progress| config.build_method(kind, method_options, index.as_ref(), &cache, progress))?;
+                let method = with_bar(BUILDING, |progress| {
+                    config.build_method(kind, method_options, index.as_ref(), &cache, progress)
+                })?;
                 (Evaluator::Realtime(method), sampler.then(surface).transpose()?)
             }
         };
@@ -96,7 +97,7 @@ impl Reflector {
         one_by_one: bool,
     ) -> Result<Self, Box<dyn Error>> {
         let index = config.index().map(SpectralIndex::Constant);
-        let tabulated = || with_bar(|progress| config.build_shared_grating(index.as_ref(), cache, progress));
+        let tabulated = || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
         let (evaluator, grating) = match method {
             Method::Exact if one_by_one => {
                 let exact = ExactGrating::new(config.profile()?, index.clone(), config.coherence_length);
@@ -111,8 +112,9 @@ impl Reflector {
                 (Evaluator::Grating(built.clone()), Some(built))
             }
             Method::Realtime(kind) => {
-                let method =
-                    with_bar(|progress| config.build_method(kind, method_options, index.as_ref(), cache, progress))?;
+                let method = with_bar(BUILDING, |progress| {
+                    config.build_method(kind, method_options, index.as_ref(), cache, progress)
+                })?;
                 (Evaluator::Realtime(method), one_by_one.then(tabulated).transpose()?)
             }
         };

@@ -1,12 +1,12 @@
+use super::encode;
 use super::method_args::MethodArgs;
-use super::picture;
+use super::output::{Output, output};
 use super::realtime::{self, MethodReport, Realtime};
 use super::scene_args::{KERATIN, SceneArgs, Size};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use ndarray::Array3;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
 use std::time::Instant;
 use sunbeam_realtime::{AdapterChoice, Query, Renderer, Scene, StageTimes, Target, View};
 
@@ -19,18 +19,18 @@ use sunbeam_realtime::{AdapterChoice, Query, Renderer, Scene, StageTimes, Target
 #[derive(clap::Args)]
 pub struct RenderArgs {
     /// The picture: linear sRGB, 32-bit floats (.exr)
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE", value_parser = output(&["exr"]))]
+    output: Output,
     /// The picture for the screen, sRGB with highlights compressed (.png)
-    #[arg(long, value_name = "FILE")]
-    png: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
+    png: Option<Output>,
     /// Brightens the PNG, in stops
     #[arg(long, value_name = "STOPS", default_value_t = 2.0, allow_negative_numbers = true)]
     exposure: f64,
     /// What each pixel's centre sees, as float32 (height, width, 8) (.npy): unit vectors to the sun and to the camera in
     /// the grating's frame, 1 where the sun is seen from there, the cosine of the sun's angle; 0 off the mesh
-    #[arg(long, value_name = "FILE")]
-    pairs: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["npy"]))]
+    pairs: Option<Output>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "384x256")]
     size: Size,
@@ -53,11 +53,11 @@ pub struct RenderArgs {
 
 #[derive(Serialize)]
 struct Report<'a> {
-    output: &'a PathBuf,
+    output: &'a Output,
     #[serde(skip_serializing_if = "Option::is_none")]
-    png: &'a Option<PathBuf>,
+    png: &'a Option<Output>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pairs: &'a Option<PathBuf>,
+    pairs: &'a Option<Output>,
     size: [u32; 2],
     supersample: u32,
     triangles: usize,
@@ -108,12 +108,13 @@ pub fn run(args: &RenderArgs) -> Outcome {
     let gpu_ms = StageTimes::medians(&reports.iter().map(|report| report.gpu_ms).collect::<Vec<_>>());
 
     let picture = target.read_picture(&gpu)?;
-    picture::write_exr(&args.output, args.size, &picture)?;
-    if let Some(path) = &args.png {
-        picture::write_png(path, args.size, &picture, args.exposure)?;
+    let size = (width as usize, height as usize);
+    args.output.write(&encode::exr(size, |i| picture[i])?)?;
+    if let Some(file) = &args.png {
+        file.write(&encode::tone_mapped_png(size, &picture, args.exposure)?)?;
     }
-    if let Some(path) = &args.pairs {
-        write_pairs(path, args.size, &target.read_queries(&gpu)?)?;
+    if let Some(file) = &args.pairs {
+        file.write(&encode::npy(&pairs(size, &target.read_queries(&gpu)?))?)?;
     }
     print_json(&Report {
         output: &args.output,
@@ -127,7 +128,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
         software: gpu.is_software(),
         gpu_ms: gpu_ms.total(),
         gpu_stages_ms: gpu_ms,
-        gpu_clock: if gpu.has_timestamps() { "timestamps" } else { "wall clock" },
+        gpu_clock: realtime::clock(&gpu),
         answered: drawn.answered,
         submissions: drawn.submissions,
         method,
@@ -135,9 +136,9 @@ pub fn run(args: &RenderArgs) -> Outcome {
     })
 }
 
-fn write_pairs(path: &Path, Size(width, height): Size, queries: &[Query]) -> Outcome {
-    let (width, height) = (width as usize, height as usize);
-    let pairs = Array3::from_shape_fn((height, width, 8), |(y, x, i)| {
+/// What `--pairs` holds, `[row, column, component]`.
+fn pairs((width, height): (usize, usize), queries: &[Query]) -> Array3<f32> {
+    Array3::from_shape_fn((height, width, 8), |(y, x, i)| {
         let query = &queries[y * width + x];
         match i {
             _ if query.kind != Query::SKIN => 0.0,
@@ -146,7 +147,5 @@ fn write_pairs(path: &Path, Size(width, height): Size, queries: &[Query]) -> Out
             6 => query.lit as f32,
             _ => query.wi[2],
         }
-    });
-    ndarray_npy::write_npy(path, &pairs)
-        .map_err(|error| format!("{}: cannot be written: {error}", path.display()).into())
+    })
 }

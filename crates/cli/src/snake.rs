@@ -1,6 +1,7 @@
-use super::{Outcome, print_json};
+use super::output::{Output, output};
+use super::{Outcome, encode, print_json};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::error::Error;
 use sunbeam::colour::srgb_decode;
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
 
@@ -11,14 +12,14 @@ use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeMesh, SnakeOpti
 #[derive(clap::Args)]
 pub struct SnakeArgs {
     /// The mesh (.ply)
-    #[arg(short, long, value_name = "FILE")]
-    output: PathBuf,
+    #[arg(short, long, value_name = "FILE", value_parser = output(&["ply"]))]
+    output: Output,
     /// Times the cells in each direction; 1 is the mesh of 10 933 vertices and 21 573 faces
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     resolution: f64,
     /// The diffuse pigment for the same texture coordinates: an sRGB picture (.png), or linear sRGB (.exr)
-    #[arg(long, value_name = "FILE")]
-    pigment: Option<PathBuf>,
+    #[arg(long, value_name = "FILE", value_parser = output(&["png", "exr"]))]
+    pigment: Option<Output>,
     /// Factor on the pigment's linear reflectance in an .exr, 0 to 1; the renderers take 0.35
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     pigment_scale: f64,
@@ -26,11 +27,11 @@ pub struct SnakeArgs {
 
 #[derive(Serialize)]
 struct Report<'a> {
-    output: &'a PathBuf,
+    output: &'a Output,
     vertices: usize,
     faces: usize,
     #[serde(skip_serializing_if = "Option::is_none")]
-    pigment: &'a Option<PathBuf>,
+    pigment: &'a Option<Output>,
 }
 
 /// Runs `sunbeam snake`.
@@ -38,17 +39,21 @@ pub fn run(args: &SnakeArgs) -> Outcome {
     if !(args.resolution.is_finite() && args.resolution > 0.0) {
         return Err(format!("parameter \"resolution\" is {}, but must be finite and positive", args.resolution).into());
     }
-    let (linear, scale) = (args.pigment.as_deref().is_some_and(is_exr), args.pigment_scale);
+    let (linear, scale) = (args.pigment.as_ref().is_some_and(|file| file.ends_in("exr")), args.pigment_scale);
     if !(0.0..=1.0).contains(&scale) || (scale != 1.0 && !linear) {
         let accepted = if linear { "0 to 1" } else { "left out without --pigment FILE.exr" };
         return Err(format!("parameter \"pigment-scale\" is {scale}, but must be {accepted}").into());
     }
     let options = SnakeOptions::default().with_resolution(args.resolution);
     let mesh = SnakeMesh::build(&options)?;
-    mesh.write_ply(&args.output)?;
-    if let Some(path) = &args.pigment {
+    mesh.write_ply(args.output.path())?;
+    if let Some(file) = &args.pigment {
         let texture = pigment_texture(&options, PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
-        if linear { write_exr(path, &texture, scale)? } else { texture.write_png(path)? }
+        if linear {
+            file.write(&linear_exr(&texture, scale)?)?;
+        } else {
+            texture.write_png(file.path())?;
+        }
     }
     print_json(&Report {
         output: &args.output,
@@ -58,17 +63,10 @@ pub fn run(args: &SnakeArgs) -> Outcome {
     })
 }
 
-fn is_exr(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("exr"))
-}
-
-/// Writes the texture decoded, times a factor.
-fn write_exr(path: &Path, texture: &PigmentTexture, scale: f64) -> Result<(), String> {
-    let pixel = |x: usize, y: usize| {
-        let encoded = texture.pixels[y * texture.width + x].map(|byte| f64::from(byte) / 255.0);
-        let [r, g, b] = srgb_decode(encoded).map(|value| (scale * value) as f32);
-        (r, g, b)
-    };
-    exr::prelude::write_rgb_file(path, texture.width, texture.height, pixel)
-        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+/// The texture decoded, times a factor, as OpenEXR.
+fn linear_exr(texture: &PigmentTexture, scale: f64) -> Result<Vec<u8>, Box<dyn Error>> {
+    encode::exr((texture.width, texture.height), |i| {
+        let encoded = texture.pixels[i].map(|byte| f64::from(byte) / 255.0);
+        srgb_decode(encoded).map(|value| (scale * value) as f32)
+    })
 }

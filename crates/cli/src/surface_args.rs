@@ -32,7 +32,7 @@ pub struct SurfaceArgs {
     /// --region-size [default: none]
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     region_spread: Option<f64>,
-    /// Height field: .gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz, .txt, .csv or .asc
+    /// Height field: .gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz, .txt, .csv, .asc, .dat or .grd
     #[arg(long, value_name = "FILE")]
     height_field: Option<PathBuf>,
     /// Edge of a pixel of the file in µm [default: the file's own]
@@ -41,7 +41,8 @@ pub struct SurfaceArgs {
     /// Height in µm of the file's largest value [default: the file's own]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     max_height: Option<f64>,
-    /// Channel of a file that holds several (.gwy, .spm, .tif, .x3p), by number or title [default: the first height]
+    /// Channel of a file that holds several (.gwy, .spm, .tif, .x3p, NanoScope's text), by number or title [default: the first
+    /// height]
     #[arg(long, value_name = "CHANNEL")]
     channel: Option<String>,
     /// What is put where the file has no height [default: none, such a file is refused]

@@ -1,11 +1,15 @@
 //! One term of the Taylor expansion as a picture or an array: how large the DFT of a power of the heights is.
 
+use super::encode;
+use super::output::{Output, listed};
 use ndarray::Array2;
 use serde::Serialize;
 use std::error::Error;
-use std::path::Path;
 use sunbeam::height_field::HeightField;
 use sunbeam::transform::{Series, TermTransform};
+
+/// Extensions of the files that a term is written to.
+const EXTENSIONS: [&str; 2] = ["png", "npy"];
 
 /// A picture is black where a bin is this many powers of ten below the largest.
 const DECADES: f64 = 5.0;
@@ -32,17 +36,25 @@ impl Term {
         Self { n, half_range_um: transform.half_range_um(), magnitudes }
     }
 
-    /// Writes the magnitudes (.npy, 64-bit floats), or their logarithm as a grey picture with +x right and +y up (.png).
-    pub fn write(&self, path: &Path) -> Result<(), Box<dyn Error>> {
-        match path.extension().and_then(|extension| extension.to_str()).map(str::to_lowercase).as_deref() {
-            Some("npy") => ndarray_npy::write_npy(path, &self.magnitudes)
-                .map_err(|error| format!("{}: cannot be written: {error}", path.display()).into()),
-            Some("png") => {
-                let (height, width) = self.magnitudes.dim();
-                super::png::write(path, (width, height), png::ColorType::Grayscale, &self.greys())
-            }
-            _ => Err(format!("{}: a term is written as .png or .npy", path.display()).into()),
+    /// Refuses a file that holds heights and no term.
+    ///
+    /// # Errors
+    /// An extension other than `.npy` and `.png`.
+    pub fn check_output(file: &Output) -> Result<(), String> {
+        if EXTENSIONS.iter().any(|extension| file.ends_in(extension)) {
+            return Ok(());
         }
+        Err(format!("{}: the name of a term must end in {}", file.path().display(), listed(&EXTENSIONS)))
+    }
+
+    /// The contents of a file: the magnitudes as 64-bit floats (.npy), or their logarithm as a grey picture with +x right and +y
+    /// up.
+    pub fn encoded(&self, file: &Output) -> Result<Vec<u8>, Box<dyn Error>> {
+        if file.ends_in("npy") {
+            return encode::npy(&self.magnitudes);
+        }
+        let (height, width) = self.magnitudes.dim();
+        encode::png((width, height), png::ColorType::Grayscale, &self.greys())
     }
 
     /// Rows from the top; white is the largest magnitude.

@@ -55,6 +55,38 @@ fn surfaces_in_wrong_units_are_refused_at_once_in_one_line() {
     assert!(start.elapsed() < AT_ONCE);
 }
 
+/// Gratings that the solver does not serve, by whoever asks for them, and with the part of a curve that it does serve unsolved.
+#[test]
+fn gratings_of_too_many_wavelengths_are_refused_at_once() {
+    let grating = ["--theory", "rigorous", "--preset", "lamellar", "--period", "50", "--height", "0.5", "--eta", "1.5"];
+    let medium =
+        ["period of 50 µm is 150.0 wavelengths of 500 nm in the medium below", "at most 108", "36.000 µm", "scalar"];
+    let air = ["138.9 wavelengths of 360 nm in air", "at most 108", "38.880 µm", "scalar"];
+    let cases: [(&[&str], &[&str]); 5] = [
+        (&["orders", "--wavelength", "500"], &medium),
+        (&["orders", "--over", "wavelength", "--range", "900,500,3"], &medium),
+        (&["orders", "--over", "theta-i", "--range", "0,80,3", "--wavelength", "500"], &medium),
+        // A factor of a million on what a build may take.
+        (&["eval", "--no-cache", "--build-limit", "1e6"], &air),
+        (&["brdf-map", "-o", "/dev/null", "--method", "colour-table", "--no-cache", "--build-limit", "1e6"], &air),
+    ];
+    for (command, mentioned) in cases {
+        let start = Instant::now();
+        let message = refused(&[command, &grating].concat());
+        assert!(start.elapsed() < AT_ONCE, "{command:?} took {:?}", start.elapsed());
+        assert!(mentioned.iter().all(|part| message.contains(part)), "{command:?}: {message}");
+    }
+    // A service that solves each question goes on with the next.
+    let line = |nm: f64| format!(r#"{{"wi":[0,0,1],"wo":[0,0,1],"wavelength":{nm}}}"#);
+    let start = Instant::now();
+    let output =
+        run(&[&["eval", "--method", "exact"], &grating[..]].concat(), format!("{}\n{}\n", line(500.0), line(1.0)));
+    assert!(start.elapsed() < AT_ONCE && output.status.success());
+    let answers = String::from_utf8(output.stdout).unwrap();
+    let answers: Vec<&str> = answers.lines().collect();
+    assert!(answers[0].contains(medium[0]) && answers[1].contains("50000.0 wavelengths of 1 nm in air"), "{answers:?}");
+}
+
 fn demand(size: (usize, usize), pixel_um: f64, range_um: f64) -> BuildDemand {
     BuildDemand {
         size,

@@ -17,10 +17,10 @@ pub enum HeightFieldError {
     NotFinite { row: usize, column: usize, value: f64 },
     /// Points of an array without a height, and none put there. Rows and columns count from 0, in the order of the array.
     #[error(
-        "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked), the first at row {row}, column \
-         {column}; `fill` puts heights there: laplace or mean, from those that are known"
+        "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked{isolated}), the first at row {row}, \
+         column {column}; `fill` puts heights there: laplace or mean, from those that are known"
     )]
-    Holes { count: usize, total: usize, row: usize, column: usize },
+    Holes { count: usize, total: usize, row: usize, column: usize, isolated: String },
     /// A name that is not one of the accepted ones.
     #[error("unknown {parameter} \"{found}\"; accepted: {accepted}")]
     UnknownName { parameter: &'static str, found: String, accepted: String },
@@ -56,23 +56,30 @@ pub enum HeightFieldError {
     /// No format is known by this extension.
     #[error("{}: extension \"{found}\" is not supported; accepted: {accepted}", path.display())]
     Extension { path: PathBuf, found: String, accepted: &'static str },
+    /// A format of an instrument that another program reads.
+    #[error(
+        "{}: \"{found}\" files are not read here; `python -m sunbeam_mitsuba.convert {} -o scan.gsf` (with the extra \
+         \"formats\") or Gwyddion writes such a file's heights as .gsf",
+        path.display(), path.display()
+    )]
+    Instrument { path: PathBuf, found: String },
     /// The contents are truncated or are not what the extension says.
     #[error("{}: not a usable {format} height field: {reason}", path.display())]
     Malformed { path: PathBuf, format: &'static str, reason: String },
     /// The file carries no physical scale and none was given.
     #[error("{}: the file does not say its {what}; give `{parameter}` in µm", path.display())]
-    MissingScale { path: PathBuf, parameter: &'static str, what: &'static str },
+    MissingScale { path: PathBuf, parameter: &'static str, what: String },
     /// The file carries a physical scale and another was given.
     #[error("{}: `{parameter}` is given as {given_um} µm but the file says {file_um} µm", path.display())]
     ScaleDisagrees { path: PathBuf, parameter: &'static str, given_um: f64, file_um: f64 },
     /// Points of a file without a height, and none put there; row and column of the first count from 0 in the order of the
-    /// file.
+    /// file. `isolated` tells the numbers that only their distance from all heights gives away.
     #[error(
-        "{}: {count} of {total} points have no height (NaN, a number from ±1e30 on, or masked), the first at row {row}, \
-         column {column}; `fill` puts heights there: laplace or mean, from the points that have one",
+        "{}: {count} of {total} points have no height (NaN, a number from ±1e30 on, or masked{isolated}), the first at row \
+         {row}, column {column}; `fill` puts heights there: laplace or mean, from the points that have one",
         path.display()
     )]
-    Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize },
+    Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize, isolated: String },
     /// A rectangle that does not lie within the field.
     #[error(
         "the rectangle at ({x_um}, {y_um}) µm of {width_um} × {height_um} µm does not lie within the field of \

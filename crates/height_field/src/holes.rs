@@ -1,12 +1,52 @@
-//! Heights of an array that has holes.
+//! Points without a height.
 
-use super::file::known;
+use super::isolated::isolated;
 use super::{Fill, HeightField, HeightFieldError};
 use ndarray::Array2;
 
+/// Numbers from here on are no heights in any unit: programs write them where an instrument measured nothing.
+const NO_HEIGHT: f64 = 1e30;
+
+/// A number as a file or an array holds it; NaN where it says that there is no height.
+pub(crate) fn known(stored: f64) -> f64 {
+    // Written so that infinities and NaN are none either.
+    if stored.abs() < NO_HEIGHT { stored } else { f64::NAN }
+}
+
+/// Points without a height, before they are filled.
+pub(crate) struct Holes {
+    pub count: usize,
+    /// Row and column of the first.
+    pub first: Option<(usize, usize)>,
+    /// Numbers among them that only their isolation from the heights gives away, each with its count.
+    pub isolated: Vec<(f64, usize)>,
+}
+
+impl Holes {
+    /// Puts NaN where there is no height: NaN, infinities, numbers from ±1e30 on in units of `um` µm, and isolated numbers.
+    pub fn mark(values: &mut Array2<f64>, um: f64) -> Self {
+        values.mapv_inplace(|value| if known(value * um).is_nan() { f64::NAN } else { known(value) });
+        let isolated = isolated(values);
+        if !isolated.is_empty() {
+            let is_isolated = |value: f64| isolated.iter().any(|(number, _)| *number == value);
+            values.mapv_inplace(|value| if is_isolated(value) { f64::NAN } else { value });
+        }
+        let mut missing = values.indexed_iter().filter(|(_, v)| v.is_nan()).map(|(at, _)| at);
+        let first = missing.next();
+        let count = first.map_or(0, |_| 1 + missing.count());
+        Self { count, first, isolated }
+    }
+
+    /// The isolated numbers, for the end of a list in a message.
+    pub fn isolated_in_words(&self) -> String {
+        let words = |(value, count): &(f64, usize)| format!("; {count} of them {value}, isolated from the rest");
+        self.isolated.iter().map(words).collect()
+    }
+}
+
 impl HeightField {
-    /// Wraps heights in µm, `[[iy, ix]]`, as [`HeightField::new`] does; `fill` replaces those that are NaN, infinite or from
-    /// ±1e30 on, as in files.
+    /// Wraps heights in µm, `[[iy, ix]]`, as [`HeightField::new`] does; `fill` replaces those that are NaN, infinite, from
+    /// ±1e30 on, or isolated from all others, as in files.
     ///
     /// # Errors
     /// Those of [`HeightField::new`], and [`HeightFieldError::Holes`] for holes with [`Fill::None`] or for nothing but holes.
@@ -16,12 +56,12 @@ impl HeightField {
         dy_um: f64,
         fill: Fill,
     ) -> Result<Self, HeightFieldError> {
-        heights_um.mapv_inplace(known);
-        let mut holes = heights_um.indexed_iter().filter(|(_, height)| height.is_nan()).map(|(at, _)| at);
-        if let Some((row, column)) = holes.next() {
-            let (count, total) = (1 + holes.count(), heights_um.len());
+        let holes = Holes::mark(&mut heights_um, 1.0);
+        if let Some((row, column)) = holes.first {
+            let (count, total) = (holes.count, heights_um.len());
             if fill == Fill::None || count == total {
-                return Err(HeightFieldError::Holes { count, total, row, column });
+                let isolated = holes.isolated_in_words();
+                return Err(HeightFieldError::Holes { count, total, row, column, isolated });
             }
             // The pixel sizes have to be valid before the film is weighted by them.
             let flat = Self::new(Array2::zeros(heights_um.dim()), dx_um, dy_um)?;
@@ -39,7 +79,7 @@ mod tests {
     #[test]
     fn holes_are_refused_or_filled() {
         let plane = Array2::from_shape_fn((4, 5), |(iy, ix)| 0.5 * iy as f64 - 0.25 * ix as f64);
-        for hole in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -3e38] {
+        for hole in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e30, -3e38, -999.0] {
             let mut heights = plane.clone();
             heights[[1, 2]] = hole;
             let refused = HeightField::with_holes(heights.clone(), 0.1, 0.2, Fill::None).unwrap_err().to_string();
@@ -57,7 +97,7 @@ mod tests {
     #[test]
     fn nothing_but_holes_is_refused() {
         let refused = HeightField::with_holes(array![[f64::NAN, f64::NAN]], 0.1, 0.1, Fill::Mean);
-        assert!(matches!(refused, Err(HeightFieldError::Holes { count: 2, total: 2, row: 0, column: 0 })));
+        assert!(matches!(refused, Err(HeightFieldError::Holes { count: 2, total: 2, row: 0, column: 0, .. })));
     }
 
     #[test]

@@ -11,8 +11,9 @@ mod error;
 #[cfg(feature = "files")]
 mod file;
 mod fill;
-#[cfg(feature = "files")]
+mod film;
 mod holes;
+mod isolated;
 mod level;
 mod preset;
 // Benchmarks draw from it too, so that they ask the same everywhere.
@@ -25,7 +26,7 @@ mod tile;
 
 pub use error::HeightFieldError;
 #[cfg(feature = "files")]
-pub use file::{FileField, FileScale, READABLE, ReadOptions};
+pub use file::{Doubt, FORMATS, FileField, FileScale, Format, Provenance, READABLE, ReadOptions, Source, Understood};
 pub use fill::Fill;
 pub use level::Level;
 pub use preset::Preset;

@@ -69,7 +69,8 @@ fn formats() -> Vec<(&'static str, Vec<Vec<u8>>)> {
         ("gsf", vec![written("a.gsf")]),
         ("png", vec![written("a.png")]),
         ("npy", vec![written("a.npy")]),
-        ("txt", vec![b"# heights\n1 2 0.5\n3 4 -1e38\n".to_vec(), b"1,2;3\n4,5,nan\n".to_vec()]),
+        ("txt", samples::texts()),
+        ("grd", vec![samples::surfer().into_bytes()]),
         ("xyz", vec![samples::xyz().into_bytes()]),
         ("gwy", vec![samples::gwy(true), samples::gwy(false)]),
         (

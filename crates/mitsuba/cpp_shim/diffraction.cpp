@@ -38,7 +38,8 @@
  *                                        [1, 1e6] (1)
  * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none reflects all (none)
  * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
- *                       texture          such as keratin (1.56). Exposed, differentiable
+ *                       texture          such as keratin (1.56). A spectrum goes on beyond its ends. Exposed,
+ *                                        differentiable
  * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
  *                       texture
  * diffuse_reflectance   spectrum or      pigment under the skin, lit by what the surface does not reflect, that is by

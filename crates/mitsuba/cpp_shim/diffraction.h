@@ -16,6 +16,7 @@
 #include "interface.h"
 #include "lobe.h"
 #include "parameters.h"
+#include "spectral_ends.h"
 #include "variants.h"
 
 namespace sunbeam {
@@ -58,6 +59,8 @@ public:
                 checked([&] { return m_lobe.surface().with_coherence_length(wanted); }));
             m_coherence_length = wanted;
         }
+        m_eta_ends.update(*m_eta);
+        m_k_ends.update(*m_k);
         auto varying         = [](const ref<Texture> &texture) { return texture && texture->is_spatially_varying(); };
         uint32_t diffraction = BSDFFlags::GlossyReflection | BSDFFlags::FrontSide | BSDFFlags::Anisotropic;
         if (varying(m_eta) || varying(m_k) || varying(m_specular_reflectance) || varying(m_rotation))
@@ -188,7 +191,7 @@ private:
 
     Local localise(const SurfaceInteraction3f &si, const Lobes &lobes, Mask active) const {
         Local local;
-        local.ior      = { m_eta->eval(si, active), m_k->eval(si, active) };
+        local.ior      = { m_eta_ends.eval(*m_eta, si, active), m_k_ends.eval(*m_k, si, active) };
         local.specular = m_specular_reflectance->eval(si, active);
         local.diffuse  = lobes.diffuse ? m_diffuse_reflectance->eval(si, active) : UnpolarizedSpectrum(0.f);
         std::tie(local.sin_rotation, local.cos_rotation) = dr::sincos(dr::deg_to_rad(m_rotation->eval_1(si, active)));
@@ -309,6 +312,12 @@ private:
             m_eta                 = props.get_unbounded_texture<Texture>("eta", 0.f);
             m_k                   = props.get_unbounded_texture<Texture>("k", dielectric ? 0.f : 1.f);
         }
+        const IndexSpectrum known = index.value_or(IndexSpectrum());
+        const auto source         = [&](const std::string &part) {
+            return material == "none" ? "parameter \"" + part + "\"" : part + " of material \"" + material + "\"";
+        };
+        m_eta_ends.begin(m_eta, source("eta"), known.eta_nm, known.eta);
+        m_k_ends.begin(m_k, source("k"), known.k_nm, known.k);
         m_specular_reflectance = props.get_texture<Texture>("specular_reflectance", 1.f);
         m_rotation             = props.get_unbounded_texture<Texture>("rotation", 0.f);
         if (props.has_property("diffuse_reflectance"))
@@ -348,6 +357,7 @@ private:
     }
 
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
+    SpectralEnds<Float, Spectrum> m_eta_ends, m_k_ends;
     float m_coherence_length = 0.f;
     /// Whether the lobe's values contain what the interface does to light: in variants that carry colours, until `eta`
     /// or `k` change, if these have wavelengths.
@@ -357,7 +367,8 @@ private:
     // The last member, because `new_lobe_surface` sets the others before it is made.
     DiffractionLobe<Float, Spectrum> m_lobe;
 
-    MI_TRAVERSE_CB(Base, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation, m_lobe)
+    MI_TRAVERSE_CB(Base, m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation, m_eta_ends, m_k_ends,
+                   m_lobe)
 };
 
 /// Tells Mitsuba how to make an instance of one variant; returns 1, for counting.

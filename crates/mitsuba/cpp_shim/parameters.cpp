@@ -20,7 +20,7 @@ namespace sunbeam {
 namespace {
 
 // What each of these accepts is decided in one place for all interfaces: src/config.rs.
-constexpr const char *CHOICES[]  = { "preset", "channel", "fill", "level", "tiling", "theory", "model", "obliquity" };
+constexpr const char *CHOICES[]  = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
 constexpr const char *NUMBERS[]  = { "period",     "height",           "region_size", "region_spread", "pixel_size",
                                      "max_height", "coherence_length", "tolerance",   "build_limit" };
 constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
@@ -123,6 +123,10 @@ std::string surface_json(const Properties &props) {
     for (const char *name : SWITCHES)
         if (props.has_property(name))
             append(name, props.get<bool>(name) ? "true" : "false");
+    if (props.has_property("channel")) // by number or title
+        append("channel", props.type("channel") == Properties::Type::Integer
+                              ? std::to_string(props.get<int64_t>("channel"))
+                              : json_string(props.get<std::string>("channel")));
     if (props.has_property("filename"))
         append("filename", json_string(resolved_file(props)));
     return json.empty() ? "{}" : json + "}";
@@ -176,6 +180,37 @@ std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::
     if (!known("eta", index.eta_nm, index.eta) || (props.has_property("k") && !known("k", index.k_nm, index.k)))
         return {};
     return index;
+}
+
+WavelengthRange range_of(const std::vector<double> &nm) {
+    WavelengthRange range;
+    if (!nm.empty()) {
+        range.low  = std::max(range.low, nm.front());
+        range.high = std::min(range.high, nm.back());
+    }
+    return range;
+}
+
+void tell_ends(const std::string &source, const WavelengthRange &range) {
+    if (range.is_complete())
+        return;
+    if (range.low > range.high)
+        Throw("%s: no wavelength from %g to %g nm has a value", source, MI_CIE_MIN, MI_CIE_MAX);
+    Log(mitsuba::Warn,
+        "%s is given from %g to %g nm only: the values at its ends are taken for the rest of %g to %g nm", source,
+        range.low, range.high, MI_CIE_MIN, MI_CIE_MAX);
+}
+
+Properties::Spectrum continued(std::vector<double> nm, std::vector<double> values) {
+    if (nm.front() > MI_CIE_MIN) {
+        nm.insert(nm.begin(), MI_CIE_MIN);
+        values.insert(values.begin(), values.front());
+    }
+    if (nm.back() < MI_CIE_MAX) {
+        nm.push_back(MI_CIE_MAX);
+        values.push_back(values.back());
+    }
+    return Properties::Spectrum(std::move(nm), std::move(values));
 }
 
 void check_optics(const Properties &props) {

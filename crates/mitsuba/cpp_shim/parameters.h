@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <mitsuba/core/properties.h>
+#include <mitsuba/core/spectrum.h>
 
 namespace sunbeam {
 
@@ -25,6 +26,24 @@ struct IndexSpectrum {
 /// The index of a material or of `eta` and `k`, as `material_name` has checked them; nothing where it is a colour or a
 /// texture, which has no wavelengths.
 std::optional<IndexSpectrum> index_spectrum(const mitsuba::Properties &props, const std::string &material);
+
+/// Wavelengths in nm that a spectrum is given for, as far as Mitsuba carries them.
+struct WavelengthRange {
+    double low = MI_CIE_MIN, high = MI_CIE_MAX;
+
+    bool is_complete() const { return low <= MI_CIE_MIN && high >= MI_CIE_MAX; }
+    bool operator==(const WavelengthRange &other) const { return low == other.low && high == other.high; }
+};
+
+/// The range of samples at rising wavelengths in nm; the complete one where there is no wavelength.
+WavelengthRange range_of(const std::vector<double> &nm);
+
+/// Warns that the spectrum of `source` ends early and is continued by the values at its ends. Refuses one that is given
+/// nowhere.
+void tell_ends(const std::string &source, const WavelengthRange &range);
+
+/// A spectrum by samples as a property, which goes on to the ends of what Mitsuba carries.
+mitsuba::Properties::Spectrum continued(std::vector<double> nm, std::vector<double> values);
 
 /// Refuses optical constants and reflectances out of range, as far as they are numbers and not textures.
 void check_optics(const mitsuba::Properties &props);

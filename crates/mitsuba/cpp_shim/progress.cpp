@@ -4,12 +4,16 @@
 
 #include "compat.h"
 
-using mitsuba::ClassName, mitsuba::Info; // for Log()
+using mitsuba::ClassName, mitsuba::Info, mitsuba::Warn; // for Log()
 
 namespace sunbeam {
 
 void log_info(rust::Str line) {
     Log(Info, "%s", std_string(line));
+}
+
+void log_warn(rust::Str line) {
+    Log(Warn, "%s", std_string(line));
 }
 
 } // namespace sunbeam

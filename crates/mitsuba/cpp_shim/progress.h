@@ -8,4 +8,7 @@ namespace sunbeam {
 /// Writes a line to Mitsuba's log at the level Info. Only for the thread that Mitsuba called the plugin from.
 void log_info(rust::Str line);
 
+/// Writes a line to Mitsuba's log at the level Warn, from the same thread.
+void log_warn(rust::Str line);
+
 } // namespace sunbeam

@@ -10,7 +10,7 @@ use super::scope::{Owned, TraceError, trace};
 use super::traced::Traced;
 use answer::Arguments;
 use ffi::Question;
-pub use ffi::log_info;
+pub use ffi::{log_info, log_warn};
 use std::f64::consts::TAU;
 use sunbeam::config::{BuildError, ObliquityChoice, Theory};
 use sunbeam::numeric::Plain;
@@ -125,6 +125,8 @@ mod ffi {
 
         /// Writes a line to Mitsuba's log at the level Info.
         fn log_info(line: &str) -> Result<()>;
+        /// Writes a line to Mitsuba's log at the level Warn.
+        fn log_warn(line: &str) -> Result<()>;
     }
 }
 

@@ -21,12 +21,36 @@ pub enum Error {
         /// What is accepted.
         accepted: &'static str,
     },
+    /// A length of the relief that is too many wavelengths for the sum over the periods.
+    #[error(
+        "the {length} of {found_um} µm is {waves:.1} wavelengths of {wavelength_nm} nm in {medium}; accepted: at most \
+         {waves_max} wavelengths, here {most_um:.3} µm"
+    )]
+    TooManyWaves {
+        /// Name of the length: the period, or the relief's height.
+        length: &'static str,
+        /// The length in µm.
+        found_um: f64,
+        /// The length in wavelengths of the medium.
+        waves: f64,
+        /// Air, or the medium below.
+        medium: &'static str,
+        /// Wavelength in vacuum, in nm.
+        wavelength_nm: f64,
+        /// Most wavelengths that are served.
+        waves_max: f64,
+        /// Largest length at this wavelength, in µm.
+        most_um: f64,
+    },
     /// A problem larger than what is served.
     #[error(
-        "{nodes} nodes are needed, about {seconds:.0} s a solution; accepted: at most {nodes_max} nodes, a shorter \
-         period or a longer wavelength"
+        "{nodes} nodes are needed at {wavelength_nm} nm, about {seconds:.0} s a solution; accepted: at most {nodes_max} nodes, \
+         here a relief {:.3} times as large or a longer wavelength",
+        *nodes_max as f64 / *nodes as f64
     )]
     TooLarge {
+        /// Wavelength in vacuum, in nm.
+        wavelength_nm: f64,
         /// Nodes on one period of the curve.
         nodes: usize,
         /// The most that are served.

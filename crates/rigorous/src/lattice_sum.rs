@@ -50,9 +50,9 @@ impl LatticeSum {
         let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(1e-3 * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         let size = wave_number.norm();
-        let mut terms_x = 26 + (0.65 * size * half_x) as usize;
-        let mut terms_z = 2 * (5 + (0.5 * size * half_z + 4.0 * half_z / period) as usize);
-        while terms_x.max(terms_z) <= TERMS_MAX {
+        let mut terms_x = (26 + (0.65 * size * half_x) as usize).min(TERMS_MAX);
+        let mut terms_z = (2 * (5 + (0.5 * size * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
+        loop {
             let values = ewald.on_grid(half_x, half_z, terms_x, terms_z, near);
             if values.iter().flatten().any(|value| !value.is_finite()) {
                 return Err(Error::NotFinite { what: "the sum over the periods" });
@@ -62,10 +62,14 @@ impl LatticeSum {
             if tail_x <= TAIL_MAX && tail_z <= TAIL_MAX {
                 return Ok(Self::from_series(half_x, half_z, &series));
             }
-            terms_x += if tail_x > TAIL_MAX { 8 + terms_x / 4 } else { 0 };
-            terms_z += if tail_z > TAIL_MAX { 2 * (2 + terms_z / 8) } else { 0 };
+            let more_x = if tail_x > TAIL_MAX { 8 + terms_x / 4 } else { 0 };
+            let more_z = if tail_z > TAIL_MAX { 2 * (2 + terms_z / 8) } else { 0 };
+            let before = (terms_x, terms_z);
+            (terms_x, terms_z) = ((terms_x + more_x).min(TERMS_MAX), (terms_z + more_z).min(TERMS_MAX));
+            if before == (terms_x, terms_z) {
+                return Err(Error::NotFinite { what: "the polynomial for the sum over the periods" });
+            }
         }
-        Err(Error::NotFinite { what: "the polynomial for the sum over the periods" })
     }
 
     /// `series[n][m]` multiplies T_n(x/half_x)·T_2m(z/half_z).
@@ -275,6 +279,7 @@ pub(crate) fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::limits::{HEIGHT_WAVES_MAX, PERIOD_WAVES_MAX};
 
     fn sum_of(period: f64, k: Complex64, bloch: f64, height: f64) -> LatticeSum {
         let near = Radial::new(k, 1e-6, 2.0 * (period + height), 0.1).unwrap();
@@ -321,5 +326,24 @@ mod tests {
         let near = Complex64::new(0.0, 0.25) * complex_bessel::hankel1(0.0, k * r).unwrap();
         let [field, ..] = sum.at(&[x], &[z])[0];
         assert!((field + near - orders).norm() < 1e-8, "{} {orders}", field + near);
+    }
+
+    /// 400 terms are enough up to the limits that [`limits`](crate::limits) names, and not for a fifth more.
+    #[test]
+    fn the_limits_are_those_of_the_polynomials() {
+        let sum = |waves: f64, bloch: f64, height_waves: f64| {
+            let k = Complex64::new(TAU * waves, 0.0);
+            let height = height_waves / waves;
+            let near = Radial::new(k, 1e-6, 1.01 * 0.5_f64.hypot(height.max(1e-3)), 0.1).unwrap();
+            LatticeSum::new(1.0, k, bloch, height, &near).map(|_| ())
+        };
+        for bloch in [0.0, 0.13, 0.5] {
+            // A table goes one wavelength beyond what is asked of it.
+            assert_eq!(sum(PERIOD_WAVES_MAX + 1.0, bloch, 0.1), Ok(()), "{bloch}");
+            // No relief is higher than twice its period.
+            assert_eq!(sum(0.5 * HEIGHT_WAVES_MAX, bloch, HEIGHT_WAVES_MAX), Ok(()), "{bloch}");
+        }
+        assert!(sum(1.2 * PERIOD_WAVES_MAX, 0.13, 0.1).is_err());
+        assert!(sum(0.6 * HEIGHT_WAVES_MAX, 0.13, 1.2 * HEIGHT_WAVES_MAX).is_err());
     }
 }

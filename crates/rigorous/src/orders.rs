@@ -2,7 +2,7 @@
 
 use crate::discretisation::NODES_MAX;
 use crate::error::positive;
-use crate::{Amplitudes, Discretisation, Error, Jones, Medium, Profile, Resolution};
+use crate::{Amplitudes, Discretisation, Error, Jones, Medium, Profile, Resolution, check_size};
 use std::f64::consts::TAU;
 
 /// What power and reciprocity may be off, as a share of the light.
@@ -96,11 +96,8 @@ pub fn solve_orders(profile: &Profile, medium: &Medium, wavelength_nm: f64, wi: 
     // √(1 − y²) from the other two, which keeps its digits along the grooves.
     let across = wi[0].hypot(wi[2]);
     let (t, b) = (across * k * period / TAU, -wi[0] * k * period / TAU);
+    check_size(profile, medium, wavelength_nm, wi[1].abs().min(1.0))?;
     let mut resolution = Resolution::new(profile, medium, wavelength_nm)?;
-    let estimate = Estimate::new(profile, medium, wavelength_nm)?;
-    if estimate.nodes > NODES_MAX {
-        return Err(Error::TooLarge { nodes: estimate.nodes, nodes_max: NODES_MAX, seconds: estimate.seconds });
-    }
     loop {
         let mesh = Discretisation::new(profile, resolution)?;
         let there = mesh.air(t, b)?.solve(medium, wavelength_nm)?;

@@ -1,7 +1,8 @@
 //! Where solvers break: passing-off, grazing, short periods, corners, and what must hold everywhere.
 
+use std::time::{Duration, Instant};
 use sunbeam_rigorous::{
-    Air, Amplitudes, Discretisation, Error, Estimate, Medium, MetalTable, Profile, Resolution, solve_orders,
+    Air, Amplitudes, Discretisation, Error, Estimate, Medium, MetalTable, Profile, Resolution, check_size, solve_orders,
 };
 
 const WAVELENGTH_NM: f64 = 550.0;
@@ -171,11 +172,42 @@ fn what_is_refused_is_named() {
     for (eta, k) in [(-1.0, 1.0), (f64::NAN, 0.0), (0.0, 0.0), (1.0, 1e6)] {
         assert!(Medium::index(eta, k).unwrap_err().to_string().contains("accepted"), "{eta} {k}");
     }
-    // A period of 1 mm.
-    let coarse = Profile::sinusoid(1000.0, 1.0).unwrap();
-    let error = solve_orders(&coarse, &Medium::Perfect, 550.0, [0.0, 0.0, 1.0]).unwrap_err();
-    assert!(matches!(error, Error::TooLarge { nodes, .. } if nodes > 10_000), "{error}");
-    assert!(error.to_string().contains("nodes are needed") && error.to_string().contains("accepted"));
     let estimate = Estimate::new(&Profile::blazed(20.0, 1.0).unwrap(), &Medium::Perfect, 550.0).unwrap();
     assert!(estimate.nodes < 2048 && estimate.seconds < 60.0, "{estimate:?}");
+}
+
+/// By the sum over the periods, of the air and of a medium that is clear, and by the nodes on the curve.
+#[test]
+fn reliefs_of_too_many_wavelengths_are_refused_at_once() {
+    /// Of a refusal on a busy machine; it solves nothing.
+    const AT_ONCE: Duration = Duration::from_secs(2);
+    let [flat, lamellar] = [Profile::flat(50.0), Profile::lamellar(50.0, 0.5, 0.5)].map(Result::unwrap);
+    let [deep, blazed] = [Profile::sinusoid(40.0, 35.0), Profile::blazed(58.0, 30.0)].map(Result::unwrap);
+    let [glass, gold] = [(1.5, 0.0), (0.4, 2.4)].map(|(eta, k)| Medium::index(eta, k).unwrap());
+    let millimetre = Profile::sinusoid(1000.0, 1.0).unwrap();
+    let cases: [(&Profile, &Medium, f64, &[&str]); 6] = [
+        (&millimetre, &Medium::Perfect, 550.0, &["period of 1000 µm is 1818.2", "in air", "at most 108", "59.400 µm"]),
+        (&flat, &gold, 400.0, &["125.0 wavelengths of 400 nm in air", "at most 108", "43.200 µm"]),
+        (&lamellar, &glass, 500.0, &["150.0 wavelengths of 500 nm in the medium below", "at most 108", "36.000 µm"]),
+        (&deep, &Medium::Perfect, 550.0, &["height of 35", "63.6 wavelengths", "at most 62", "34.100 µm"]),
+        (&blazed, &gold, 550.0, &["nodes are needed at 550 nm", "about", "at most 2048", "times as large"]),
+        (&millimetre, &glass, 1.0, &["1000000.0 wavelengths"]),
+    ];
+    for (profile, medium, wavelength, named) in cases {
+        let start = Instant::now();
+        let error = solve_orders(profile, medium, wavelength, [0.0, 0.0, 1.0]).unwrap_err();
+        assert!(start.elapsed() < AT_ONCE, "{error} after {:?}", start.elapsed());
+        let message = error.to_string();
+        assert!(named.iter().all(|part| message.contains(part)) && message.contains("accepted"), "{message}");
+        assert!(matches!(error, Error::TooManyWaves { .. } | Error::TooLarge { .. }), "{message}");
+    }
+    // What decays within a few periods is no sum over all of them: only the air counts.
+    assert!(check_size(&lamellar, &gold, 500.0, 0.0).is_ok());
+    // Along the grooves light has fewer wavelengths across them, in air and in glass.
+    assert!(check_size(&lamellar, &Medium::Perfect, 400.0, 0.0).is_err());
+    assert!(check_size(&lamellar, &Medium::Perfect, 400.0, 0.6).is_ok());
+    assert!(check_size(&lamellar, &glass, 640.0, 0.0).is_err() && check_size(&lamellar, &glass, 640.0, 0.8).is_ok());
+    for accepted in [(Profile::flat(59.0), &Medium::Perfect), (Profile::flat(39.0), &glass)] {
+        assert!(check_size(&accepted.0.unwrap(), accepted.1, 550.0, 0.0).is_ok());
+    }
 }

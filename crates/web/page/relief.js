@@ -28,6 +28,12 @@ export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba })
   rows.push(["Slopes x, y (rms)", facts.rms_slope.map((slope) => Number(slope.toPrecision(2))).join(", ")]);
   if (facts.channel) rows.push(["Channel", facts.channel]);
   if (facts.filled_points) rows.push(["Filled points", facts.filled_points]);
+  const understood = { pixel_size: "Pixel size", height_unit: "Heights", rows: "Rows" };
+  for (const [key, name] of Object.entries(understood)) {
+    const found = facts.provenance?.[key];
+    if (found) rows.push([name, `${found.value} (${found.source})`]);
+  }
+  for (const doubt of facts.doubts) rows.push(["Doubt", doubt]);
   byId("relief-facts").replaceChildren(...rows.map(row));
 }
 

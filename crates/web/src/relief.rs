@@ -6,7 +6,7 @@ use crate::reflectance::Reflectance;
 use crate::settings::Settings;
 use crate::spectra::Spectra;
 use serde::Serialize;
-use sunbeam::height_field::{HeightField, Roughness};
+use sunbeam::height_field::{HeightField, Provenance, Roughness};
 use sunbeam::methods::{self, Method, MethodKind};
 use sunbeam::table::{BuildDemand, Progress, Purpose, Tiling};
 use sunbeam::transform::{Periods, periods};
@@ -25,6 +25,8 @@ pub struct Relief {
     field: HeightField,
     channel: Option<String>,
     filled: usize,
+    provenance: Option<Provenance>,
+    doubts: Vec<String>,
 }
 
 /// What there is to say about a relief; the fields are those of `sunbeam height-field`.
@@ -54,6 +56,11 @@ pub struct Facts {
     /// Points of the file without a height, which were filled.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub filled_points: Option<usize>,
+    /// Origin of the file's size, unit, orientation, channel and holes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub provenance: Option<Provenance>,
+    /// Properties that no relief has.
+    pub doubts: Vec<String>,
 }
 
 /// What making the method's data takes.
@@ -90,7 +97,13 @@ impl Relief {
         if nx * ny > POINTS_MAX {
             return Err(WebError::Limit(format!("the relief has {nx} × {ny} points, more than the {POINTS_MAX} read")));
         }
-        Ok(Self { field: read.field.levelled(config.level()), channel: read.channel, filled: read.filled })
+        Ok(Self {
+            field: read.field.levelled(config.level()),
+            channel: read.channel,
+            filled: read.filled,
+            provenance: read.provenance,
+            doubts: read.doubts.iter().map(ToString::to_string).collect(),
+        })
     }
 
     /// The heights.
@@ -115,6 +128,8 @@ impl Relief {
             periods: periods(field, settings.surface.tiling() == Tiling::Periodic),
             channel: self.channel.clone(),
             filled_points: (self.filled > 0).then_some(self.filled),
+            provenance: self.provenance.clone(),
+            doubts: self.doubts.clone(),
         }
     }
 

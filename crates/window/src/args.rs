@@ -1,13 +1,16 @@
 use crate::open::{Start, open};
 use crate::{Settings, Sun};
-use std::path::PathBuf;
 use sunbeam::config::Theory;
 use sunbeam_cli::Outcome;
 use sunbeam_cli::method_args::MethodArgs;
+use sunbeam_cli::output::{Output, output};
 use sunbeam_cli::realtime::Realtime;
 use sunbeam_cli::scene_args::{KERATIN, SceneArgs, Size};
 use sunbeam_cli::surface_args::SurfaceArgs;
 use sunbeam_realtime::{AdapterChoice, Orbit};
+
+/// Where a picture is saved unless the arguments say.
+const SCREENSHOT: &str = "sunbeam.png";
 
 /// Draw the snake in a window
 ///
@@ -21,9 +24,10 @@ pub struct ViewArgs {
     /// Width and height of the window
     #[arg(long, value_name = "WxH", default_value = "1240x840")]
     size: Size,
-    /// Where S saves the picture for the screen, and beside it the linear one as .exr; what exists is not overwritten
-    #[arg(long, value_name = "FILE", default_value = "sunbeam.png")]
-    screenshot: PathBuf,
+    /// Where S saves the picture for the screen (.png), and beside it the linear one as .exr; what exists is not overwritten
+    /// [default: sunbeam.png]
+    #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
+    screenshot: Option<Output>,
     /// Brightens the picture, in stops
     #[arg(long, value_name = "STOPS", default_value_t = 2.0, allow_negative_numbers = true)]
     exposure: f64,
@@ -77,7 +81,23 @@ pub fn run(args: &ViewArgs) -> Outcome {
         settings,
         make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
         size: [args.size.0 as f32, args.size.1 as f32],
-        screenshot: args.screenshot.clone(),
+        // Unless it is asked for, a window opens even where nothing can be saved.
+        screenshot: args.screenshot.as_ref().map_or_else(|| SCREENSHOT.into(), |file| file.path().to_owned()),
         adapter: args.adapter.map_or_else(AdapterChoice::from_env, Ok)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[test]
+    fn a_screenshot_that_is_no_png_is_refused_before_there_is_a_window() {
+        for (name, reason) in [("a.jpg", ".png"), ("a.exr", ".png"), ("none/a.png", "there is no folder")] {
+            let error = ViewArgs::try_parse_from(["view", "--screenshot", name]).err().unwrap().to_string();
+            assert!(error.contains("--screenshot") && error.contains(reason), "{error}");
+        }
+        assert!(ViewArgs::try_parse_from(["view"]).unwrap().screenshot.is_none());
+    }
 }

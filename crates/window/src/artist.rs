@@ -1,11 +1,10 @@
 use super::hemisphere::{self, BrdfMap};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use sunbeam::methods::Method;
-use sunbeam_cli::picture::{write_exr, write_png};
-use sunbeam_cli::scene_args::Size;
+use sunbeam_cli::{encode, output};
 use sunbeam_realtime::levels::{self, Level, Pace};
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer, Scene, Shader, Target, View};
@@ -230,11 +229,14 @@ impl Artist {
         let (Some(shot), Some((target, _))) = (self.shot.take(), &self.latest) else { return Ok(None) };
         let picture = target.read_picture(&self.gpu)?;
         let (width, height) = target.size();
-        let written =
-            |outcome: Result<(), Box<dyn std::error::Error>>| outcome.map_err(|e| Failure::File(e.to_string()));
+        let size = (width as usize, height as usize);
+        let write = |path: &Path, encoded: Result<Vec<u8>, Box<dyn std::error::Error>>| {
+            let bytes = encoded.map_err(|error| Failure::File(error.to_string()))?;
+            output::write(path, &bytes).map_err(Failure::File)
+        };
         // The PNG last: whoever waits for it finds both.
-        written(write_exr(&shot.png.with_extension("exr"), Size(width, height), &picture))?;
-        written(write_png(&shot.png, Size(width, height), &picture, shot.exposure))?;
+        write(&shot.png.with_extension("exr"), encode::exr(size, |i| picture[i]))?;
+        write(&shot.png, encode::tone_mapped_png(size, &picture, shot.exposure))?;
         Ok(Some(Done::Saved(shot.png)))
     }
 

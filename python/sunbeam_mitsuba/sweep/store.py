@@ -122,6 +122,10 @@ def is_current(record: Mapping[str, Any], path: Path | None) -> bool:
         return False
 
 
+def _can_hold_files(folder: Path) -> bool:
+    return not folder.exists() or (folder.is_dir() and os.access(folder, os.W_OK | os.X_OK))
+
+
 class Store:
     """The folder, held by this process alone from ``open`` to ``close``."""
 
@@ -150,12 +154,21 @@ class Store:
         if others and not (self.folder / SUMMARY).exists():
             self.close()
             raise SweepError(f"{self.folder} holds other things ({others[0]}); name an empty or a new folder as output")
+        self._check_places()
         if fresh:
             for name in _FOLDERS:
                 shutil.rmtree(self.folder / name, ignore_errors=True)
             for name in (TABLE, TIMES, SHEET, SUMMARY):
                 (self.folder / name).unlink(missing_ok=True)
         self._remove_abandoned()
+
+    def _check_places(self) -> None:
+        """Refuses what is in the way of a file or a folder of the sweep, which would else be told after hours."""
+        blocked = [name for name in (TABLE, TIMES, SHEET, SUMMARY) if (self.folder / name).is_dir()]
+        blocked += [name for name in _FOLDERS if not _can_hold_files(self.folder / name)]
+        if blocked:
+            self.close()
+            raise SweepError(f"{self.folder / blocked[0]} cannot be written; remove it, or name another output")
 
     def close(self) -> None:
         """Gives the folder back."""

@@ -2,7 +2,6 @@
 
 use crate::benchmarks::methods::{Entry, front, noticed};
 use plotters::prelude::*;
-use std::path::Path;
 use sunbeam::table::Model;
 
 /// Width and height of a panel.
@@ -19,21 +18,25 @@ const METHODS: [(&str, RGBColor); 6] = [
     ("spectral-table", RGBColor(148, 103, 189)),
 ];
 
-/// Draws the entries of each surface: a disc each, hollow for a window in a fixed place; a ring marks defaults, the line
+/// Draws the entries of each surface as SVG: a disc each, hollow for a window in a fixed place; a ring marks defaults, the line
 /// the front.
-pub(super) fn write(path: &Path, panels: &[(&str, &[Entry])]) -> Result<(), String> {
-    draw(path, panels).map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+pub(super) fn svg(panels: &[(&str, &[Entry])]) -> Result<String, DrawingError> {
+    let mut text = String::new();
+    draw(&mut text, panels)?;
+    Ok(text)
 }
+
+type DrawingError = DrawingAreaErrorKind<std::io::Error>;
 
 fn point(entry: &Entry) -> (f64, f64) {
     (entry.cpu.microseconds, entry.errors.delta_e_p99.clamp(LEAST, 100.0))
 }
 
-fn draw(path: &Path, panels: &[(&str, &[Entry])]) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+fn draw(text: &mut String, panels: &[(&str, &[Entry])]) -> Result<(), DrawingError> {
     let columns = panels.len().clamp(1, 2);
     let rows = panels.len().div_ceil(columns).max(1);
     let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
-    let root = SVGBackend::new(path, size).into_drawing_area();
+    let root = SVGBackend::with_string(text, size).into_drawing_area();
     root.fill(&WHITE)?;
     for (area, (name, entries)) in root.split_evenly((rows, columns)).iter().zip(panels) {
         panel(area, name, entries)?;
@@ -45,7 +48,7 @@ fn panel(
     area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
     name: &str,
     entries: &[Entry],
-) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+) -> Result<(), DrawingError> {
     let times = entries.iter().map(|entry| entry.cpu.microseconds);
     let (least, most) = times.fold((f64::INFINITY, 0.0f64), |(a, b), t| (a.min(t), b.max(t)));
     let mut chart = ChartBuilder::on(area)

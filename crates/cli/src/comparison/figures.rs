@@ -29,6 +29,8 @@ pub struct Figures {
 pub struct DeltaE {
     /// The mean.
     pub mean: f64,
+    /// The smallest value that half of the pixels do not exceed.
+    pub median: f64,
     /// The smallest value that 99 % of the pixels do not exceed.
     pub p99: f64,
 }
@@ -61,25 +63,31 @@ impl Figures {
         let encoded = chosen.iter().map(|&i| (srgb_encode(shown_a[i]), srgb_encode(shown_b[i])));
         let encoded = mean(encoded.flat_map(|(a, b)| (0..3).map(move |c| square((a[c], b[c])))).sum());
         let lab = |i: usize| (linear_srgb_to_lab(shown_a[i]), linear_srgb_to_lab(shown_b[i]));
-        let delta_e = chosen.iter().map(|&i| lab(i)).map(|(a, b)| ciede2000(a, b)).collect();
-        let (delta_e_mean, delta_e_p99) = mean_and_p99(delta_e);
-        let (flip_mean, flip_p99) = mean_and_p99(chosen.iter().map(|&i| f64::from(flip_map[i])).collect());
+        let mut delta_e: Vec<f64> = chosen.iter().map(|&i| lab(i)).map(|(a, b)| ciede2000(a, b)).collect();
+        let mut flip: Vec<f64> = chosen.iter().map(|&i| f64::from(flip_map[i])).collect();
         Self {
             rmse: squared.sqrt(),
             relative_mse,
             psnr_db: (encoded > 0.0).then(|| -10.0 * encoded.log10()),
-            delta_e_2000: DeltaE { mean: delta_e_mean, p99: delta_e_p99 },
-            flip: Flip { mean: flip_mean, p99: flip_p99 },
+            delta_e_2000: DeltaE {
+                mean: mean_of(&delta_e),
+                median: quantile(&mut delta_e, 0.5),
+                p99: quantile(&mut delta_e, 0.99),
+            },
+            flip: Flip { mean: mean_of(&flip), p99: quantile(&mut flip, 0.99) },
         }
     }
 }
 
-/// The mean, and the smallest value that 99 % do not exceed; of at least one value.
-fn mean_and_p99(mut values: Vec<f64>) -> (f64, f64) {
-    let mean = values.iter().sum::<f64>() / values.len() as f64;
-    let rank = (0.99 * values.len() as f64).ceil() as usize - 1;
-    let (_, p99, _) = values.select_nth_unstable_by(rank, f64::total_cmp);
-    (mean, *p99)
+/// The mean of at least one value.
+fn mean_of(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
+}
+
+/// The smallest of the values, at least one, that this fraction of them, above 0, does not exceed. Reorders them.
+fn quantile(values: &mut [f64], fraction: f64) -> f64 {
+    let rank = (fraction * values.len() as f64).ceil() as usize - 1;
+    *values.select_nth_unstable_by(rank, f64::total_cmp).1
 }
 
 #[cfg(test)]
@@ -87,9 +95,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_percentile_is_a_value_that_99_of_100_do_not_exceed() {
-        assert_eq!(mean_and_p99((1..=100).rev().map(f64::from).collect()), (50.5, 99.0));
-        assert_eq!(mean_and_p99((1..=200).map(f64::from).collect()).1, 198.0);
-        assert_eq!(mean_and_p99(vec![7.0]), (7.0, 7.0));
+    fn quantiles_are_values_that_a_fraction_does_not_exceed() {
+        let mut hundred: Vec<f64> = (1..=100).rev().map(f64::from).collect();
+        assert_eq!((mean_of(&hundred), quantile(&mut hundred, 0.5), quantile(&mut hundred, 0.99)), (50.5, 50.0, 99.0));
+        let mut twice: Vec<f64> = (1..=200).map(f64::from).collect();
+        assert_eq!(quantile(&mut twice, 0.99), 198.0);
+        assert_eq!((quantile(&mut [7.0], 0.5), quantile(&mut [7.0], 0.99)), (7.0, 7.0));
     }
 }

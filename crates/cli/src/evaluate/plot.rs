@@ -2,30 +2,27 @@
 
 use super::Response;
 use plotters::prelude::*;
-use std::path::Path;
 
 /// Width and height of the drawing.
 const SIZE: (u32, u32) = (900, 600);
 /// Most cells along each axis: a response may have millions of values.
 const CELLS: usize = 150;
 
-/// Writes the response, each wavelength against its own maximum, with the angles of its peaks and of the grating
+/// Draws the response as SVG, each wavelength against its own maximum, with the angles of its peaks and of the grating
 /// equation.
-pub(super) fn write(path: &Path, response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -> Result<(), String> {
-    draw(path, response, peaks_deg, grating_deg)
-        .map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+pub(super) fn svg(response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -> Result<String, DrawingError> {
+    let mut text = String::new();
+    draw(&mut text, response, peaks_deg, grating_deg)?;
+    Ok(text)
 }
 
-fn draw(
-    path: &Path,
-    response: &Response,
-    peaks_deg: &[f64],
-    grating_deg: &[f64],
-) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+type DrawingError = DrawingAreaErrorKind<std::io::Error>;
+
+fn draw(text: &mut String, response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -> Result<(), DrawingError> {
     let (wavelengths, angles) = (&response.wavelengths_nm, &response.angles_deg);
     let (first, last) = (wavelengths[0], wavelengths[wavelengths.len() - 1]);
     let (low, high) = (angles[0], angles[angles.len() - 1]);
-    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
         .margin(12)

@@ -3,19 +3,22 @@
 use super::Curve;
 use plotters::prelude::*;
 use std::collections::BTreeMap;
-use std::path::Path;
 
 /// Width and height of the drawing.
 const SIZE: (u32, u32) = (900, 600);
 /// Orders drawn at most, the strongest somewhere.
 const ORDERS_MAX: usize = 4;
 
-/// Writes the strongest orders: te dashed, tm dotted where they are known, and their mean.
-pub(super) fn write(path: &Path, curve: &Curve) -> Result<(), String> {
-    draw(path, curve).map_err(|error| format!("{}: cannot be written: {error}", path.display()))
+/// Draws the strongest orders as SVG: te dashed, tm dotted where they are known, and their mean.
+pub(super) fn svg(curve: &Curve) -> Result<String, DrawingError> {
+    let mut text = String::new();
+    draw(&mut text, curve)?;
+    Ok(text)
 }
 
-fn draw(path: &Path, curve: &Curve) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+type DrawingError = DrawingAreaErrorKind<std::io::Error>;
+
+fn draw(text: &mut String, curve: &Curve) -> Result<(), DrawingError> {
     let mut strongest: BTreeMap<i32, f64> = BTreeMap::new();
     let mut top = 0.0_f64;
     for order in curve.points.iter().flat_map(|point| &point.solved.orders) {
@@ -28,7 +31,7 @@ fn draw(path: &Path, curve: &Curve) -> Result<(), DrawingAreaErrorKind<std::io::
     shown.truncate(ORDERS_MAX);
     top = shown.iter().fold(top, |top, (_, most)| top.max(*most)).max(1e-6);
     let (first, last) = (curve.points[0].at, curve.points[curve.points.len() - 1].at);
-    let root = SVGBackend::new(path, SIZE).into_drawing_area();
+    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
     root.fill(&WHITE)?;
     let mut chart = ChartBuilder::on(&root)
         .margin(12)

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use sunbeam::config::{BuildError, SurfaceConfig, Theory};
-use sunbeam::grating::{GratingError, Medium, solve_orders};
+use sunbeam::grating::{GratingError, Medium, check_size, solve_orders};
 use sunbeam::reflectance::{Pair, Vec3};
 use sunbeam::transform::OrderTransform;
 
@@ -11,6 +11,13 @@ pub struct Asked {
     pub theta_i_deg: f64,
     pub phi_i_deg: f64,
     pub wavelength_nm: f64,
+}
+
+impl Asked {
+    fn wi(&self) -> Vec3 {
+        let (theta, phi) = (self.theta_i_deg.to_radians(), self.phi_i_deg.to_radians());
+        [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()]
+    }
 }
 
 /// The orders of a grating and where its light goes besides.
@@ -51,20 +58,23 @@ pub struct Order {
 impl Solved {
     /// Of the relief of a configuration.
     pub fn new(config: &SurfaceConfig, asked: &Asked) -> Result<Self, BuildError> {
-        let (theta, phi) = (asked.theta_i_deg.to_radians(), asked.phi_i_deg.to_radians());
-        let wi = [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()];
         match config.theory {
-            Theory::Rigorous => Self::rigorous(config, wi, asked.wavelength_nm),
-            Theory::Scalar => Self::scalar(config, wi, asked.wavelength_nm),
+            Theory::Rigorous => Self::rigorous(config, asked.wi(), asked.wavelength_nm),
+            Theory::Scalar => Self::scalar(config, asked.wi(), asked.wavelength_nm),
         }
     }
 
+    /// Refuses what the solver does not serve, without solving.
+    pub fn check(config: &SurfaceConfig, asked: &Asked) -> Result<(), BuildError> {
+        if config.theory == Theory::Rigorous {
+            let (profile, along) = (config.profile()?, asked.wi()[1].abs());
+            check_size(&profile, &medium(config)?, asked.wavelength_nm, along).map_err(GratingError::from)?;
+        }
+        Ok(())
+    }
+
     fn rigorous(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
-        let profile = config.profile()?;
-        let medium = match config.index() {
-            None => Medium::Perfect,
-            Some(index) => Medium::index(index.eta, index.k).map_err(GratingError::from)?,
-        };
+        let (profile, medium) = (config.profile()?, medium(config)?);
         let solved = solve_orders(&profile, &medium, wavelength_nm, wi).map_err(GratingError::from)?;
         let orders = solved.orders.iter().map(|order| {
             let jones = order.jones.map(|row| row.map(|amplitude| [amplitude.re, amplitude.im]));
@@ -117,6 +127,12 @@ impl Solved {
             reciprocity_error: None,
         })
     }
+}
+
+/// What lies below the relief.
+fn medium(config: &SurfaceConfig) -> Result<Medium, GratingError> {
+    let Some(index) = config.index() else { return Ok(Medium::Perfect) };
+    Ok(Medium::index(index.eta, index.k)?)
 }
 
 impl Order {

@@ -61,7 +61,15 @@ fn equal_pictures_differ_by_nothing() {
     let folder = Folder::new();
     let a = folder.exr("a.exr", SIZE, ramp);
     let report = compare(&[&a, &a]);
-    for path in ["/rmse", "/relative_mse", "/delta_e_2000/mean", "/delta_e_2000/p99", "/flip/mean", "/flip/p99"] {
+    for path in [
+        "/rmse",
+        "/relative_mse",
+        "/delta_e_2000/mean",
+        "/delta_e_2000/median",
+        "/delta_e_2000/p99",
+        "/flip/mean",
+        "/flip/p99",
+    ] {
         assert_eq!(number(&report, path), 0.0, "{path}");
     }
     // It would be infinite, which JSON has not.
@@ -89,6 +97,7 @@ fn a_constant_difference_has_the_figures_of_its_definition() {
     let delta_e = (high - low) / (1.0 + 0.015 * from_50 / (20.0 + from_50).sqrt());
     // Four digits of the white point leave a grey with a little chroma.
     close("/delta_e_2000/mean", delta_e, 1e-3);
+    close("/delta_e_2000/median", delta_e, 1e-3);
     close("/delta_e_2000/p99", delta_e, 1e-3);
     assert!(number(&report, "/flip/mean") > 0.0);
     assert_eq!(report["exposure_stops"], json!(0.0));

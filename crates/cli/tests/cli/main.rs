@@ -15,6 +15,7 @@ mod bench;
 mod commands;
 mod compare;
 mod methods;
+mod outputs;
 mod render;
 mod sampler;
 mod stability;

@@ -1,5 +1,6 @@
 //! OpenEXR: one float channel of heights in µm.
 
+use super::raw::First;
 use super::{Parsed, Raw, Values, channel};
 use crate::HeightField;
 use exr::prelude::*;
@@ -61,7 +62,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         (None, None) => None,
         _ => return Err(format!("it has only one of the attributes {} and {}", PIXEL_SIZE[0], PIXEL_SIZE[1])),
     };
-    Ok(Raw { values, top_down: true, pixel_um, meaning: Values::Micrometres, channel: None })
+    Ok(Raw::new(values, Values::micrometres(), First::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {

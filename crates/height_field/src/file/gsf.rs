@@ -1,8 +1,8 @@
 //! Gwyddion simple field: a text header, NUL padding to a multiple of four, 32-bit little-endian floats.
 
-use super::raw::known;
+use super::raw::First;
 use super::units::micrometres;
-use super::{Parsed, Raw, Values, channel};
+use super::{Parsed, Raw, Values, channel, encoding};
 use crate::HeightField;
 use ndarray::Array2;
 use std::collections::HashMap;
@@ -13,7 +13,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let body = bytes.strip_prefix(MAGIC).ok_or("it does not begin with \"Gwyddion Simple Field 1.0\"")?;
     let end = body.iter().position(|b| *b == 0).ok_or("the header does not end with a NUL byte")?;
-    let header = String::from_utf8_lossy(&body[..end]);
+    let header = encoding::label(&body[..end]);
     let mut fields = HashMap::new();
     for line in header.lines().filter(|line| !line.trim().is_empty()) {
         let (key, value) = line.split_once('=').ok_or_else(|| format!("header line \"{line}\" has no \"=\""))?;
@@ -48,13 +48,14 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
             _ => None,
         },
     };
-    let height_unit = unit("ZUnits")?;
-    let factor = height_unit.unwrap_or(1.0);
+    let meaning = match unit("ZUnits")? {
+        Some(um) => Values::in_unit(fields["ZUnits"], um),
+        None => Values::Unknown,
+    };
     let values: Vec<f64> =
-        data.chunks_exact(4).map(|b| known(f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))) * factor).collect();
+        data.chunks_exact(4).map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    let meaning = if height_unit.is_some() { Values::Micrometres } else { Values::Unknown };
-    Ok(Raw { values, top_down: true, pixel_um, meaning, channel: None })
+    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {

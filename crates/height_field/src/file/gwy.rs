@@ -6,9 +6,9 @@
 
 use super::bytes::{Bytes, Number, data_length};
 use super::channel::{self, Channel};
-use super::raw::known;
+use super::raw::First;
 use super::units::micrometres;
-use super::{Parsed, Raw, Values};
+use super::{Parsed, Raw, Values, encoding};
 use ndarray::Array2;
 use std::collections::BTreeMap;
 
@@ -122,7 +122,7 @@ fn unit_name(unit: Object) -> Result<String, String> {
     let mut name = String::new();
     unit.components(|key, value| {
         if let (b"unitstr", Value::String(text)) = (key, value) {
-            name = String::from_utf8_lossy(text).trim().to_owned();
+            name = encoding::label(text).trim().to_owned();
         }
         Ok(())
     })?;
@@ -151,7 +151,7 @@ fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
             ("data", Value::Object(object)) => entries.entry(number).or_default().data = Some(object),
             ("mask", Value::Object(object)) => entries.entry(number).or_default().mask = Some(object),
             ("data/title", Value::String(title)) => {
-                entries.entry(number).or_default().title = String::from_utf8_lossy(title).trim().to_owned();
+                entries.entry(number).or_default().title = encoding::label(title).trim().to_owned();
             }
             _ => {}
         }
@@ -172,15 +172,18 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     for (number, entry) in entries(container)? {
         let Some(object) = entry.data else { continue };
         let field = DataField::read(object)?;
-        let is_height = micrometres(&field.unit_z).is_ok();
-        channels.push(Channel { number, title: entry.title, unit: field.unit_z.clone(), is_height });
+        channels.push(Channel::new(number, entry.title, field.unit_z.clone()));
         fields.push((field, entry.mask));
     }
     let at = channel::choose(&channels, wanted)?;
     let (field, mask) = &fields[at];
     let (nx, ny) = field.size;
-    let factor = micrometres(&field.unit_z)?;
-    let mut values: Vec<f64> = Number::F64.decode(field.data).iter().map(|value| known(*value) * factor).collect();
+    let meaning = if field.unit_z.is_empty() {
+        Values::Unknown
+    } else {
+        Values::in_unit(&field.unit_z, micrometres(&field.unit_z)?)
+    };
+    let mut values = Number::F64.decode(field.data);
     if let Some(mask) = mask {
         let mask = DataField::read(*mask)?;
         if mask.size != field.size {
@@ -199,5 +202,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Some((field.real.0 * unit / nx as f64, field.real.1 * unit / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw { values, top_down: true, pixel_um, meaning: Values::Micrometres, channel: Some(channels[at].name()) })
+    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um).channel(channels[at].name(), wanted))
 }

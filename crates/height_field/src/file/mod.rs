@@ -2,29 +2,37 @@
 
 mod bytes;
 mod channel;
+mod doubts;
+mod encoding;
 mod exr;
-mod film;
+mod formats;
 mod gsf;
 mod gwy;
 mod nanoscope;
 mod npy;
 mod png;
+mod provenance;
 mod raw;
 mod sdf;
 mod text;
 mod tiff;
 mod units;
 mod x3p;
-mod xyz;
+
+pub use doubts::Doubt;
+pub use formats::{FORMATS, Format, READABLE};
+pub use provenance::{Provenance, Source, Understood};
 
 use super::{Fill, HeightField, HeightFieldError};
-pub(crate) use raw::known;
 use raw::{Parsed, Raw, Values};
 use std::path::Path;
 
-/// Extensions of the formats that are read.
-pub const READABLE: &str =
-    ".exr, .png, .gsf, .npy, .txt, .asc, .csv, .xyz, .tif, .tiff, .gwy, .sdf, .x3p, .spm, .000 to .999";
+/// Extensions of instruments' formats that the Python library SurfaceTopography reads, and Gwyddion most of them.
+const INSTRUMENTS: [&str; 37] = [
+    "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "h5", "hgt", "ibw", "jpk", "lext", "mat", "mdt",
+    "mi", "mnt", "nc", "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "sxm", "tmd",
+    "top", "vk4", "vk6", "zmg", "zon",
+];
 const WRITABLE: &str = ".exr, .png, .gsf, .npy";
 
 /// Physical scale to go with a file that has none of its own.
@@ -62,7 +70,7 @@ pub struct ReadOptions {
     pub fill: Fill,
 }
 
-/// A height field out of a file, and what had to be done for it.
+/// A height field out of a file, and how the file was understood.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileField {
     /// The heights.
@@ -71,40 +79,34 @@ pub struct FileField {
     pub channel: Option<String>,
     /// Number of points that the file has no height for, and that were filled.
     pub filled: usize,
+    /// Origin of size, unit, orientation, channel and holes; `None` for heights that come from no file.
+    pub provenance: Option<Provenance>,
+    /// Properties that no relief has, and that do not prevent its use.
+    pub doubts: Vec<Doubt>,
 }
 
-type Parser = fn(&[u8], Option<&str>) -> Parsed;
-
-/// A format by its name in messages.
-struct Format {
-    name: &'static str,
-    parse: Parser,
+impl FileField {
+    /// Heights that come from no file.
+    pub fn without_file(field: HeightField) -> Self {
+        Self { field, channel: None, filled: 0, provenance: None, doubts: Vec::new() }
+    }
 }
 
 impl Format {
-    /// The format that the extension says.
-    fn of(path: &Path) -> Result<Self, HeightFieldError> {
-        let (name, parse): (&'static str, Parser) = match extension(path).as_str() {
-            "exr" => ("OpenEXR", exr::parse),
-            "png" => ("PNG", png::parse),
-            "gsf" => ("Gwyddion simple field", gsf::parse),
-            "gwy" => ("Gwyddion", gwy::parse),
-            "npy" => ("NumPy", npy::parse),
-            "txt" | "asc" | "csv" => ("text", text::parse),
-            "xyz" => ("XYZ text", xyz::parse),
-            "tif" | "tiff" => ("TIFF", tiff::parse),
-            "sdf" => ("surface data file", sdf::parse),
-            "x3p" => ("X3P", x3p::parse),
-            "spm" => ("Nanoscope", nanoscope::parse),
-            number if number.len() == 3 && number.bytes().all(|b| b.is_ascii_digit()) => {
-                ("Nanoscope", nanoscope::parse)
-            }
-            found => {
-                let (path, found) = (path.to_owned(), found.to_owned());
-                return Err(HeightFieldError::Extension { path, found, accepted: READABLE });
-            }
-        };
-        Ok(Self { name, parse })
+    /// The format that the extension of `path` says.
+    fn of(path: &Path) -> Result<&'static Self, HeightFieldError> {
+        let found = extension(path);
+        let is_number = found.len() == 3 && found.bytes().all(|byte| byte.is_ascii_digit());
+        let key = if is_number { "000" } else { &found };
+        if let Some(format) = FORMATS.iter().find(|format| format.extensions.contains(&key)) {
+            return Ok(format);
+        }
+        let path = path.to_owned();
+        Err(if INSTRUMENTS.contains(&found.as_str()) {
+            HeightFieldError::Instrument { path, found: format!(".{found}") }
+        } else {
+            HeightFieldError::Extension { path, found, accepted: READABLE }
+        })
     }
 
     /// Reads the bytes of a file; its path is for messages.
@@ -121,21 +123,7 @@ impl Format {
 }
 
 impl HeightField {
-    /// Reads a height field; the extension (in either case) says the format.
-    ///
-    /// | extension | heights | pixel size | rows from |
-    /// | --- | --- | --- | --- |
-    /// | `.exr` | one float channel, µm | attributes `pixelSizeX_um`, `pixelSizeY_um`, else `pixel_size` | top |
-    /// | `.gsf` | floats in the header's `ZUnits`; without them the lowest is 0, the highest `max_height` | `XReal`, `YReal` in `XYUnits`, else `pixel_size` | top |
-    /// | `.gwy` | a channel in units of length | the channel's extent | top |
-    /// | `.png` | 8- or 16-bit grey; white is the text chunk `max_height_um`, else `max_height` | text chunks `pixel_size_x_um`, `pixel_size_y_um`, else `pHYs`, else `pixel_size` | top |
-    /// | `.tif`, `.tiff` | a page: grey of 8, 16 or 32 bits, whose largest value is `max_height`, or floats in µm; or in the `vunit` of ImageJ | ImageJ's `unit`, else the resolution, else `pixel_size` | top |
-    /// | `.npy` | floats in µm, or 8- or 16-bit unsigned integers whose largest value is `max_height` | `pixel_size` | bottom |
-    /// | `.txt`, `.asc`, `.csv` | numbers in µm, one row a line, `#` for comments | `pixel_size` | bottom |
-    /// | `.xyz` | x, y and z in µm of points on a regular grid, in any order | the points' spacing | |
-    /// | `.sdf` | ISO 25178-71, text or binary | the header's scales | bottom (BCR-1.0: top) |
-    /// | `.x3p` | ISO 25178-72 | the axes' increments | bottom |
-    /// | `.spm`, `.000` … | a channel of a Nanoscope file that is a height | the scan size | bottom |
+    /// Reads a height field; the extension (in either case) says the format, and [`FORMATS`] what each holds.
     ///
     /// Rows from the top are turned over, since y points up: row 0 of [`HeightField::heights_um`] is the lowest y. A `pHYs` chunk
     /// or a TIFF resolution of fewer than 100 000 pixels a metre (10 µm a pixel) is that of a printer, not a measure, and is

@@ -6,32 +6,39 @@
 //! header's even where the file stores four bytes each.
 
 use super::bytes::{Bytes, Number};
-use super::channel::{self, Channel};
+use super::channel::{self, Channel, Holds};
+use super::provenance::{Source, Understood};
+use super::raw::{First, Pixel};
 use super::units::micrometres;
-use super::{Parsed, Raw, Values};
+use super::{Parsed, Raw, Values, encoding};
 use ndarray::Array2;
 use std::collections::HashMap;
 
 /// A headline, with the lines under it up to the next one; keys in lower case.
-struct Section<'a> {
+pub(super) struct Section<'a> {
     title: &'a str,
     lines: HashMap<String, &'a str>,
 }
 
 impl<'a> Section<'a> {
+    /// Whether it describes an image, and not a force curve.
+    pub fn is_image(&self) -> bool {
+        self.title.to_ascii_lowercase().ends_with("ciao image list")
+    }
+
     fn text(&self, key: &str) -> Result<&'a str, String> {
         let found = self.lines.get(&key.to_ascii_lowercase()).copied();
         found.ok_or_else(|| format!("the section \"{}\" has no {key}", self.title))
     }
 
-    fn count(&self, key: &str) -> Result<usize, String> {
+    pub fn count(&self, key: &str) -> Result<usize, String> {
         let text = self.text(key)?;
         text.parse().ok().filter(|count| *count > 0).ok_or_else(|| format!("{key} is \"{text}\", not a count"))
     }
 }
 
 /// The header ends at its own mark, or at the first line that is none of it.
-fn sections(header: &str) -> Vec<Section<'_>> {
+pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
     let mut sections: Vec<Section> = Vec::new();
     for line in header.lines().map(str::trim_end) {
         let Some(line) = line.strip_prefix('\\') else { break };
@@ -51,6 +58,10 @@ fn sections(header: &str) -> Vec<Section<'_>> {
         }
     }
     sections
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0)
 }
 
 /// A number and what follows it.
@@ -117,8 +128,14 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
     Err(format!("{nx} × {ny} points of 2 or 4 bytes do not make the {length} bytes of its data"))
 }
 
-/// Size of the whole scan in µm along x and y; `None` where the aspect ratio leaves open which of them is meant.
-fn scan_size_um(image: &Section, all: &[Section]) -> Result<Option<(f64, f64)>, String> {
+/// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines.
+///
+/// Versions differ in the meaning of a `Scan Size` of one number where the aspect ratio is not 1:1. Pixels are taken for
+/// square where both meanings give that. Two numbers of the aspect ratio are the sizes along x and y.
+///
+/// # Errors
+/// A header without a scan size. An aspect ratio that leaves the pixel size open is [`Pixel::Open`].
+pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
     let of_scan =
         || all.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
     let text = image.text("Scan size").or_else(|missing| of_scan().ok_or(missing))?;
@@ -126,8 +143,26 @@ fn scan_size_um(image: &Section, all: &[Section]) -> Result<Option<(f64, f64)>, 
     let (x, rest) = leading_number(text).ok_or_else(malformed)?;
     let (y, unit) = leading_number(rest).unwrap_or((x, rest));
     let unit = micrometres(unit)?;
-    let square = image.text("Aspect ratio").is_ok_and(|ratio| ratio.trim() == "1:1");
-    Ok(square.then_some((x * unit, y * unit)))
+    let (dx, dy) = (x * unit / nx as f64, y * unit / ny as f64);
+    let Ok(ratio) = image.text("Aspect ratio") else { return Ok(Pixel::Um(dx, dy)) };
+    let parts = ratio.split_once(':').and_then(|(a, b)| Some((number(a)?, number(b)?)));
+    let (across, down) = parts.ok_or_else(|| format!("Aspect Ratio is \"{ratio}\", not two numbers"))?;
+    if across == down {
+        return Ok(Pixel::Um(dx, dy));
+    }
+    // To a point in the one case, and to the digits of the sizes in the other.
+    let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
+    let sizes_agree = (across * y / (down * x) - 1.0).abs() < 1e-2;
+    if sizes_agree {
+        return Ok(Pixel::Um(dx, dy));
+    }
+    if !points_agree || x != y {
+        return Ok(Pixel::Open(format!(
+            "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square pixels \
+             would be of {dx} µm)"
+        )));
+    }
+    Ok(Pixel::Um(dx, dx))
 }
 
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
@@ -139,17 +174,17 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     }
     // The header ends with a control character; its text is Latin-1 or UTF-8, and what matters of it ASCII.
     let end = bytes.iter().position(|b| *b == 0x1a).unwrap_or(bytes.len());
-    let header = String::from_utf8_lossy(&bytes[..end]);
+    let header = encoding::label(&bytes[..end]);
     let all = sections(&header);
     let mut images = Vec::new();
     let mut channels = Vec::new();
-    // Other sections of images, of force curves, have other titles.
-    for image in all.iter().filter(|section| section.title.to_ascii_lowercase().ends_with("ciao image list")) {
+    for image in all.iter().filter(|section| section.is_image()) {
         let (name, direction) = title(image)?;
         // A channel without a scale that can be read is no reason to refuse the others.
         let (height_um, unit) = scale(image, &all).unwrap_or((None, "unknown".to_owned()));
         let unit = if direction.is_empty() { unit } else { format!("{unit}, {direction}") };
-        channels.push(Channel { number: channels.len() + 1, title: name, unit, is_height: height_um.is_some() });
+        let holds = if height_um.is_some() { Holds::Lengths } else { Holds::Other };
+        channels.push(Channel { number: channels.len() + 1, title: name, unit, holds });
         images.push((image, height_um));
     }
     let at = channel::choose(&channels, wanted)?;
@@ -167,7 +202,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let values: Vec<f64> = number.decode(data.take(length)?).iter().map(|value| value * step).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let lines = image.count("Number of lines")?;
-    let pixel_um = scan_size_um(image, &all)?.map(|(x, y)| (x / nx as f64, y / lines as f64));
-    let channel = Some(channels[at].name());
-    Ok(Raw { values, top_down: false, pixel_um, meaning: Values::Micrometres, channel })
+    let pixel = pixel(image, &all, (nx, lines))?;
+    let meaning = Values::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
+    Ok(Raw::new(values, meaning, First::Bottom).pixel_or_reason(pixel).channel(channels[at].name(), wanted))
 }

@@ -1,5 +1,6 @@
 //! NumPy arrays: floats in µm, or integers whose largest value is full scale.
 
+use super::raw::First;
 use super::{Parsed, Raw, Values, channel};
 use crate::HeightField;
 use ndarray::Array2;
@@ -18,6 +19,9 @@ where
             Some(Array2::from_shape_vec(size, convert_all(array)).map_err(|error| error.to_string()))
         }
         Err(ReadNpyError::WrongDescriptor(_)) => None,
+        Err(ReadNpyError::WrongNdim(_, found)) => {
+            Some(Err(format!("its array has {found} dimensions; heights have two, rows and columns")))
+        }
         Err(error) => Some(Err(error.to_string())),
     }
 }
@@ -48,10 +52,10 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     check_shape(bytes)?;
-    let raw = |values, meaning| Raw { values, top_down: false, pixel_um: None, meaning, channel: None };
+    let raw = |values, meaning| Raw::new(values, meaning, First::Bottom);
     let full = |full| Values::FullScale { full, max_height_um: None };
     if let Some(values) = try_type::<f64>(bytes, |v| v).or_else(|| try_type::<f32>(bytes, f64::from)) {
-        return Ok(raw(values?, Values::Micrometres));
+        return Ok(raw(values?, Values::micrometres()));
     }
     if let Some(values) = try_type::<u8>(bytes, f64::from) {
         return Ok(raw(values?, full(f64::from(u8::MAX))));

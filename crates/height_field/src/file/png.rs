@@ -1,5 +1,6 @@
 //! PNG: 8- or 16-bit grey.
 
+use super::raw::First;
 use super::{Parsed, Raw, Values, channel};
 use crate::HeightField;
 use ndarray::Array2;
@@ -56,7 +57,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         _ => printed.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
     };
     let meaning = Values::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
-    Ok(Raw { values, top_down: true, pixel_um, meaning, channel: None })
+    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {

@@ -1,6 +1,9 @@
-//! What parsers make of a file, and how it becomes a height field.
+//! The contents of a file as a parser found them, and the height field that follows.
 
+use super::doubts::{self, Doubt};
+use super::provenance::{Provenance, Source, Understood};
 use super::{FileField, FileScale, ReadOptions};
+use crate::holes::Holes;
 use crate::{Fill, HeightField, HeightFieldError};
 use ndarray::{Array2, Axis};
 use std::path::Path;
@@ -9,50 +12,111 @@ use std::path::Path;
 /// and the 32-bit pixels per metre of a PNG agree within this.
 const AGREEMENT: f64 = 1e-6;
 
-/// What the numbers of a file mean.
+/// Meaning of the numbers of a file.
 pub(super) enum Values {
-    /// Heights in µm.
-    Micrometres,
+    /// Lengths of `um` µm each, with the unit's origin.
+    Lengths { um: f64, unit: Understood },
     /// `full` stands for the largest height, 0 for height 0; the file may know the largest height in µm.
     FullScale { full: f64, max_height_um: Option<f64> },
     /// Heights in an unknown unit: the lowest becomes 0, the highest the largest height.
     Unknown,
 }
 
-/// Numbers from here on are no heights in any unit: programs write them where an instrument measured nothing.
-const NO_HEIGHT: f64 = 1e30;
+impl Values {
+    /// Lengths in a unit that the file names.
+    pub fn in_unit(unit: &str, um: f64) -> Self {
+        Self::Lengths { um, unit: Understood::new(Source::File, unit) }
+    }
 
-/// A number as a file holds it; NaN where it says that there is no height.
-pub(crate) fn known(stored: f64) -> f64 {
-    // Written so that infinities and NaN are none either.
-    if stored.abs() < NO_HEIGHT { stored } else { f64::NAN }
+    /// Heights in µm, because the format says so.
+    pub fn micrometres() -> Self {
+        Self::Lengths { um: 1.0, unit: Understood::new(Source::Format, "µm") }
+    }
+}
+
+/// Row that a file begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum First {
+    Top,
+    Bottom,
+}
+
+/// Pixel size as a file tells it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Pixel {
+    /// Along x and y, in µm.
+    Um(f64, f64),
+    /// Not told; the words complete "the file does not say its …".
+    Open(String),
 }
 
 /// A file as it is, in the order of its rows. NaN says that there is no height, whatever the format says it with.
 pub(super) struct Raw {
-    pub values: Array2<f64>,
-    pub top_down: bool,
-    pub pixel_um: Option<(f64, f64)>,
-    pub meaning: Values,
-    /// The channel that was read, for formats that have several.
-    pub channel: Option<String>,
+    values: Array2<f64>,
+    meaning: Values,
+    first: (First, Source),
+    pixel: Pixel,
+    pixel_source: Source,
+    channel: Option<Understood>,
 }
 
-/// What a parser says when the bytes are not of its format.
+/// Result of a parser; its error says why the bytes are not of its format.
 pub(super) type Parsed = Result<Raw, String>;
 
 fn agree(a: f64, b: f64) -> bool {
     (a - b).abs() <= AGREEMENT * a.abs().max(b.abs())
 }
 
+/// A length to seven digits, for messages.
+pub(super) fn rounded(value: f64) -> f64 {
+    let factor = 10_f64.powi(6 - value.abs().log10().floor() as i32);
+    let result = (value * factor).round() / factor;
+    if result.is_finite() { result } else { value }
+}
+
 impl Raw {
+    /// Values in the order of the file's rows, of a format that fixes which row comes first.
+    pub fn new(values: Array2<f64>, meaning: Values, first: First) -> Self {
+        let (first, pixel_source) = ((first, Source::Format), Source::File);
+        Self { values, meaning, first, pixel: Pixel::Open("pixel size".to_owned()), pixel_source, channel: None }
+    }
+
+    /// Sets the pixel size in µm along x and y, which the file says if it is not `None`.
+    pub fn pixel(self, pixel_um: Option<(f64, f64)>) -> Self {
+        match pixel_um {
+            Some((dx, dy)) => self.pixel_or_reason(Pixel::Um(dx, dy)),
+            None => self,
+        }
+    }
+
+    /// Sets the pixel size, or the reason why it is open.
+    pub fn pixel_or_reason(self, pixel: Pixel) -> Self {
+        Self { pixel, ..self }
+    }
+
+    /// Sets the origin of the pixel size, where it is not plainly in the file.
+    pub fn pixel_from(self, pixel_source: Source) -> Self {
+        Self { pixel_source, ..self }
+    }
+
+    /// Sets the origin of the order of rows, where it is not fixed by the format.
+    pub fn rows_from(self, source: Source) -> Self {
+        Self { first: (self.first.0, source), ..self }
+    }
+
+    /// Sets the name of the channel; `wanted` is the option that chose it, if any.
+    pub fn channel(self, name: impl Into<String>, wanted: Option<&str>) -> Self {
+        let source = if wanted.is_some() { Source::Option } else { Source::Default };
+        Self { channel: Some(Understood::new(source, name)), ..self }
+    }
+
     /// Refuses what a file may say and no surface can be.
     pub fn check(&self) -> Result<(), String> {
         if self.values.is_empty() {
             return Err("it holds no points".to_owned());
         }
-        match self.pixel_um {
-            Some((dx, dy)) if !(dx.is_finite() && dx > 0.0 && dy.is_finite() && dy > 0.0) => {
+        match self.pixel {
+            Pixel::Um(dx, dy) if !(dx.is_finite() && dx > 0.0 && dy.is_finite() && dy > 0.0) => {
                 Err(format!("its pixels are {dx} × {dy} µm; both must be finite and positive"))
             }
             _ => Ok(()),
@@ -61,64 +125,100 @@ impl Raw {
 
     /// The height field, scaled, filled, and with its first row at the bottom.
     pub fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
-        // Parsers that scale numbers have looked at them before; what a scale made too large is no height either.
-        self.values.mapv_inplace(known);
-        let mut missing = self.values.indexed_iter().filter(|(_, v)| v.is_nan()).map(|(at, _)| at);
-        let first = missing.next();
-        let filled = first.map_or(0, |_| 1 + missing.count());
+        let um = if let Values::Lengths { um, .. } = self.meaning { um } else { 1.0 };
+        let holes = Holes::mark(&mut self.values, um);
         let total = self.values.len();
-        if let Some((row, column)) = first.filter(|_| options.fill == Fill::None || filled == total) {
-            return Err(HeightFieldError::Missing { path: path.to_owned(), count: filled, total, row, column });
+        let filled = holes.count;
+        if let Some((row, column)) = holes.first.filter(|_| options.fill == Fill::None || filled == total) {
+            let isolated = holes.isolated_in_words();
+            let path = path.to_owned();
+            return Err(HeightFieldError::Missing { path, count: filled, total, row, column, isolated });
         }
         let (dx, dy) = self.pixel_size(path, &options.scale)?;
-        self.scale_heights(path, &options.scale)?;
-        if self.top_down {
+        let height_unit = self.scale_heights(path, &options.scale)?;
+        if self.first.0 == First::Top {
             self.values.invert_axis(Axis(0));
             self.values = self.values.as_standard_layout().into_owned();
         }
         options.fill.apply(&mut self.values, dx, dy);
-        Ok(FileField { field: HeightField::new(self.values, dx, dy)?, channel: self.channel, filled })
+        let first = if self.first.0 == First::Top { "first row at the top" } else { "first row at the bottom" };
+        let pixel_source = if let Pixel::Um(..) = self.pixel { self.pixel_source } else { Source::Option };
+        let provenance = Provenance {
+            pixel_size: Understood::new(pixel_source, format!("{} × {} µm", rounded(dx), rounded(dy))),
+            height_unit,
+            rows: Understood::new(self.first.1, first),
+            channel: self.channel.clone(),
+            holes: understood(&holes, total, options.fill),
+        };
+        let field = HeightField::new(self.values, dx, dy)?;
+        let mut doubts = doubts::about(&field);
+        doubts.extend(holes.isolated.iter().map(|&(value, count)| Doubt::Isolated { value, count }));
+        let channel = self.channel.map(|channel| channel.value);
+        Ok(FileField { field, channel, filled, provenance: Some(provenance), doubts })
     }
 
     fn pixel_size(&self, path: &Path, scale: &FileScale) -> Result<(f64, f64), HeightFieldError> {
         let (parameter, path) = ("pixel_size", path.to_owned());
-        match (self.pixel_um, scale.pixel_size_um) {
-            (None, None) => Err(HeightFieldError::MissingScale { path, parameter, what: "pixel size" }),
-            (None, Some(given)) => Ok((given, given)),
-            (Some(own), None) => Ok(own),
-            (Some((dx, dy)), Some(given_um)) => match [dx, dy].into_iter().find(|own| !agree(*own, given_um)) {
+        match (&self.pixel, scale.pixel_size_um) {
+            (Pixel::Open(what), None) => Err(HeightFieldError::MissingScale { path, parameter, what: what.clone() }),
+            (Pixel::Open(_), Some(given)) => Ok((given, given)),
+            (Pixel::Um(dx, dy), None) => Ok((*dx, *dy)),
+            (&Pixel::Um(dx, dy), Some(given_um)) => match [dx, dy].into_iter().find(|own| !agree(*own, given_um)) {
                 Some(file_um) => Err(HeightFieldError::ScaleDisagrees { path, parameter, given_um, file_um }),
                 None => Ok((dx, dy)),
             },
         }
     }
 
-    fn scale_heights(&mut self, path: &Path, scale: &FileScale) -> Result<(), HeightFieldError> {
+    /// Turns the values into µm, and says which unit they were in.
+    fn scale_heights(&mut self, path: &Path, scale: &FileScale) -> Result<Understood, HeightFieldError> {
         let parameter = "max_height";
-        let missing = |what| HeightFieldError::MissingScale { path: path.to_owned(), parameter, what };
-        let (low, high) =
-            self.values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)));
+        let missing = |what: &str| {
+            let what = what.to_owned();
+            HeightFieldError::MissingScale { path: path.to_owned(), parameter, what }
+        };
         let check = |own: &[f64]| match scale.max_height_um {
             Some(given_um) if !own.iter().any(|value| agree(*value, given_um)) => {
                 Err(HeightFieldError::ScaleDisagrees { path: path.to_owned(), parameter, given_um, file_um: own[0] })
             }
             _ => Ok(()),
         };
-        match self.meaning {
-            Values::Micrometres => check(&[high, high - low])?,
+        let range = |values: &Array2<f64>| {
+            values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
+        };
+        match &self.meaning {
+            Values::Lengths { um, unit } => {
+                self.values.mapv_inplace(|value| value * um);
+                let (low, high) = range(&self.values);
+                check(&[high, high - low])?;
+                Ok(unit.clone())
+            }
             Values::FullScale { full, max_height_um } => {
                 if let Some(own) = max_height_um {
-                    check(&[own])?;
+                    check(&[*own])?;
                 }
+                let source = if max_height_um.is_some() { Source::File } else { Source::Option };
                 let top = max_height_um.or(scale.max_height_um).ok_or_else(|| missing("height of full scale"))?;
                 self.values.mapv_inplace(|v| v / full * top);
+                Ok(Understood::new(source, format!("full scale is {top} µm")))
             }
             Values::Unknown => {
                 let top = scale.max_height_um.ok_or_else(|| missing("unit of height"))?;
+                let (low, high) = range(&self.values);
                 let range = if high > low { high - low } else { 1.0 };
                 self.values.mapv_inplace(|v| (v - low) / range * top);
+                Ok(Understood::new(Source::Option, format!("the highest value is {top} µm, the lowest 0")))
             }
         }
-        Ok(())
     }
+}
+
+fn understood(holes: &Holes, total: usize, fill: Fill) -> Understood {
+    if holes.count == 0 {
+        return Understood::new(Source::File, "none");
+    }
+    let guessed: usize = holes.isolated.iter().map(|(_, count)| count).sum();
+    let source = if guessed == holes.count { Source::Guess } else { Source::File };
+    let isolated = holes.isolated_in_words();
+    Understood::new(source, format!("{} of {total} points, filled by {fill}{isolated}", holes.count))
 }

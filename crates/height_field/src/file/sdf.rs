@@ -5,8 +5,9 @@
 //! by the largest number.
 
 use super::bytes::{Bytes, Number, data_length};
-use super::raw::known;
-use super::{Parsed, Raw, Values, channel};
+use super::raw::First;
+use super::{Parsed, Raw, Values, channel, encoding};
+use crate::holes::known;
 use ndarray::Array2;
 use std::collections::HashMap;
 
@@ -50,15 +51,16 @@ impl Header {
     }
 
     fn raw(self, stored: Vec<f64>) -> Parsed {
-        let factor = self.z_m * UM_PER_M;
-        let heights = stored.iter().map(|&value| if self.is_missing(value) { f64::NAN } else { value * factor });
+        let unit = format!("{} m", self.z_m);
+        let meaning = Values::in_unit(&unit, self.z_m * UM_PER_M);
+        let heights = stored.iter().map(|&value| if self.is_missing(value) { f64::NAN } else { value });
         let values =
             Array2::from_shape_vec((self.ny, self.nx), heights.collect()).map_err(|error| error.to_string())?;
         // A single profile has no spacing across.
         let dy_m = if self.ny == 1 && self.dy_m == 0.0 { self.dx_m } else { self.dy_m };
         let pixel_um = Some((self.dx_m * UM_PER_M, dy_m * UM_PER_M));
-        let top_down = self.revision == Revision::Bcr;
-        Ok(Raw { values, top_down, pixel_um, meaning: Values::Micrometres, channel: None })
+        let first = if self.revision == Revision::Bcr { First::Top } else { First::Bottom };
+        Ok(Raw::new(values, meaning, first).pixel(pixel_um))
     }
 }
 
@@ -108,7 +110,7 @@ fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
 }
 
 fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
-    let text = std::str::from_utf8(rest.take_all()).map_err(|_| "its text is not ASCII")?;
+    let text = encoding::label(rest.take_all());
     // Records end with an asterisk: header, heights, and a trailer that says nothing of heights.
     let mut records = text.split('*');
     let (head, data) = (records.next().unwrap_or_default(), records.next().ok_or("its header does not end with *")?);

@@ -1,7 +1,8 @@
 //! TIFF: grey pages of 8, 16 or 32 bits, or floats.
 
-use super::channel::{self, Channel};
-use super::raw::known;
+use super::channel::{self, Channel, Holds};
+use super::provenance::{Source, Understood};
+use super::raw::First;
 use super::units::micrometres;
 use super::{Parsed, Raw, Values};
 use ndarray::Array2;
@@ -13,6 +14,8 @@ use tiff::tags::Tag;
 
 /// Coarser than this is the resolution of a printer (10 µm a pixel is 2540 dots an inch).
 const FEWEST_PIXELS_PER_METRE: f64 = 100_000.0;
+/// Private tags in which instruments keep the heights, beside a picture of them in colours, and whose they are.
+const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
 /// Most pages that are counted.
 const PAGES_MAX: usize = 65_536;
 /// Packed data never grow by more than this when they are unpacked (LZW's and Deflate's limits are lower).
@@ -59,8 +62,7 @@ impl Description {
     /// µm in one of the unit under this key, where it is a length.
     fn unit(&self, key: &str) -> Option<f64> {
         // ImageJ escapes the micro sign.
-        let unit = self.get(key)?.replace("\\u00B5", "µ").replace("\\u00b5", "µ");
-        if unit == "micron" || unit == "microns" { Some(1.0) } else { micrometres(&unit).ok() }
+        micrometres(&self.get(key)?.replace("\\u00B5", "µ").replace("\\u00b5", "µ")).ok()
     }
 
     /// The straight line `c0 + c1·value` in µm, where the values are calibrated as lengths.
@@ -109,7 +111,7 @@ fn turn(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, Strin
         }
         if !pages.more_images() {
             let listed: Vec<Channel> = (0..=at)
-                .map(|number| Channel { number, title: String::new(), unit: "page".to_owned(), is_height: true })
+                .map(|number| Channel { number, title: String::new(), unit: "page".to_owned(), holds: Holds::Lengths })
                 .collect();
             channel::choose(&listed, Some(wanted))?;
         }
@@ -165,20 +167,32 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     limits.ifd_value_size = bytes.len();
     limits.decoding_buffer_size = bytes.len().saturating_mul(PACKING_MAX);
     limits.intermediate_buffer_size = limits.decoding_buffer_size;
-    let mut pages = Decoder::new(Cursor::new(bytes)).map_err(|error| error.to_string())?.with_limits(limits);
-    let channel = turn(&mut pages, wanted)?;
+    let damaged = |error: tiff::TiffError| format!("it is cut short or damaged: {error}");
+    let mut pages = Decoder::new(Cursor::new(bytes)).map_err(damaged)?.with_limits(limits);
+    if let Some((_, owner)) = PRIVATE.iter().find(|(tag, _)| pages.image_ifd().find_entry(Tag::Unknown(*tag)).is_some())
+    {
+        return Err(format!(
+            "it is of {owner}, whose heights are in a private tag beside a preview in colours: \
+             `python -m sunbeam_mitsuba.convert` (with the extra \"formats\") or Gwyddion writes them as .gsf"
+        ));
+    }
+    let page = turn(&mut pages, wanted)?;
     let (width, height) = pages.dimensions().map_err(|error| error.to_string())?;
     let is_packed = integer(&mut pages, Tag::Compression)?.is_some_and(|method| method != 1);
     if !is_packed && u64::from(width) * u64::from(height) > bytes.len() as u64 {
         return Err(format!("{width} × {height} points do not fit into {} bytes", bytes.len()));
     }
+    if integer(&mut pages, Tag::PhotometricInterpretation)? == Some(3) {
+        return Err("it is a picture with a palette, whose numbers are colours and not heights".to_owned());
+    }
     let colour = pages.colortype().map_err(|error| error.to_string())?;
     if !matches!(colour, ColorType::Gray(8 | 16 | 32 | 64)) {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
     }
-    let top_down = match integer(&mut pages, Tag::Orientation)? {
-        None | Some(1) => true,
-        Some(4) => false,
+    let (first, rows) = match integer(&mut pages, Tag::Orientation)? {
+        None => (First::Top, Source::Format),
+        Some(1) => (First::Top, Source::File),
+        Some(4) => (First::Bottom, Source::File),
         Some(found) => return Err(format!("its Orientation is {found}; 1 and 4, rows from top or bottom, are read")),
     };
     let description = Description::of(&mut pages, bytes.len());
@@ -188,7 +202,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if integer(&mut pages, Tag::PhotometricInterpretation)? == Some(0) {
         return Err("its white is zero; black has to be".to_owned());
     }
-    let (values, full): (Vec<f64>, Option<f64>) = match pages.read_image().map_err(|error| error.to_string())? {
+    let (values, full): (Vec<f64>, Option<f64>) = match pages.read_image().map_err(damaged)? {
         DecodingResult::U8(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u8::MAX))),
         DecodingResult::U16(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u16::MAX))),
         DecodingResult::U32(values) => (values.into_iter().map(f64::from).collect(), Some(f64::from(u32::MAX))),
@@ -201,16 +215,20 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let single = matches!(colour, ColorType::Gray(32)) && full.is_none();
     // As a 32-bit float holds it, where the heights are such.
     let no_data = no_data.map(|value| if single { f64::from(value as f32) } else { value });
-    let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { known(value) }).collect();
+    let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { value }).collect();
     let size = (height as usize, width as usize);
     let mut values = Array2::from_shape_vec(size, values).map_err(|error| error.to_string())?;
     let meaning = match (description.and_then(|description| description.heights()), full) {
         (Some((c0, c1)), _) => {
             values.mapv_inplace(|value| c0 + c1 * value);
-            Values::Micrometres
+            Values::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
         }
         (None, Some(full)) => Values::FullScale { full, max_height_um: None },
-        (None, None) => Values::Micrometres,
+        (None, None) => Values::micrometres(),
     };
-    Ok(Raw { values, top_down, pixel_um, meaning, channel })
+    let raw = Raw::new(values, meaning, first).pixel(pixel_um).rows_from(rows);
+    Ok(match page {
+        Some(page) => raw.channel(page, wanted),
+        None => raw,
+    })
 }

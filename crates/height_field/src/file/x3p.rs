@@ -4,24 +4,59 @@
 //! verified, since the CRC of the archive is.
 
 use super::bytes::{Number, data_length};
-use super::channel::{self, Channel};
-use super::raw::known;
-use super::{Parsed, Raw, Values};
+use super::channel::{self, Channel, Holds};
+use super::raw::First;
+use super::{Parsed, Raw, Values, encoding};
+use crate::holes::known;
 use ndarray::Array2;
 use roxmltree::{Document, Node};
 use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
 const UM_PER_M: f64 = 1e6;
+const DESCRIPTION: &str = "main.xml";
 /// Deflated data never grow by more than this when they are unpacked.
 const DEFLATE_RATIO_MAX: u64 = 1040;
 
-type Archive<'a> = ZipArchive<Cursor<&'a [u8]>>;
+/// The archive, and the folder in it that holds the description.
+struct Archive<'a> {
+    zip: ZipArchive<Cursor<&'a [u8]>>,
+    folder: String,
+}
+
+/// A name in an archive as most programs write it: slashes, and no `./` before it.
+fn plain(name: &str) -> String {
+    let name = name.replace('\\', "/");
+    let start = name.trim_start_matches("./").trim_start_matches('/');
+    start.to_owned()
+}
+
+impl<'a> Archive<'a> {
+    /// Opens the archive and finds `main.xml`, at its top or in a folder: programs that zip a folder leave it there.
+    fn open(bytes: &'a [u8]) -> Result<Self, String> {
+        let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
+        let names = zip.file_names().map(plain);
+        let folders = names.filter_map(|name| {
+            let folder = name.to_lowercase().strip_suffix(DESCRIPTION).map(str::len)?;
+            let is_hidden = name.starts_with("__MACOSX/");
+            (!is_hidden && (folder == 0 || name[..folder].ends_with('/'))).then(|| name[..folder].to_owned())
+        });
+        let folder = folders.min_by_key(String::len).ok_or("its archive has no file \"main.xml\"")?;
+        Ok(Self { zip, folder })
+    }
+
+    /// Place of a file that the description names, relative to its folder.
+    fn place(&self, name: &str) -> Option<usize> {
+        let wanted = format!("{}{}", self.folder, plain(name)).to_lowercase();
+        let found = self.zip.file_names().find(|name| plain(name).to_lowercase() == wanted)?;
+        self.zip.index_for_name(found)
+    }
+}
 
 /// Unpacks a file of the archive; `expected` bytes where they are known.
 fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<Vec<u8>, String> {
-    let at = archive.index_for_name(name).ok_or_else(|| format!("its archive has no file {name:?}"))?;
-    let file = archive.by_index(at).map_err(|error| format!("{name}: {error}"))?;
+    let at = archive.place(name).ok_or_else(|| format!("its archive has no file {name:?}"))?;
+    let file = archive.zip.by_index(at).map_err(|error| format!("{name}: {error}"))?;
     let size = file.size();
     if expected.is_some_and(|expected| size != expected as u64) {
         return Err(format!("{name} is of {size} bytes, not the {} of its points", expected.unwrap_or_default()));
@@ -70,8 +105,8 @@ fn count(root: Node, name: &str) -> Result<usize, String> {
 }
 
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
-    let xml = String::from_utf8(unpack(&mut archive, "main.xml", None)?).map_err(|_| "main.xml is not UTF-8")?;
+    let mut archive = Archive::open(bytes)?;
+    let xml = encoding::text(&unpack(&mut archive, DESCRIPTION, None)?)?;
     let document = Document::parse(&xml).map_err(|error| format!("main.xml: {error}"))?;
     let root = document.root_element();
     let (nx, ny, nz) = (count(root, "SizeX")?, count(root, "SizeY")?, count(root, "SizeZ")?);
@@ -109,22 +144,19 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         return Err(format!("{} valid points need more than {} bytes", stored.len(), valid.len()));
     }
 
-    let layers: Vec<Channel> =
-        (0..nz).map(|number| Channel { number, title: String::new(), unit: "m".to_owned(), is_height: true }).collect();
+    let layers: Vec<Channel> = (0..nz)
+        .map(|number| Channel { number, title: String::new(), unit: "m".to_owned(), holds: Holds::Lengths })
+        .collect();
     let layer = channel::choose(&layers, wanted)?;
     let first = layer * points;
     // One bit a point, the lowest of each byte first.
     let is_valid = |at: usize| valid.as_ref().is_none_or(|bits| bits[at / 8] >> (at % 8) & 1 == 1);
-    let heights = (first..first + points)
-        .map(|at| if is_valid(at) { (known(stored[at]) * scale_m + offset_m) * UM_PER_M } else { f64::NAN });
+    let heights =
+        (first..first + points).map(|at| if is_valid(at) { known(stored[at]) * scale_m + offset_m } else { f64::NAN });
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
-    Ok(Raw {
-        values,
-        top_down: false,
-        pixel_um: Some((dx * UM_PER_M, dy * UM_PER_M)),
-        meaning: Values::Micrometres,
-        channel: (nz > 1).then(|| layer.to_string()),
-    })
+    let raw =
+        Raw::new(values, Values::in_unit("m", UM_PER_M), First::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
+    Ok(if nz > 1 { raw.channel(layer.to_string(), wanted) } else { raw })
 }
 
 /// Heights written into the XML itself; where x and y are written too, the last number of a point is its height.

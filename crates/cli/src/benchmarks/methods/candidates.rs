@@ -32,7 +32,7 @@ pub(super) enum Evaluator {
     Colour(Box<dyn Method>),
     /// The spectral tables, summed at equal steps of the wavelength.
     Steps(Arc<Surface>, SpectralToRgb),
-    /// The spectral tables, summed at steps that follow the widths of orders, as the plugin does for colours.
+    /// The spectral tables, summed at steps that follow the widths of orders.
     Adaptive(Arc<Surface>),
 }
 

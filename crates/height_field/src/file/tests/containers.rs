@@ -42,9 +42,9 @@ fn gwyddion_refusals_list_the_channels() {
         refusal("g.gwy", &[b"GWYP".to_vec(), container].concat(), &NO_SCALE)
     };
     assert!(
-        with(samples::data_field("m", "", &[0.0; 6]))
-            .contains("no channel is in units of length; there are 0 (no unit)")
+        with(samples::data_field("m", "V", &[0.0; 6])).contains("no channel is in units of length; there are 0 (V)")
     );
+    assert!(with(samples::data_field("m", "", &[0.0; 6])).contains("unit of height; give `max_height`"));
     assert!(with(samples::data_field("m", "m", &[0.0; 5])).contains("3 × 2 points holds 5 values"));
     assert!(with(samples::data_field("s", "m", &[0.0; 6])).contains("\"s\" is not a length"));
     assert!(with(samples::data_field("", "m", &[0.0; 6])).contains("`pixel_size`"));
@@ -129,16 +129,22 @@ fn xyz_grids() {
 
 #[test]
 fn text_of_other_extensions_is_the_same_matrix() {
-    for (name, text) in [("m.csv", "\u{feff}1,2,nan\r\n4,5,6\r\n"), ("m.asc", "1\t2\tNaN\n4\t5\t6")] {
+    let rows = [["1", "2", "3", "nan"], ["4", "5", "6", "7"], ["3", "6", "2", "6"]];
+    let matrix = |separator: &str, end: &str| rows.map(|row| row.join(separator)).join(end);
+    for (name, text) in [("m.csv", format!("\u{feff}{}\r\n", matrix(",", "\r\n"))), ("m.asc", matrix("\t", "\n"))] {
         let (_folder, path) = in_folder(name, text.as_bytes());
         let fill = |fill| ReadOptions { scale: scale(0.1, None), fill, ..Default::default() };
         let read = HeightField::read_with(&path, &fill(Fill::Mean)).unwrap();
-        assert_eq!(read.field.heights_um(), &ndarray::array![[1.0, 2.0, 3.6], [4.0, 5.0, 6.0]]);
+        // The mean of the eleven others.
+        let heights = ndarray::array![[1.0, 2.0, 3.0, 45.0 / 11.0], [4.0, 5.0, 6.0, 7.0], [3.0, 6.0, 2.0, 6.0]];
+        assert!((read.field.heights_um() - &heights).iter().all(|d| d.abs() < ROUNDING_UM));
         assert_eq!(read.filled, 1);
         let film = HeightField::read_with(&path, &fill(Fill::Laplace)).unwrap();
-        assert!((film.field.heights_um()[[0, 2]] - 4.0).abs() < 1e-10);
-        assert!(refusal(name, b"nan nan", &scale(0.1, None)).contains("2 of 2 points"));
-        let (_folder, path) = in_folder(name, b"nan nan");
+        // Between 3 and 7 at the corner.
+        assert!((film.field.heights_um()[[0, 3]] - 5.0).abs() < 1e-10);
+        let nothing = ["nan nan nan nan\n"; 3].concat();
+        assert!(refusal(name, nothing.as_bytes(), &scale(0.1, None)).contains("12 of 12 points"));
+        let (_folder, path) = in_folder(name, nothing.as_bytes());
         assert!(HeightField::read_with(&path, &fill(Fill::Laplace)).is_err());
     }
 }

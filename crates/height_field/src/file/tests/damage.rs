@@ -38,7 +38,9 @@ fn all_samples() -> Vec<(&'static str, Vec<u8>)> {
         all.push((name, std::fs::read(path).unwrap()));
     }
     all.extend([
-        ("a.txt", b"1 2\n3 4\n".to_vec()),
+        ("a.txt", b"1 2 4 3\n3 4 1 2\n2 1 4 4\n".to_vec()),
+        ("b.txt", samples::texts()[2].clone()),
+        ("a.grd", samples::surfer().into_bytes()),
         ("a.xyz", samples::xyz().into_bytes()),
         ("a.gwy", samples::gwy(true)),
         ("b.sdf", samples::sdf_binary("ISO-2.0", 5)),
@@ -64,7 +66,7 @@ fn every_byte_changed_and_every_length_cut() {
                 damaged[at] = value;
                 read_anyhow(name, &damaged);
             }
-            let is_text = ["txt", "xyz"].iter().any(|end| name.ends_with(end));
+            let is_text = ["txt", "xyz", "grd"].iter().any(|end| name.ends_with(end));
             // What follows the heights of a surface data file, the directory's end of a TIFF, and other channels are not needed.
             let has_trailer = ["d.sdf", "a.tif", "a.spm"].contains(&name);
             if !is_text && !has_trailer {

@@ -222,3 +222,35 @@ pub fn xyz() -> String {
     lines.reverse();
     format!("# x y z in µm\n{}\n", lines.join("\n"))
 }
+
+/// Texts as programs write them: a bare matrix with a hole, decimal commas, and headers of Gwyddion, SPIP, a geographer,
+/// NanoScope and WSxM.
+pub fn texts() -> Vec<Vec<u8>> {
+    let rows = "0.1 0.2 0.3 0.5\n0.4 0.1 0.2 0.6\n0.3 0.2 0.1 0.7\n";
+    let tabs = rows.replace(' ', "\t");
+    let points: String = (0..12).map(|at| format!("{} {} {}\n", 3 * (at % 4), 2 * (at / 4), 5 * at % 7)).collect();
+    let column = rows.split_whitespace().collect::<Vec<_>>().join("\n");
+    let gwyddion = format!("# Channel: Z\n# Width: 2.4 µm\n# Height: 1600 nm\n# Value units: µm\n{tabs}");
+    let utf16 = gwyddion.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let spip = "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 2400\n# y-length = 1600\n# z-unit = µm\n\
+                # voidpixels = 0\n# Start of Data:\n";
+    let esri = "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 0.5\nNODATA_value -9999\n";
+    let nanoscope = "\\*File list\n\\*Ciao image list\n\\Scan Size: 2 1.5 ~m\n\\Samps/line: 4\n\\Number of lines: 3\n\
+                     \\Aspect Ratio: 1:1\n\\*File list end\nHeight(nm)\n";
+    vec![
+        rows.replace("0.6", "-1e38").into_bytes(),
+        tabs.replace('.', ",").into_bytes(),
+        gwyddion.clone().into_bytes(),
+        utf16,
+        format!("{spip}{tabs}").into_bytes(),
+        format!("{esri}{rows}").into_bytes(),
+        format!("{nanoscope}{column}\n").into_bytes(),
+        format!("WSxM file copyright UAM\nX[nm] Y[nm] Z[nm]\n{points}").into_bytes(),
+        format!("Scan size: 2 x 1.5 µm\nPixels: 4 x 3\nUnit: nm\n{}", rows.replace(' ', ";")).into_bytes(),
+    ]
+}
+
+/// A text grid of Surfer of 4 × 3 nodes.
+pub fn surfer() -> String {
+    "DSAA\n4 3\n0 1.5\n0 1\n0.1 0.7\n0.1 0.2 0.3 0.5\n\n0.4 0.1 0.2 0.6\n\n0.3 0.2 1.70141e38 0.7\n".to_owned()
+}

@@ -1,6 +1,5 @@
-//! Three columns of numbers, x, y and z in µm, of points on a regular grid in any order.
+//! Points x, y, z on a regular grid, in any order.
 
-use super::{Parsed, Raw, Values, channel, text};
 use ndarray::Array2;
 
 /// How far a coordinate may lie from its place on the grid, in steps of it: decimal numbers of few digits agree within.
@@ -57,14 +56,21 @@ impl Axis {
     }
 }
 
-pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
-    channel::refuse(wanted)?;
-    let (numbers, columns) = text::table(bytes)?;
-    if columns != 3 {
-        return Err(format!("its rows have {columns} numbers; x, y and z in µm are needed"));
-    }
-    let column = |at: usize| -> Vec<f64> { numbers.chunks_exact(3).map(|row| row[at]).collect() };
-    let [xs, ys, zs] = [0, 1, 2].map(column);
+/// Heights of points on a regular grid, the first row at the lowest y.
+pub(super) struct Grid {
+    /// Heights in the unit of z, NaN where there is no point.
+    pub values: Array2<f64>,
+    /// Spacing along x and y in µm; `None` for a single point.
+    pub pixel_um: Option<(f64, f64)>,
+}
+
+/// Puts points, in any order, on their grid. Each has x and y in units of `xy_um` µm, and z in any.
+///
+/// # Errors
+/// Points that are not on a regular grid, that share a place, or that fill too little of their grid.
+pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
+    let column = |at: usize, um: f64| -> Vec<f64> { points.chunks_exact(3).map(|row| row[at] * um).collect() };
+    let (xs, ys, zs) = (column(0, xy_um[0]), column(1, xy_um[1]), column(2, 1.0));
     if let Some(at) = xs.iter().zip(&ys).position(|(x, y)| !(x.is_finite() && y.is_finite())) {
         return Err(format!("point {at} is at x = {}, y = {}; both must be finite", xs[at], ys[at]));
     }
@@ -91,5 +97,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         (Some(step), None) | (None, Some(step)) => Some((step, step)),
         (None, None) => None,
     };
-    Ok(Raw { values, top_down: false, pixel_um, meaning: Values::Micrometres, channel: None })
+    Ok(Grid { values, pixel_um })
 }

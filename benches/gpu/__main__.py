@@ -1,0 +1,118 @@
+"""The command line: `python -m benches.gpu [PART ...]`."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from mitsuba_scenes.environment import REPOSITORY, SetupError
+
+from . import checks, machine, supervisor
+from .parts import PARTS
+from .plan import CARD, DRY_RUN
+from .supervisor import Run
+
+RESULTS = REPOSITORY / "docs" / "data" / "gpu.json"
+DRY_RESULTS = REPOSITORY / "out" / "bench" / "gpu-dry-run.json"
+PICTURES = REPOSITORY / "out" / "bench" / "gpu"
+# Seconds of a whole run.
+TIME_S = 480.0
+
+
+def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
+    parser = argparse.ArgumentParser(
+        prog="python -m benches.gpu",
+        description="Checks and timings of a machine with an NVIDIA card; a dry run where there is none.",
+        epilog="Exit status: 0 where everything passed, 1 where a part failed or was not run, 2 for a wrong argument.",
+    )
+    add = parser.add_argument
+    add("parts", nargs="*", metavar="PART", help="all of them unless some are named; --list tells them")
+    add("--dry-run", action="store_true", help="llvm_ad_* and the software adapter at small sizes, card or not")
+    add("--compare", action="store_true", help="hold pictures that a card drew elsewhere against the software adapter")
+    add("--list", action="store_true", help="tell the parts with their limits, and end")
+    add("--json", type=Path, help=f"the results (docs/data/{RESULTS.name}, or out/bench/{DRY_RESULTS.name})")
+    add("--pictures", type=Path, default=PICTURES, help="folder of the card's pictures, which are kept")
+    add("--seconds", type=float, default=TIME_S, help="time of the whole run (%(default).0f)")
+    # Given by the supervisor to the process of a part.
+    add("--rows", type=Path, help=argparse.SUPPRESS)
+    return parser, parser.parse_args(words)
+
+
+def main(words: list[str] | None = None) -> int:
+    parser, options = arguments(words)
+    for name in options.parts:
+        if name not in PARTS:
+            parser.error(f"unknown part {name!r}; there are {', '.join(PARTS)}")
+    if options.compare and (options.dry_run or options.parts not in ([], ["pictures"])):
+        parser.error("--compare is of the part pictures alone, and no dry run")
+    if options.list:
+        print("\n".join(listed()))
+        return 0
+    if options.rows:
+        return run_child(options)
+    try:
+        return run(options)
+    except SetupError as error:
+        print(f"{parser.prog}: error: {error}", file=sys.stderr)
+        return 2
+
+
+def listed() -> list[str]:
+    """A line for each part, and the sums."""
+    lines = [
+        f"{name:16} {part.estimate_s:4} s expected, {part.limit_s:4} s at most  {part.title}"
+        for name, part in PARTS.items()
+    ]
+    expected = sum(part.estimate_s for part in PARTS.values())
+    return [*lines, f"{'all':16} {expected:4} s expected on an H100 with 16 cores, {TIME_S:4.0f} s at most"]
+
+
+def run_child(options: argparse.Namespace) -> int:
+    """The process of one part."""
+    plan = DRY_RUN if options.dry_run else replace(CARD, draws=not options.compare)
+    name = options.parts[0]
+    return 0 if checks.run(PARTS[name].checks(plan, options.pictures), options.rows) else checks.FAILED
+
+
+def run(options: argparse.Namespace) -> int:
+    # Pictures that were drawn elsewhere are compared on a machine without a card.
+    card = None if options.compare else machine.card()
+    dry = options.dry_run or (card is None and not options.compare)
+    if dry and not options.dry_run:
+        print("nvidia-smi finds no card: a dry run with llvm_ad_* and the software adapter", flush=True)
+    provide_scan(options.pictures)
+    about = machine.described(None if dry else card)
+    for key, value in about.items():
+        print(f"{key}: {value}", flush=True)
+    print(flush=True)
+    flags = [flag for flag, given in (("--dry-run", dry), ("--compare", options.compare)) if given]
+    names = ["pictures"] if options.compare else options.parts or list(PARTS)
+    file = options.json or (DRY_RESULTS if dry else RESULTS)
+    results = supervisor.run_all(
+        names, Run(tuple(flags), options.pictures.resolve(), time.monotonic() + options.seconds)
+    )
+    supervisor.write(supervisor.gathered(results, about, file), file)
+    wrong = [f"{name} {result['status']}" for name, result in results.items() if result["status"] != "passed"]
+    print(f"wrote {file}\n{', '.join(wrong) or 'every part passed'}")
+    return 1 if wrong else 0
+
+
+def provide_scan(folder: Path) -> None:
+    """Writes a synthetic scan where there is no measured one, and names its folder to this process and its children."""
+    from mitsuba_scenes.crosscheck import cases
+
+    from .surfaces import write_synthetic_scan
+
+    if cases.SCAN.exists():
+        return
+    print(f"no scan at {cases.SCAN} (SUNBEAM_DATA names its folder): a synthetic one stands in for it", flush=True)
+    write_synthetic_scan(folder / "scans")
+    os.environ["SUNBEAM_DATA"] = str((folder / "scans").resolve())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

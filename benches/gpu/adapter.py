@@ -1,0 +1,28 @@
+"""The graphics adapter: every shader compiles on it, and work on a lost device is an error."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from mitsuba_scenes.tool import sunbeam
+
+from .parts import Check
+from .plan import Plan
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    yield "shaders and a lost device", partial(described, plan)
+
+
+def described(plan: Plan) -> dict:
+    """The report of `sunbeam adapter`; an error where a shader does not compile or a lost device still answers."""
+    found = json.loads(sunbeam("adapter", "--adapter", plan.adapter))
+    return {
+        # A run of a card must not measure a program in its place.
+        "passed": found["software"] == plan.dry and bool(found["lost_device"]),
+        **{name: found[name] for name in ("adapter", "backend", "driver", "software", "clock", "lost_device")},
+        "shader_ms": {shader["name"]: shader["ms"] for shader in found["shaders"]},
+    }

@@ -1,0 +1,35 @@
+"""Nanoseconds of one call beside `roughconductor`, on big wavefronts whose neighbours have nothing in common."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import mitsuba as mi
+
+from mitsuba_scenes.evaluation import bsdf_calls
+from mitsuba_scenes.evaluation.benchmark_scenes import REFERENCE
+
+from .parts import Check
+from .plan import Plan
+from .variants import use
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    for kind in plan.kinds:
+        for call in plan.calls:
+            yield f"{plan.variant(kind)}, {call}", partial(timed, plan, kind, call)
+
+
+def timed(plan: Plan, kind: str, call: str) -> dict:
+    use(plan.variant(kind))
+    known = bsdf_calls.bsdfs()
+    bsdfs = {name: mi.load_dict(known[name]) for name in plan.materials}
+    ns = bsdf_calls.call_ns(bsdfs, call, plan.wavefront)
+    del bsdfs
+    gc.collect()
+    # The density of the rough conductor alone takes next to nothing, by which nothing can be divided.
+    ratios = {} if call == "pdf" else {name: ns[name] / ns[REFERENCE] for name in ns if name != REFERENCE}
+    return {"kind": kind, "call": call, "elements": plan.wavefront, "ns": ns, "ratio": ratios}

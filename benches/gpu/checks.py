@@ -1,0 +1,67 @@
+"""Runs the checks of a part, prints each result as it comes, and keeps it as a line of JSON."""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from collections.abc import Iterable
+from pathlib import Path
+
+from .parts import Check
+
+# Exit status of a part's process in which a check failed; Python has 1 and 2 for errors of its own.
+FAILED = 3
+
+
+def run(checks: Iterable[Check], results: Path) -> bool:
+    """Whether every check passed. An exception fails the check that raised it, and the others go on."""
+    passed = True
+    with results.open("a", encoding="utf-8") as lines:
+        for name, check in checks:
+            start = time.perf_counter()
+            try:
+                row = {"check": name, **check()}
+            except Exception as error:
+                row = {"check": name, "passed": False, "error": one_line(error)}
+            row["seconds"] = round(time.perf_counter() - start, 3)
+            row = without_nan(row)
+            lines.write(json.dumps(row, allow_nan=False) + "\n")
+            lines.flush()
+            print(f"  {told(row)}", flush=True)
+            passed = passed and row.get("passed") is not False
+    return passed
+
+
+def one_line(error: Exception) -> str:
+    """The type and message of an exception."""
+    return f"{type(error).__name__}: {' '.join(str(error).split())}"
+
+
+def without_nan(value):
+    """The value with every number that JSON has no word for, NaN or infinity, as a string."""
+    if isinstance(value, dict):
+        return {key: without_nan(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [without_nan(each) for each in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    return value
+
+
+def told(row: dict) -> str:
+    """A row as one line for people."""
+    mark = {True: "ok    ", False: "FAILED", None: "      "}[row.get("passed")]
+    figures = ", ".join(flattened({k: v for k, v in row.items() if k not in ("check", "passed", "seconds")}))
+    return f"{mark} {row['check']} ({row['seconds']:.1f} s): {figures}"
+
+
+def flattened(figures: dict, before: str = "") -> Iterable[str]:
+    """`name value` of every figure, those of a nested one with its name before them."""
+    for name, value in figures.items():
+        if isinstance(value, dict):
+            yield from flattened(value, f"{before}{name} ")
+        elif isinstance(value, float):
+            yield f"{before}{name} {value:.3g}"
+        else:
+            yield f"{before}{name} {value}"

@@ -1,0 +1,74 @@
+"""Derivatives of a BSDF by its parameters, forwards and backwards, beside central differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+
+from .parts import Check
+from .plan import Plan
+from .samples import direction
+from .variants import use
+
+# Tables that are made at once, wide orders, and light in every direction.
+SURFACE = {
+    "preset": "blazed",
+    "period": 2.0,
+    "coherence_length": 6.0,
+    "tolerance": 0.01,
+    "conserve_energy": False,
+    "eta": 1.56,
+    "k": 0.3,
+    "diffuse_reflectance": 0.4,
+    "specular_reflectance": 0.8,
+    "rotation": 10.0,
+}
+# On the slope of the first order, which is 5 degrees wide, so that every parameter counts.
+INCIDENT, OUTGOING = direction(40, 20), direction(20, 200)
+WAVELENGTHS = [430, 520, 580, 650]
+# Half the step of the difference: degrees of rotation, else the parameter's own unit.
+STEP, STEP_DEG = 1e-2, 5e-2
+# Rounding of 1e-7 over steps of about 1e-2 of the value, and the slope's own change over the step; as in
+# tests/test_plugin_live.py.
+RELATIVE = 1e-2
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    for kind in plan.kinds:
+        for parameter in plan.derivatives:
+            yield f"{plan.variant(kind)}, by {parameter}", partial(compared, plan.variant(kind), parameter)
+
+
+def compared(variant: str, parameter: str) -> dict:
+    use(variant)
+    bsdf = mi.load_dict({"type": "diffraction", **SURFACE})
+    parameters, key = mi.traverse(bsdf), f"{parameter}.value"
+    value = mi.Float(parameters[key])
+    step = STEP_DEG if parameter == "rotation" else STEP
+    si = dr.zeros(mi.SurfaceInteraction3f)
+    si.wi = mi.Vector3f(INCIDENT)
+    if mi.is_spectral:
+        si.wavelengths = WAVELENGTHS
+
+    def answer(at):
+        parameters[key] = at
+        parameters.update()
+        return dr.sum(bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(OUTGOING)))
+
+    expected = float(((answer(value + step) - answer(value - step)) / (2 * step))[0])
+    found = {}
+    for way in ("backwards", "forwards"):
+        at = mi.Float(value)
+        dr.enable_grad(at)
+        made = answer(at)
+        if way == "backwards":
+            dr.backward(made)
+        else:
+            dr.forward(at)
+        found[way] = float(dr.grad(at if way == "backwards" else made)[0])
+    passed = expected != 0 and all(abs(each - expected) <= RELATIVE * abs(expected) for each in found.values())
+    return {"passed": passed, "difference": expected, **found}

@@ -1,0 +1,43 @@
+"""A frozen render of a scene whose coherence length is changed between calls: Dr.Jit must notice the new tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from .kernels import CHANGED, LENGTHS
+from .parts import Check
+from .plan import Plan
+from .scenes import SPP, STRAY, ball, differing, picture
+from .variants import use
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    # Each may end the process: the supervisor tells so, and those before it are kept.
+    for kind in plan.kinds:
+        yield plan.variant(kind), partial(rendered, plan.variant(kind))
+
+
+def rendered(variant: str) -> dict:
+    use(variant)
+    scene = ball({"type": "diffraction", **CHANGED})
+    parameters = mi.traverse(scene)
+
+    @dr.freeze
+    def frozen(scene, seed):
+        return mi.render(scene, spp=SPP, seed=seed)
+
+    stray, pictures = [], []
+    for length in LENGTHS:
+        parameters["ball.bsdf.coherence_length"] = length
+        parameters.update()
+        pictures.append(np.array(frozen(scene, mi.UInt32(0)), dtype=float)[..., :3])
+        stray.append(differing(pictures[-1], picture(scene)))
+    apart = differing(pictures[1], pictures[0])
+    passed = max(stray) <= STRAY < apart
+    return {"passed": passed, "differing": max(stray), "between lengths": apart, "recordings": int(frozen.n_recordings)}

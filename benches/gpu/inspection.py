@@ -1,0 +1,116 @@
+"""Registers, stack and operations of the BSDFs' kernels, and the memory of their tables.
+
+Registers and stack are in Dr.Jit's log at its most talkative level, where the CUDA driver reports them for each kernel
+that it compiles; kernels out of a cache are not compiled. Other backends report none.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryFile
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from .parts import Check
+from .plan import Plan
+from .questions import Questions, drawn, interactions, random_numbers
+from .surfaces import surface
+from .variants import use
+
+CALLS = ("eval_pdf", "sample")
+COUNT = 1 << 12
+# Lines of the driver's compiler, for instance "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
+# spill stores, 4 bytes spill loads".
+REPORTED = {
+    "registers": re.compile(r"Used (\d+) registers"),
+    "stack_bytes": re.compile(r"(\d+) bytes stack frame"),
+    "spill_store_bytes": re.compile(r"(\d+) bytes spill stores"),
+    "spill_load_bytes": re.compile(r"(\d+) bytes spill loads"),
+}
+UNITS = {"B": 1, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    for kind in plan.kinds:
+        for name in plan.inspected:
+            yield f"{plan.variant(kind)}, {name}", partial(inspected, plan.variant(kind), name)
+
+
+def inspected(variant: str, name: str) -> dict:
+    use(variant)
+    asked = drawn(np.random.default_rng(3), COUNT)
+    before = storage_bytes()
+    bsdf = mi.load_dict({"type": "diffraction", **surface(name)})
+    tables = storage_bytes() - before
+    return {"table_mb": tables / 1e6, **{call: kernel(partial(answer, bsdf, call, asked)) for call in CALLS}}
+
+
+def answer(bsdf: mi.BSDF, call: str, asked: Questions) -> list:
+    ctx, si = mi.BSDFContext(), interactions(asked)
+    if call == "eval_pdf":
+        return list(bsdf.eval_pdf(ctx, si, mi.Vector3f(asked.wo)))
+    sample, weight = bsdf.sample(ctx, si, *random_numbers(asked))
+    return [sample.wo, sample.pdf, weight]
+
+
+def kernel(call: Callable[[], list]) -> dict:
+    """Operations, size and compilation time of the largest kernel of a call, and what the driver reports of it."""
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        with logged() as log:
+            dr.eval(call())
+            dr.sync_thread()
+        history = dr.kernel_history([dr.KernelType.JIT])
+    largest = max(history, key=lambda entry: entry["operation_count"])
+    return {
+        "operations": largest["operation_count"],
+        "source_kb": len(largest["ir"].getvalue()) / 1e3,
+        "compiled_s": largest["backend_time"] / 1e3,
+        "cached": bool(largest["cache_hit"] or largest["cache_disk"]),
+        **reported(log()),
+    }
+
+
+@contextmanager
+def logged() -> Iterator[Callable[[], str]]:
+    """Has Dr.Jit log everything, and gives what it wrote to the process's standard output and standard error."""
+    said, level, streams = "", dr.log_level(), (sys.stdout, sys.stderr)
+    with TemporaryFile() as file:
+        kept = [os.dup(stream.fileno()) for stream in streams]
+        for stream in streams:
+            stream.flush()
+            os.dup2(file.fileno(), stream.fileno())
+        dr.set_log_level(dr.LogLevel.Trace)
+        try:
+            yield lambda: said
+        finally:
+            dr.set_log_level(level)
+            for stream, own in zip(streams, kept):
+                stream.flush()
+                os.dup2(own, stream.fileno())
+                os.close(own)
+            file.seek(0)
+            said = file.read().decode(errors="replace")
+
+
+def reported(log: str) -> dict:
+    """The largest of each figure that the driver's compiler reports; `None` where it reports nothing."""
+    found = {name: [int(number) for number in pattern.findall(log)] for name, pattern in REPORTED.items()}
+    return {name: max(numbers, default=None) for name, numbers in found.items()}
+
+
+def storage_bytes() -> float:
+    """Bytes of evaluated arrays that Dr.Jit holds on the device."""
+    gc.collect()
+    dr.sync_thread()
+    found = re.search(r"Storage\s*:\s*([\d.]+) (\w+) on device", dr.whos(as_string=True))
+    return float(found[1]) * UNITS[found[2]] if found else float("nan")

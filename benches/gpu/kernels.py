@@ -1,0 +1,140 @@
+"""BSDFs in one kernel, changed, frozen, and scenes beside each other: each answers as it does alone."""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from .parts import Check
+from .plan import Plan
+from .questions import Questions, drawn, interactions, random_numbers
+from .scenes import STRAY, ball, differing, picture
+from .variants import use
+
+# Questions of each check.
+COUNT = 300
+# Kernels of different shape fuse and round differently; relative to the largest answer.
+ROUNDING = 1e-5
+# Three reliefs, whose tables are made in a second or two each, in materials that trace different code.
+PLAIN = {"conserve_energy": False, "tolerance": 0.01}
+CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
+OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
+EIGHT = (
+    {"preset": "blazed"},
+    {"preset": "blazed", "rotation": 30.0, "material": "Al"},
+    {"preset": "blazed", "eta": 1.56, "diffuse_reflectance": 0.2},
+    CHANGED,
+    {**CHANGED, "rotation": 70.0},
+    OTHER,
+    {**OTHER, "material": "Al"},
+    {**OTHER, "specular_reflectance": 0.5},
+)
+LENGTHS = (10.0, 6.0, 20.0, 10.0)
+REPLAYS = 4
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    for kind in plan.kinds:
+        variant = plan.variant(kind)
+        yield f"{variant}, a changed coherence length", partial(changed, variant)
+        yield f"{variant}, a frozen call", partial(frozen, variant)
+        yield f"{variant}, two scenes", partial(two_scenes, variant)
+        yield f"{variant}, eight BSDFs in one kernel", partial(eight, variant)
+
+
+def load(parameters: dict) -> mi.BSDF:
+    return mi.load_dict({"type": "diffraction", **parameters})
+
+
+def answers(bsdf: mi.BSDF | mi.BSDFPtr, asked: Questions) -> list:
+    """Values, densities, and sampled directions with their weights; of a BSDF, or of pointers to several."""
+    ctx, si = mi.BSDFContext(), interactions(asked)
+    value, pdf = bsdf.eval_pdf(ctx, si, mi.Vector3f(asked.wo))
+    sample, weight = bsdf.sample(ctx, si, *random_numbers(asked))
+    return [value, pdf, sample.wo, weight]
+
+
+def numbers(given: list) -> list[np.ndarray]:
+    dr.eval(given)
+    return [np.array(each) for each in given]
+
+
+def largest_error(ours: list[np.ndarray], theirs: list[np.ndarray]) -> float:
+    """The largest difference over the largest answer of each kind; NaN is infinite."""
+    errors = [np.abs(a - b).max() / max(np.abs(b).max(), 1e-30) for a, b in zip(ours, theirs)]
+    return float(np.nan_to_num(max(errors), nan=np.inf))
+
+
+def eight(variant: str) -> dict:
+    """All of them behind one array of pointers, beside each alone."""
+    use(variant)
+    bsdfs, asked = [load(parameters) for parameters in EIGHT], drawn(np.random.default_rng(17), COUNT)
+    which = np.arange(COUNT) % len(bsdfs)
+    alone = [numbers(answers(bsdf, asked)) for bsdf in bsdfs]
+    chosen, pointers = mi.UInt32(which), mi.BSDFPtr(bsdfs[0])
+    for i, bsdf in enumerate(bsdfs):
+        pointers = dr.select(chosen == i, mi.BSDFPtr(bsdf), pointers)
+    together = numbers(answers(pointers, asked))
+    errors = [
+        largest_error([each[..., which == i] for each in together], [each[..., which == i] for each in wanted])
+        for i, wanted in enumerate(alone)
+    ]
+    return {"passed": max(errors) <= ROUNDING, "error": max(errors), "bsdfs": len(bsdfs)}
+
+
+def changed(variant: str) -> dict:
+    """A BSDF whose coherence length is changed answers as one that was made so, and not as before."""
+    use(variant)
+    bsdf, asked = load(CHANGED), drawn(np.random.default_rng(18), COUNT)
+    before, parameters, errors = numbers(answers(bsdf, asked)), mi.traverse(bsdf), []
+    moved = 0.0
+    for length in LENGTHS:
+        parameters["coherence_length"] = length
+        parameters.update()
+        after = numbers(answers(bsdf, asked))
+        errors.append(largest_error(after, numbers(answers(load({**CHANGED, "coherence_length": length}), asked))))
+        moved = max(moved, largest_error(after, before))
+    return {"passed": max(errors) <= ROUNDING < moved, "error": max(errors), "moved": moved}
+
+
+def frozen(variant: str) -> dict:
+    """A frozen call replays on other questions."""
+    use(variant)
+    bsdf = load({**CHANGED, "coherence_length": 65.0})
+
+    @dr.freeze
+    def replayed(bsdf, si, wo, u):
+        ctx = mi.BSDFContext()
+        sample, weight = bsdf.sample(ctx, si, u.x, mi.Point2f(u.y, u.z))
+        return [*bsdf.eval_pdf(ctx, si, wo), sample.wo, weight]
+
+    errors = []
+    for seed in range(REPLAYS):
+        asked = drawn(np.random.default_rng(seed), COUNT)
+        si, wo, u = interactions(asked), mi.Vector3f(asked.wo), mi.Vector3f(asked.u)
+        dr.eval(si, wo, u)
+        errors.append(largest_error(numbers(replayed(bsdf, si, wo, u)), numbers(answers(bsdf, asked))))
+    # Dr.Jit may record once more, with what turned out not to be constant.
+    recordings = int(replayed.n_recordings)
+    return {"passed": max(errors) <= ROUNDING and recordings <= 2, "error": max(errors), "recordings": recordings}
+
+
+def two_scenes(variant: str) -> dict:
+    """A scene is rendered alike before, beside and after another one."""
+    use(variant)
+    first = ball({"type": "diffraction", **EIGHT[0]})
+    alone = picture(first)
+    second = ball({"type": "diffraction", **OTHER})
+    beside, other = picture(first), picture(second)
+    del first
+    gc.collect()
+    after = picture(second)
+    stray = max(differing(beside, alone), differing(after, other))
+    apart = differing(other, alone)
+    return {"passed": stray <= STRAY < apart, "differing": stray, "between the scenes": apart}

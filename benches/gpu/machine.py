@@ -1,0 +1,71 @@
+"""Description of the machine: card, driver, processor, and versions of the software."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import platform
+import subprocess
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from mitsuba_scenes import tool
+
+# Fields of nvidia-smi, and what they are called in the results.
+CARD_FIELDS = {
+    "name": "card",
+    "driver_version": "driver",
+    "memory.total": "memory",
+    "compute_cap": "compute_capability",
+}
+
+
+def card() -> dict | None:
+    """The first NVIDIA card as `nvidia-smi` describes it; `None` where there is none."""
+    query = ["nvidia-smi", f"--query-gpu={','.join(CARD_FIELDS)}", "--format=csv,noheader"]
+    try:
+        done = subprocess.run(query, capture_output=True, text=True, timeout=30)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    if done.returncode != 0 or not done.stdout.strip():
+        return None
+    values = [value.strip() for value in done.stdout.splitlines()[0].split(",")]
+    return dict(zip(CARD_FIELDS.values(), values))
+
+
+def described(found: dict | None) -> dict:
+    """The card, or its absence, with processor and versions."""
+    return {
+        "card": None,
+        **(found or {}),
+        "processor": processor(),
+        "cores": os.cpu_count(),
+        "python": platform.python_version(),
+        **{name: installed(name) for name in ("mitsuba", "drjit", "numpy")},
+        "sunbeam": tool.sunbeam("--version").split()[-1],
+        "optix": loads(os.environ.get("DRJIT_LIBOPTIX_PATH", "libnvoptix.so.1")),
+    }
+
+
+def installed(package: str) -> str:
+    """The version of a package, `unknown` where it came without its description."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def loads(library: str) -> bool:
+    """Whether the dynamic linker finds and opens a library."""
+    try:
+        ctypes.CDLL(library)
+    except OSError:
+        return False
+    return True
+
+
+def processor() -> str:
+    """The model of the CPU, where the system says it."""
+    file = Path("/proc/cpuinfo")
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
+    return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")

@@ -1,0 +1,86 @@
+"""Maps and pictures of the realtime renderer on the card, beside those of the CPU and of the software adapter.
+
+Maps of the reflectance are held against the methods' twins in Rust, and pictures of the snake against those of the
+software adapter. The card's pictures are kept: where its machine has no software adapter, `--compare` holds them
+against one on another machine.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from mitsuba_scenes.crosscheck.realtime import surface_words
+from mitsuba_scenes.environment import SetupError
+from mitsuba_scenes.tool import sunbeam
+
+from .parts import Check
+from .plan import Plan
+
+# Limits of CIEDE2000 over the pixels that show the surface: rounding of two single-precision programs is invisible, but
+# for silhouettes, where a pixel's centre falls on another triangle. An eye just notices 1.
+MEDIAN, P99 = 0.1, 1.0
+# Degrees by which the relief is turned for the negative control.
+WRONG_TURN = 1.0
+INCIDENCE = ("--theta-i", "30", "--phi-i", "20")
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    if plan.draws:
+        for method in plan.methods:
+            yield f"{method}, map beside the CPU", partial(map_beside_cpu, plan, folder, method)
+        yield "a turned picture is told apart", partial(turned, plan, folder)
+    for method in plan.methods:
+        yield f"{method}, picture beside software", partial(picture_beside_software, plan, folder, method)
+
+
+def map_beside_cpu(plan: Plan, folder: Path, method: str) -> dict:
+    """A BRDF map by the shader, and by its twin in Rust."""
+    words = ["brdf-map", "--size", plan.compared_side, *INCIDENCE, *surface_words(plan.skin)]
+    card, cpu = folder / f"map-{method}.exr", folder / f"map-{method}-cpu.exr"
+    sunbeam(*words, "-o", card, "--method", method, "--backend", "gpu", "--adapter", plan.adapter)
+    # On the CPU `table` is the spectral one.
+    sunbeam(*words, "-o", cpu, "--method", "colour-table" if method == "table" else method)
+    return judged(cpu, card)
+
+
+def picture_beside_software(plan: Plan, folder: Path, method: str) -> dict:
+    """The card's picture, drawn here or kept in the folder, and the software adapter's."""
+    card, software = folder / f"{method}-card.exr", folder / f"{method}-software.exr"
+    if plan.draws:
+        draw(plan, card, method, plan.adapter)
+    try:
+        draw(plan, software, method, "software")
+    except SetupError as error:
+        if not plan.draws or "GPU adapter" not in str(error):
+            raise
+        return {"note": f"not compared, there is no software adapter; {card.name} is kept for --compare elsewhere"}
+    return judged(software, card)
+
+
+def draw(plan: Plan, path: Path, method: str, adapter: str, rotation: float = 0.0) -> None:
+    """The bare skin in the sun, on black."""
+    words = ["render", "-o", path, "--adapter", adapter, "--method", method, "--blend", "none"]
+    words += [*surface_words(plan.skin), "--resolution", plan.mesh_resolution]
+    words += ["--ground", "false", "--rotation", rotation, "--size", f"{plan.compared_side}x{plan.compared_side}"]
+    sunbeam(*words)
+
+
+def judged(reference: Path, path: Path) -> dict:
+    """CIEDE2000 over the pixels in which the reference shows something."""
+    found = json.loads(sunbeam("compare", reference, path, "--mask", reference))
+    delta_e = found["delta_e_2000"]
+    passed = found["pixels"] > 0 and delta_e["median"] <= MEDIAN and delta_e["p99"] <= P99
+    return {"passed": passed, "delta_e": delta_e, "pixels": found["pixels"]}
+
+
+def turned(plan: Plan, folder: Path) -> dict:
+    """The negative control: the relief turned by a degree is not taken for the same."""
+    method = plan.methods[-1]
+    straight, other = folder / f"{method}-straight.exr", folder / f"{method}-turned.exr"
+    draw(plan, straight, method, plan.adapter)
+    draw(plan, other, method, plan.adapter, rotation=WRONG_TURN)
+    found = judged(straight, other)
+    return {**found, "passed": not found["passed"]}

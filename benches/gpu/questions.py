@@ -1,0 +1,128 @@
+"""Questions to a BSDF as NumPy arrays, and its answers: the same from scalar and vectorised variants.
+
+The last axis of every array is the question, as Dr.Jit lays its own arrays out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from .variants import is_scalar
+
+WAVELENGTH_NM = (360.0, 830.0)
+CARRIED = 4
+
+
+@dataclass(frozen=True)
+class Questions:
+    """Directions (3, n), wavelengths in nm (4, n) and random numbers (3, n), all in single precision."""
+
+    wi: np.ndarray
+    wo: np.ndarray
+    nm: np.ndarray
+    u: np.ndarray
+
+    @property
+    def count(self) -> int:
+        return self.wi.shape[1]
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Values (channels, n), or Mueller matrices (4, 4, channels, n); densities (n,); directions (3, n).
+
+    `value` and `pdf` are those of `eval` and `pdf`, `both_value` and `both_pdf` those of `eval_pdf`; `weight`,
+    `sampled_wo` and `sampled_pdf` those of `sample`.
+    """
+
+    value: np.ndarray
+    pdf: np.ndarray
+    both_value: np.ndarray
+    both_pdf: np.ndarray
+    sampled_wo: np.ndarray
+    sampled_pdf: np.ndarray
+    weight: np.ndarray
+
+
+def drawn(rng: np.random.Generator, count: int) -> Questions:
+    """Directions uniform in solid angle above the surface, and wavelengths over what Mitsuba draws."""
+    nm = rng.uniform(*WAVELENGTH_NM, (CARRIED, count)).astype(np.float32)
+    u = rng.random((3, count), dtype=np.float32)
+    return Questions(directions(rng, count), directions(rng, count), nm, u)
+
+
+def directions(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Unit vectors (3, count), uniform in solid angle over the upper hemisphere."""
+    z, phi = 1 - rng.random(count), 2 * np.pi * rng.random(count)
+    r = np.sqrt(1 - z * z)
+    return np.stack([r * np.cos(phi), r * np.sin(phi), z]).astype(np.float32)
+
+
+def ask(bsdf: mi.BSDF, asked: Questions) -> Answers:
+    """All four calls of the variant in use; a vectorised one answers in one kernel."""
+    return ask_one_by_one(bsdf, asked) if is_scalar() else ask_at_once(bsdf, asked)
+
+
+def ask_at_once(bsdf: mi.BSDF, asked: Questions) -> Answers:
+    ctx, si, wo = mi.BSDFContext(), interactions(asked), mi.Vector3f(asked.wo)
+    value, pdf = bsdf.eval(ctx, si, wo), bsdf.pdf(ctx, si, wo)
+    both_value, both_pdf = bsdf.eval_pdf(ctx, si, wo)
+    sample, weight = bsdf.sample(ctx, si, *random_numbers(asked))
+    dr.eval(value, pdf, both_value, both_pdf, sample.wo, sample.pdf, weight)
+    return Answers(
+        spectra(value),
+        np.array(pdf),
+        spectra(both_value),
+        np.array(both_pdf),
+        np.array(sample.wo),
+        np.array(sample.pdf),
+        spectra(weight),
+    )
+
+
+def ask_one_by_one(bsdf: mi.BSDF, asked: Questions) -> Answers:
+    ctx, si, rows = mi.BSDFContext(), dr.zeros(mi.SurfaceInteraction3f), []
+    for i in range(asked.count):
+        si.wi = mi.Vector3f(asked.wi[:, i].tolist())
+        if mi.is_spectral:
+            si.wavelengths = asked.nm[:, i].tolist()
+        wo, u = asked.wo[:, i].tolist(), asked.u[:, i].tolist()
+        both_value, both_pdf = bsdf.eval_pdf(ctx, si, wo)
+        sample, weight = bsdf.sample(ctx, si, u[0], u[1:])
+        rows.append(
+            Answers(
+                spectra(bsdf.eval(ctx, si, wo)),
+                bsdf.pdf(ctx, si, wo),
+                spectra(both_value),
+                both_pdf,
+                np.array(sample.wo),
+                sample.pdf,
+                spectra(weight),
+            )
+        )
+    return Answers(**{name: np.stack([getattr(row, name) for row in rows], axis=-1) for name in vars(rows[0])})
+
+
+def interactions(asked: Questions) -> mi.SurfaceInteraction3f:
+    """Surface interactions of a vectorised variant. Nothing is a literal, so that one kernel serves all questions."""
+    si = dr.zeros(mi.SurfaceInteraction3f, asked.count)
+    si.wi = mi.Vector3f(asked.wi)
+    if mi.is_spectral:
+        si.wavelengths = [mi.Float(row) for row in asked.nm]
+    return si
+
+
+def random_numbers(asked: Questions) -> tuple[mi.Float, mi.Point2f]:
+    """The arguments `sample1` and `sample2` of `BSDF.sample` in a vectorised variant."""
+    return mi.Float(asked.u[0]), mi.Point2f(asked.u[1:])
+
+
+def spectra(spectrum) -> np.ndarray:
+    """A spectrum as (channels, n), a Mueller matrix as (4, 4, channels, n); without n in scalar variants."""
+    if not mi.is_polarized:
+        return np.atleast_1d(np.array(spectrum))
+    return np.array([[np.array(spectrum[i, j]) for j in range(4)] for i in range(4)])

@@ -1,0 +1,47 @@
+"""Times of frames of the realtime renderer on the card, by each method."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from mitsuba_scenes.crosscheck.realtime import surface_words
+from mitsuba_scenes.tool import sunbeam
+
+from .parts import Check
+from .plan import Plan
+
+# Milliseconds of a frame of `table` at 1920 x 1080 that are aimed at.
+AIM_MS = {("table", (1920, 1080)): 4.0}
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    for method in plan.methods:
+        for size in plan.frame_sizes:
+            yield f"{method}, {size[0]} x {size[1]}", partial(frame, plan, folder, method, size)
+
+
+def frame(plan: Plan, folder: Path, method: str, size: tuple[int, int]) -> dict:
+    """Medians of the stages of a frame in ms. A frame that takes longer than is aimed at is told, not failed."""
+    picture = folder / "frame.exr"
+    words = ["render", "-o", picture, "--adapter", plan.adapter, "--method", method]
+    words += [*surface_words(plan.skin), "--resolution", plan.mesh_resolution]
+    found = json.loads(sunbeam(*words, "--size", f"{size[0]}x{size[1]}", "--repeat", plan.frames))
+    # At 3840 x 2160 it is 100 MB.
+    picture.unlink()
+    aim = AIM_MS.get((method, size))
+    return {
+        "method": method,
+        "size": list(size),
+        "adapter": found["adapter"],
+        "clock": found["gpu_clock"],
+        "ms": found["gpu_ms"],
+        "stages_ms": found["gpu_stages_ms"],
+        "lit_pixels": found["answered"],
+        "submissions": found["submissions"],
+        "data_mb": found["method_bytes"] / 1e6,
+        **({"aim_ms": aim, "reached": found["gpu_ms"] <= aim} if aim else {}),
+        "passed": found["software"] == plan.dry and found["gpu_ms"] > 0,
+    }

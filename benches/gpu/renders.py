@@ -1,0 +1,89 @@
+"""Renders of the benchmark scenes beside `roughconductor`: the first with compilation, and those after it."""
+
+from __future__ import annotations
+
+import gc
+import time
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from mitsuba_scenes.evaluation.benchmark_scenes import REFERENCE, BenchmarkScene, scenes
+
+from .parts import Check
+from .plan import Plan
+from .variants import use
+
+# Time over that of `roughconductor` in the same scene that is aimed at.
+AIM = {"rgb": 2.0, "spectral": 3.0}
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    for kind in plan.kinds:
+        for name in plan.scenes:
+            yield f"{plan.variant(kind)}, {name}", partial(timed, plan, kind, name)
+
+
+def timed(plan: Plan, kind: str, name: str) -> dict:
+    """Seconds of each material, and ratios of later renders to REFERENCE's. One above the aim is told, not failed."""
+    use(plan.variant(kind))
+    scene = next(scene for scene in scenes() if scene.name == name)
+    # REFERENCE last: it is the fastest, and what starts the backend falls on the first.
+    seconds = {material: of_material(plan, scene, bsdf) for material, bsdf in scene.bsdfs().items()}
+    base = seconds[REFERENCE]
+    ratios = {
+        material: {"wall": each["later_s"] / base["later_s"], "kernels": each["kernels_s"] / base["kernels_s"]}
+        for material, each in seconds.items()
+        if material != REFERENCE
+    }
+    return {
+        "kind": kind,
+        "scene": name,
+        "size": list(plan.render_size),
+        "spp": plan.render_spp,
+        "materials": seconds,
+        "ratio": ratios,
+        "aim": AIM[kind],
+        "reached": max(each["wall"] for each in ratios.values()) <= AIM[kind],
+        "passed": all(np.isfinite(each["mean"]) and each["mean"] > 0 for each in seconds.values()),
+    }
+
+
+def of_material(plan: Plan, scene: BenchmarkScene, bsdf: dict) -> dict:
+    """Seconds of making the material, of the first render with its compilation, and medians of the later ones.
+
+    `kernels_s` is the time in kernels by Dr.Jit's own clock, without tracing. A kernel lists every BSDF that is alive,
+    so nothing is left of this one afterwards.
+    """
+    start = time.perf_counter()
+    made = mi.load_dict(bsdf)
+    loaded = scene.load(made, plan.render_size, plan.render_spp)
+    load_s = time.perf_counter() - start
+    renders = [rendered(loaded, seed) for seed in range(plan.renders + 1)]
+    del loaded, made
+    gc.collect()
+    later = renders[1:]
+    return {
+        "load_s": load_s,
+        "first_s": renders[0][0],
+        "later_s": float(np.median([wall for wall, _, _ in later])),
+        "kernels_s": float(np.median([kernels for _, kernels, _ in later])),
+        "mean": renders[-1][2],
+    }
+
+
+def rendered(scene: mi.Scene, seed: int) -> tuple[float, float, float]:
+    """Wall-clock seconds, seconds in kernels, and the mean of the picture."""
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        start = time.perf_counter()
+        image = mi.render(scene, seed=seed)
+        dr.eval(image)
+        dr.sync_thread()
+        wall = time.perf_counter() - start
+        kernels = sum(kernel["execution_time"] for kernel in dr.kernel_history()) / 1e3
+    return wall, kernels, float(np.mean(np.array(image)))

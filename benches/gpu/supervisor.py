@@ -1,0 +1,134 @@
+"""Runs each part in a process of its own, ends it at its limit, and gathers the results into one file."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from mitsuba_scenes.environment import REPOSITORY
+
+from .checks import FAILED
+from .parts import PARTS
+
+# Parts in which every kernel is compiled: neither Dr.Jit, nor OptiX, nor the CUDA driver has a cache.
+UNCACHED = ("renders", "inspection")
+# Seconds that must be left of the run for a part to begin.
+LEAST_S = 5.0
+
+
+@dataclass(frozen=True)
+class Run:
+    """`flags` are words of the command line that every part gets; `deadline` is a time of `time.monotonic`."""
+
+    flags: tuple[str, ...]
+    pictures: Path
+    deadline: float
+
+
+def run_all(names: list[str], run: Run) -> dict[str, dict]:
+    """The result of each part: `status` is `passed`, `failed` or `not run`, `rows` are those of its checks."""
+    run.pictures.mkdir(parents=True, exist_ok=True)
+    results = {}
+    for name in names:
+        print(f"{name}: {PARTS[name].title}", flush=True)
+        results[name] = run_part(name, run)
+        result = results[name]
+        error = f": {result['error']}" if result["error"] else ""
+        print(f"{name} {result['status']} after {result['seconds']:.1f} s{error}\n", flush=True)
+    return results
+
+
+def run_part(name: str, run: Run) -> dict:
+    left = run.deadline - time.monotonic()
+    if left < LEAST_S:
+        return {"status": "not run", "error": "the time of the run was up", "seconds": 0.0, "rows": []}
+    limit = min(PARTS[name].limit_s, left)
+    with TemporaryDirectory() as made:
+        folder = Path(made)
+        rows, log = folder / "rows", folder / "log"
+        rows.touch()
+        start = time.monotonic()
+        code = watched(child(name, run, rows), environment(name, folder), log, limit)
+        seconds = round(time.monotonic() - start, 2)
+        lines = [json.loads(line) for line in rows.read_text(encoding="utf-8").splitlines()]
+        said = log.read_text(encoding="utf-8", errors="replace").strip()
+    if said:
+        print(said, file=sys.stderr, flush=True)
+    error = None if code in (0, FAILED) else end_of(code, limit, said)
+    passed = code == 0 and bool(lines)
+    return {"status": "passed" if passed else "failed", "error": error, "seconds": seconds, "rows": lines}
+
+
+def child(name: str, run: Run, rows: Path) -> list[str]:
+    """The command line of a part's process."""
+    flags = [*run.flags, "--pictures", str(run.pictures), "--rows", str(rows)]
+    return [sys.executable, "-X", "faulthandler", "-m", __package__, name, *flags]
+
+
+def environment(name: str, folder: Path) -> dict[str, str]:
+    """The process's own, without caches of kernels where everything is to be compiled."""
+    caches = {
+        "DRJIT_CACHE_DIR": str(folder / "kernels"),
+        "OPTIX_CACHE_PATH": str(folder / "optix"),
+        "CUDA_CACHE_DISABLE": "1",
+    }
+    if name not in UNCACHED:
+        return dict(os.environ)
+    for cache in ("kernels", "optix"):
+        (folder / cache).mkdir()
+    return {**os.environ, **caches}
+
+
+def watched(words: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
+    """The exit status of a process, below zero for a signal; `None` where it and its children were ended at a limit."""
+    with log.open("wb") as said:
+        process = subprocess.Popen(words, env=environment, cwd=REPOSITORY, stderr=said, start_new_session=True)
+        try:
+            return process.wait(timeout=limit)
+        except subprocess.TimeoutExpired:
+            return None
+        finally:
+            end_group(process)
+
+
+def end_group(process: subprocess.Popen) -> None:
+    """Ends a process that leads a session, and whatever it started."""
+    try:
+        os.killpg(process.pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return
+    process.wait()
+
+
+def end_of(code: int | None, limit: float, said: str) -> str:
+    """How a process ended that gave no verdict."""
+    if code is None:
+        return f"ended at its limit of {limit:.0f} s"
+    if code < 0:
+        return f"ended by {signal.Signals(-code).name}"
+    return said.splitlines()[-1] if said else f"exit status {code}"
+
+
+def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:
+    """The results, with those that the file holds of other parts if they are of the same card or there is none here."""
+    before = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
+    if before is None or not (machine["card"] is None or before["machine"]["card"] == machine["card"]):
+        return {"machine": machine, "parts": results}
+    kept = before["machine"] if machine["card"] is None else machine
+    return {"machine": kept, "parts": {**before["parts"], **results}}
+
+
+def write(results: dict, file: Path) -> None:
+    """Writes the file in one step: a run that is ended meanwhile leaves the one before."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    new = file.with_suffix(".new")
+    new.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    shutil.move(new, file)

@@ -1,0 +1,40 @@
+"""Variants of Mitsuba: the one that is checked, and the one that it is held against."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import drjit as dr
+import mitsuba as mi
+
+from mitsuba_scenes.environment import use_variant
+
+from .plan import Plan
+
+
+def use(name: str) -> None:
+    """Selects a variant, or raises SetupError with the reason why it does not run here."""
+    use_variant(name, fall_back=False)
+
+
+@cache
+def has_llvm() -> bool:
+    """Whether variants of the LLVM backend run here."""
+    return bool(dr.has_backend(dr.JitBackend.LLVM))
+
+
+def reference(plan: Plan, kind: str) -> str:
+    """The variant whose answers are taken for true.
+
+    A card is held against LLVM, which runs the same traced code. Where LLVM is missing, and in the dry run, which
+    checks LLVM, it is the scalar variant: the Rust core, asked ray by ray. No variant is both scalar and mono, so a
+    mono variant is held against the luminance of the RGB variant of its backend.
+    """
+    if not plan.dry and has_llvm():
+        return f"llvm_ad_{kind}"
+    return plan.variant("rgb") if kind == "mono" else f"scalar_{kind}"
+
+
+def is_scalar() -> bool:
+    """Whether the variant in use answers one question at a time."""
+    return mi.variant().startswith("scalar")

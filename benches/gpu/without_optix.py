@@ -1,0 +1,71 @@
+"""A process in which OptiX cannot be loaded: calls of a BSDF work, and what a render says is told.
+
+`python -m benches.gpu.without_optix VARIANT` is that process; it prints a line of JSON for each step.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from mitsuba_scenes.environment import REPOSITORY
+
+from .parts import Check
+from .plan import Plan
+
+# Where Dr.Jit looks for OptiX, and a place where it is not.
+VARIABLE, NOWHERE = "DRJIT_LIBOPTIX_PATH", "/nonexistent/libnvoptix.so.1"
+
+
+def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    yield plan.variant("rgb"), partial(without, plan.variant("rgb"))
+
+
+def without(variant: str) -> dict:
+    """Whether the calls worked, and how the render ended. The latter is told and not judged."""
+    child = [sys.executable, "-m", __name__, variant]
+    done = subprocess.run(
+        child, env={**os.environ, VARIABLE: NOWHERE}, cwd=REPOSITORY, capture_output=True, text=True, timeout=60
+    )
+    steps = [json.loads(line) for line in done.stdout.splitlines() if line.startswith("{")]
+    found = {key: value for step in steps for key, value in step.items()}
+    if "render" not in found:
+        lines = done.stderr.strip().splitlines()
+        found["render"] = f"{ended(done.returncode)}: {lines[-1] if lines else 'no message'}"
+    return {"passed": found.get("value", 0) > 0, **found}
+
+
+def ended(code: int) -> str:
+    """How a process ended, by its exit status."""
+    return f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
+
+
+def main(variant: str) -> None:
+    import drjit as dr
+    import mitsuba as mi
+    import numpy as np
+
+    from .questions import ask, drawn
+    from .scenes import ball, picture
+    from .variants import use
+
+    use(variant)
+    bsdf = mi.load_dict({"type": "diffraction", "preset": "blazed"})
+    answered = ask(bsdf, drawn(np.random.default_rng(1), 64))
+    dr.sync_thread()
+    print(json.dumps({"value": float(answered.value.sum())}), flush=True)
+    try:
+        brightness = float(picture(ball(bsdf)).mean())
+        print(json.dumps({"render": f"works, mean {brightness:.3g}"}))
+    except Exception as error:
+        print(json.dumps({"render": f"{type(error).__name__}: {' '.join(str(error).split())}"}))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])

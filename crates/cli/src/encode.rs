@@ -1,0 +1,63 @@
+//! Contents of files in memory: pictures and arrays as bytes, so that a file is only begun once all of it is there.
+
+use ndarray::{ArrayBase, Data, Dimension};
+use ndarray_npy::{WritableElement, WriteNpyExt};
+use std::error::Error;
+use std::io::Cursor;
+use sunbeam::colour::{srgb_bytes, tone_map};
+
+/// OpenEXR of linear sRGB in 32-bit floats; `size` is width and height, `pixel` gives a pixel by its index, rows from the
+/// top.
+///
+/// # Errors
+/// What the encoder says, for a size that it does not serve.
+pub fn exr(size: (usize, usize), pixel: impl Fn(usize) -> [f32; 3] + Sync) -> Result<Vec<u8>, Box<dyn Error>> {
+    use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
+    let mut bytes = Cursor::new(Vec::new());
+    let channels = SpecificChannels::rgb(|Vec2(x, y): Vec2<usize>| <(f32, f32, f32)>::from(pixel(y * size.0 + x)));
+    Image::from_channels(size, channels).write().to_buffered(&mut bytes)?;
+    Ok(bytes.into_inner())
+}
+
+/// 8-bit PNG; `size` is width and height, `pixels` holds rows from the top, as many bytes as size and colour type ask for.
+///
+/// # Errors
+/// What the encoder says, for a size that it does not serve.
+pub fn png(size: (usize, usize), colour: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, u32::try_from(size.0)?, u32::try_from(size.1)?);
+    encoder.set_color(colour);
+    encoder.set_depth(png::BitDepth::Eight);
+    if colour == png::ColorType::Rgb {
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// The PNG for the screen of linear sRGB radiance, rows from the top: 2^`exposure` times brighter, highlights compressed.
+///
+/// # Errors
+/// As [`png`].
+pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], exposure: f64) -> Result<Vec<u8>, Box<dyn Error>> {
+    let shown = |pixel: &[f32; 3]| srgb_bytes(tone_map(pixel.map(f64::from), exposure));
+    let bytes: Vec<u8> = picture.iter().flat_map(shown).collect();
+    png(size, png::ColorType::Rgb, &bytes)
+}
+
+/// NumPy's format.
+///
+/// # Errors
+/// None that occurs in memory.
+pub fn npy<A, S, D>(array: &ArrayBase<S, D>) -> Result<Vec<u8>, Box<dyn Error>>
+where
+    A: WritableElement,
+    S: Data<Elem = A>,
+    D: Dimension,
+{
+    let mut bytes = Vec::new();
+    array.write_npy(&mut bytes)?;
+    Ok(bytes)
+}

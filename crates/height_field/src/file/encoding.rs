@@ -1,0 +1,67 @@
+//! Text encodings: UTF-8, UTF-16 and, for anything else, Latin-1.
+
+/// Bytes at the start of a file from which UTF-16 without a byte order mark is recognised.
+const PROBE: usize = 64;
+
+/// Text of a whole file, without its byte order mark.
+///
+/// UTF-16 is recognised by its mark, or by a NUL in most second bytes of the beginning. Text that is neither UTF-16 nor valid
+/// UTF-8 is Latin-1, in which every byte is a character.
+///
+/// # Errors
+/// NUL characters in the text: the file is binary.
+pub(super) fn text(bytes: &[u8]) -> Result<String, String> {
+    let text = match bytes {
+        [0xff, 0xfe, rest @ ..] => utf16(rest, u16::from_le_bytes),
+        [0xfe, 0xff, rest @ ..] => utf16(rest, u16::from_be_bytes),
+        [0xef, 0xbb, 0xbf, rest @ ..] => label(rest),
+        _ if has_nul_at(bytes, 1) => utf16(bytes, u16::from_le_bytes),
+        _ if has_nul_at(bytes, 0) => utf16(bytes, u16::from_be_bytes),
+        _ => label(bytes),
+    };
+    if text.contains('\0') { Err("it is binary, not text".to_owned()) } else { Ok(text) }
+}
+
+/// Text of a word or a header inside a binary file: UTF-8 or, where it is not valid, Latin-1.
+pub(super) fn label(bytes: &[u8]) -> String {
+    std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned)
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
+    let units = bytes.chunks_exact(2).map(|pair| unit([pair[0], pair[1]]));
+    char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
+}
+
+/// Whether most pairs of bytes at the beginning have a NUL at `place`, and none has one at the other.
+fn has_nul_at(bytes: &[u8], place: usize) -> bool {
+    let pairs = || bytes[..bytes.len().min(PROBE)].chunks_exact(2);
+    let with_nul = pairs().filter(|pair| pair[place] == 0).count();
+    bytes.len() >= 4 && 2 * with_nul > pairs().len() && pairs().all(|pair| pair[1 - place] != 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_encoding_gives_the_same_text() {
+        let expected = "# Width: 2 µm\n1 2\n";
+        let latin: Vec<u8> = expected.chars().map(|c| c as u8).collect();
+        let units: Vec<u16> = expected.encode_utf16().collect();
+        let little: Vec<u8> = units.iter().flat_map(|unit| unit.to_le_bytes()).collect();
+        let big: Vec<u8> = units.iter().flat_map(|unit| unit.to_be_bytes()).collect();
+        let encodings = [
+            expected.as_bytes().to_vec(),
+            [b"\xef\xbb\xbf", expected.as_bytes()].concat(),
+            latin,
+            [b"\xff\xfe", &little[..]].concat(),
+            [b"\xfe\xff", &big[..]].concat(),
+            little,
+            big,
+        ];
+        for bytes in encodings {
+            assert_eq!(text(&bytes).unwrap(), expected, "{bytes:?}");
+        }
+        assert!(text(b"GWYP\0\0\0\0").unwrap_err().contains("binary"));
+    }
+}

@@ -1,0 +1,87 @@
+//! Titles of columns: `X[nm] Y[nm] Z[nm]`, `x, y, z`, `x y z in µm`.
+
+use super::super::units::micrometres;
+
+/// Units that the titles of three columns give.
+#[derive(Debug, PartialEq)]
+pub(super) struct Columns {
+    /// µm in one of x and y.
+    pub lateral_um: Option<[f64; 2]>,
+    /// Unit of z, as it is written and in µm.
+    pub height: Option<(String, f64)>,
+}
+
+/// Titles of x, y and z; `None` for any other line.
+///
+/// # Errors
+/// A unit that is not a length, or one that only some of the columns have.
+pub(super) fn columns(text: &str) -> Option<Result<Columns, String>> {
+    let mut units: [Option<&str>; 3] = [None; 3];
+    let mut common = None;
+    let mut at = None;
+    let mut after_in = false;
+    for word in text.split(|c: char| c.is_whitespace() || ",;\"".contains(c)).filter(|word| !word.is_empty()) {
+        let next = at.map_or(0, |at| at + 1);
+        let title = "xyz".get(next..next + 1).unwrap_or_default();
+        // A title is its letter, alone or with a unit behind a sign.
+        let rest = word.get(..1).filter(|first| first.eq_ignore_ascii_case(title)).map(|_| &word[1..]);
+        match rest.filter(|rest| !rest.starts_with(char::is_alphanumeric)) {
+            Some(rest) => {
+                at = Some(next);
+                units[next] = Some(bare(rest)).filter(|unit| !unit.is_empty());
+            }
+            None if word.eq_ignore_ascii_case("in") => after_in = true,
+            None if at.is_none() => return None,
+            None if after_in => common = Some(bare(word)),
+            None => units[at?] = Some(bare(word)),
+        }
+    }
+    if at != Some(2) {
+        return None;
+    }
+    if common.is_some() {
+        units = units.map(|unit| unit.or(common));
+    }
+    Some(lengths(units))
+}
+
+fn bare(unit: &str) -> &str {
+    unit.trim_matches(|c| "[](){}/_:".contains(c))
+}
+
+fn lengths(units: [Option<&str>; 3]) -> Result<Columns, String> {
+    match units {
+        [None, None, None] => Ok(Columns { lateral_um: None, height: None }),
+        [Some(x), Some(y), Some(z)] => {
+            let lateral_um = Some([micrometres(x)?, micrometres(y)?]);
+            Ok(Columns { lateral_um, height: Some((z.to_owned(), micrometres(z)?)) })
+        }
+        _ => Err("a unit is given for some of the columns x, y and z only".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn titles_of_points_give_their_units() {
+        for (text, lateral, height) in [
+            ("X[nm]\tY[nm]\tZ[nm]", Some(1e-3), Some(1e-3)),
+            ("x (µm), y (µm), z (nm)", Some(1.0), Some(1e-3)),
+            ("x/um;y/um;z/nm", Some(1.0), Some(1e-3)),
+            ("\"X [mm]\",\"Y [mm]\",\"Z [µm]\"", Some(1e3), Some(1.0)),
+            ("x y z in µm", Some(1.0), Some(1.0)),
+            ("x,y,z", None, None),
+        ] {
+            let found = columns(text).unwrap().unwrap();
+            assert_eq!(found.lateral_um, lateral.map(|um| [um; 2]), "{text}");
+            assert_eq!(found.height.map(|(_, um)| um), height, "{text}");
+        }
+        for text in ["", "heights", "xylophone y z", "x y", "Width: 2 µm", "x-length = 3"] {
+            assert!(columns(text).is_none(), "{text}");
+        }
+        assert!(columns("X[nm] Y[nm] Z[V]").unwrap().unwrap_err().contains("\"V\""));
+        assert!(columns("x y z[nm]").unwrap().unwrap_err().contains("some of the columns"));
+    }
+}

@@ -1,0 +1,354 @@
+//! Headers of texts: sizes, units, orientation and channel of the numbers that follow.
+//!
+//! A line is `key: value`, `key = value`, a title of columns, or words. A line that carries a unit or a size has to be
+//! understood; other words do not matter. Gwyddion writes its keys in the user's language: there, the second and third line
+//! are width and height, and the fourth is the unit of the values.
+
+use super::super::raw::First;
+use super::super::units::micrometres;
+use super::columns::{Columns, columns};
+use super::keys::{Along, Role, role};
+use super::quantity::{Quantity, bracketed, quantity};
+
+/// Words of a key that a number follows without a sign.
+const KEY_WORDS_MAX: usize = 3;
+
+/// Program whose conventions hold for what a header leaves out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Program {
+    #[default]
+    Other,
+    /// Lengths in nm, rows from the top.
+    Spip,
+    /// Rows from the top; the unit of the heights is that of their range.
+    Wsxm,
+    /// Rows from the top, and no unit.
+    Esri,
+    /// Rows from the top.
+    Gwyddion,
+}
+
+/// Unit of the heights as far as a header tells it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) enum HeightUnit {
+    /// The header says nothing of it.
+    #[default]
+    Unsaid,
+    /// A length of so many µm, as the file writes it.
+    Length(String, f64),
+    /// The header has a place for it, which is empty.
+    Empty,
+}
+
+/// Everything that a header says.
+#[derive(Debug, Default)]
+pub(super) struct Header {
+    /// Numbers of points along x and y.
+    pub counts: [Option<usize>; 2],
+    /// Lengths of the field along x and y in µm.
+    pub extent_um: [Option<f64>; 2],
+    /// Spacings along x and y in µm.
+    pub step_um: [Option<f64>; 2],
+    /// Length of the scan where one is given for both axes.
+    pub edge_um: Option<f64>,
+    pub height: HeightUnit,
+    /// µm in one of x and y, for points.
+    pub lateral_um: Option<[f64; 2]>,
+    pub first: Option<First>,
+    pub channel: Option<String>,
+    /// The number that stands for a missing point.
+    pub no_data: Option<f64>,
+    /// A mask of as many numbers follows the heights: 0 where one is missing.
+    pub has_mask: bool,
+    /// The columns are titled x, y and z.
+    pub has_points: bool,
+    /// Numbers of points without a direction, each with its line, to be checked against the data.
+    pub loose_counts: Vec<(usize, usize)>,
+}
+
+/// A line that no key explains.
+struct Unexplained<'a> {
+    /// Its number in the file.
+    line: usize,
+    text: &'a str,
+    /// What stands after the key.
+    value: String,
+    quantity: Option<Quantity>,
+}
+
+fn not_understood(line: usize, text: &str) -> String {
+    format!(
+        "line {line}, \"{}\", carries a size or a unit that is not understood; remove the line, and give `pixel_size`",
+        text.trim().chars().take(80).collect::<String>()
+    )
+}
+
+/// Reads the lines of a header, each with its number in the file.
+///
+/// # Errors
+/// A line that carries a size or a unit and is not understood, or a unit that is not a length.
+pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
+    let mut header = Header::default();
+    let program = program(lines);
+    let mut unexplained = Vec::new();
+    for &(line, text) in lines {
+        let bare = text.trim_start_matches(|c: char| c.is_whitespace() || "#%;*!/'\"".contains(c));
+        let bare = bare.trim_end_matches(|c: char| c.is_whitespace() || ",;\"".contains(c));
+        if let Some(titles) = columns(bare) {
+            header.take_columns(titles.map_err(|unit| format!("line {line}: {unit}"))?);
+            continue;
+        }
+        let pairs = pairs(bare);
+        if pairs.is_empty() {
+            header.take_words(line, bare)?;
+        }
+        for (key, value) in pairs {
+            if !header.take(program, (line, text), &key, &value)? {
+                let quantity = quantity(&value);
+                unexplained.push(Unexplained { line, text, value, quantity });
+            }
+        }
+    }
+    header.take_by_position(&unexplained)?;
+    header.first = match program {
+        Program::Other if header.is_gwyddion() => Some(First::Top),
+        Program::Other => None,
+        _ => Some(First::Top),
+    };
+    Ok(header)
+}
+
+fn program(lines: &[(usize, &str)]) -> Program {
+    let begins = |text: &str, with: &str| text.trim_start_matches(['#', ' ', '\t']).to_lowercase().starts_with(with);
+    let has = |with: &str| lines.iter().any(|(_, text)| begins(text, with));
+    if has("file format = ascii") || has("bit2nm") || has("start of data") {
+        Program::Spip
+    } else if has("wsxm") {
+        Program::Wsxm
+    } else if has("ncols") && has("nrows") {
+        Program::Esri
+    } else if has("value units") || has("lateral units") {
+        Program::Gwyddion
+    } else {
+        Program::Other
+    }
+}
+
+/// Keys and values of a line: one pair, or several with an equals sign each. A unit in brackets behind a key belongs to the
+/// value.
+fn pairs(text: &str) -> Vec<(String, String)> {
+    let several: Vec<&str> = text.split_whitespace().collect();
+    if several.len() > 1 && several.iter().all(|word| word.matches('=').count() == 1 && !word.starts_with('=')) {
+        return several.iter().filter_map(|word| word.split_once('=')).map(|(k, v)| (k.into(), v.into())).collect();
+    }
+    let by_sign = || text.split_once(['=', ':', '：']);
+    let by_cell = || text.split_once(['\t', ';', ',']);
+    // `ncols 48`: the value is the number, and what follows it.
+    let by_number = || {
+        let at = text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c))?;
+        let starts_word = text[..at].ends_with(char::is_whitespace);
+        // More words than a key has are prose.
+        let is_key = text[..at].split_whitespace().count() <= KEY_WORDS_MAX;
+        (starts_word && is_key && quantity(&text[at..]).is_some()).then(|| text.split_at(at))
+    };
+    let Some((key, value)) = by_sign().or_else(by_cell).or_else(by_number) else { return Vec::new() };
+    let (key, value) = (key.trim(), value.trim());
+    let unit_at = key.find(['[', '(']);
+    match unit_at.and_then(|at| bracketed(&key[at..]).map(|(unit, _)| (at, unit))) {
+        Some((at, unit)) if micrometres(unit).is_ok() => {
+            vec![(key[..at].trim().to_owned(), format!("{value} {unit}"))]
+        }
+        _ => vec![(key.to_owned(), value.to_owned())],
+    }
+}
+
+impl Header {
+    fn is_gwyddion(&self) -> bool {
+        self.extent_um.iter().all(Option::is_some) && self.counts == [None, None] && self.height != HeightUnit::Unsaid
+    }
+
+    /// Takes one pair; whether its key is known.
+    ///
+    /// # Errors
+    /// A value that its key does not explain, and a unit that is not a length.
+    fn take(&mut self, program: Program, (line, text): (usize, &str), key: &str, value: &str) -> Result<bool, String> {
+        let refuse = || not_understood(line, text);
+        let axis = |along: Along| usize::from(along == Along::Y);
+        let number = || quantity(value).filter(|found| found.numbers.len() == 1).map(|found| found.numbers[0]);
+        match role(key) {
+            Role::Irrelevant => {}
+            Role::Channel => self.channel = Some(value.to_owned()),
+            Role::HeightUnit => self.height = height_unit(value)?,
+            Role::LateralUnit => {
+                let um = micrometres(value)?;
+                self.lateral_um = Some([um; 2]);
+            }
+            Role::NmPerValue => {
+                // SPIP's `z-unit` goes first.
+                let nm = number().ok_or_else(refuse)?;
+                if self.height == HeightUnit::Unsaid {
+                    self.height = HeightUnit::Length(format!("{nm} nm"), nm * 1e-3);
+                }
+            }
+            Role::MaskedPoints => self.has_mask = number().ok_or_else(refuse)? > 0.0,
+            Role::NoData => self.no_data = Some(number().ok_or_else(refuse)?),
+            Role::HeightRange => {
+                let unit = quantity(value).ok_or_else(refuse)?.unit;
+                if program == Program::Wsxm {
+                    self.height = height_unit(&unit)?;
+                } else if !unit.is_empty() && self.height == HeightUnit::Unsaid {
+                    // A range alone does not say that the values are in its unit.
+                    return Err(refuse());
+                }
+            }
+            Role::Step(along) => {
+                let found = quantity(value).ok_or_else(refuse)?;
+                let steps = found.per_point_um().or_else(|| lengths(program, &found)).ok_or_else(refuse)?;
+                self.take_steps(along, &steps);
+            }
+            Role::Size(along) => {
+                let found = quantity(value).ok_or_else(refuse)?;
+                let key = key.to_lowercase();
+                let is_length = found.lengths_um().is_some() || (program == Program::Spip && key.contains("length"));
+                let is_of_points = key.contains("pixel") || key.contains("resolution");
+                if let Some(steps) = found.per_point_um().or_else(|| found.lengths_um().filter(|_| is_of_points)) {
+                    self.take_steps(along, &steps);
+                } else if is_length {
+                    let sizes = lengths(program, &found).ok_or_else(refuse)?;
+                    match (along, sizes.as_slice()) {
+                        (Along::Both, [edge]) => self.edge_um = Some(*edge),
+                        (Along::Both, [x, y]) => self.extent_um = [Some(*x), Some(*y)],
+                        (_, [size]) => self.extent_um[axis(along)] = Some(*size),
+                        _ => return Err(refuse()),
+                    }
+                } else {
+                    let counts = found.counts().ok_or_else(refuse)?;
+                    match (along, counts.as_slice()) {
+                        (Along::Both, [count]) => self.loose_counts.push((line, *count)),
+                        (Along::Both, [x, y]) => self.counts = [Some(*x), Some(*y)],
+                        (_, [count]) => self.counts[axis(along)] = Some(*count),
+                        _ => return Err(refuse()),
+                    }
+                }
+            }
+            Role::Unknown => return Ok(false),
+        }
+        Ok(true)
+    }
+
+    fn take_steps(&mut self, along: Along, steps: &[f64]) {
+        let last = steps.len() - 1;
+        match along {
+            Along::X => self.step_um[0] = Some(steps[0]),
+            Along::Y => self.step_um[1] = Some(steps[last]),
+            Along::Both => self.step_um = [Some(steps[0]), Some(steps[last])],
+        }
+    }
+
+    fn take_columns(&mut self, titles: Columns) {
+        self.has_points = true;
+        if let Some(lateral_um) = titles.lateral_um {
+            self.lateral_um = Some(lateral_um);
+        }
+        if let Some((unit, um)) = titles.height {
+            self.height = HeightUnit::Length(unit, um);
+        }
+    }
+
+    /// Takes a line without a key: a unit of the heights in words, or nothing that matters.
+    fn take_words(&mut self, line: usize, text: &str) -> Result<(), String> {
+        let Some(unit) = named_unit(text) else {
+            return if mentions_length(text) { Err(not_understood(line, text)) } else { Ok(()) };
+        };
+        let lower = text.to_lowercase();
+        let is_height = ["height", "value", "data", "topography", "elevation", "relief", "z"]
+            .iter()
+            .any(|noun| lower.split(|c: char| !c.is_alphanumeric()).any(|word| word.trim_end_matches('s') == *noun));
+        if !is_height {
+            return Err(not_understood(line, text));
+        }
+        self.height = height_unit(&unit)?;
+        Ok(())
+    }
+
+    /// Explains lines whose keys are words of another language by their order and units.
+    fn take_by_position(&mut self, lines: &[Unexplained]) -> Result<(), String> {
+        let length = |entry: &Unexplained| {
+            entry
+                .quantity
+                .as_ref()
+                .and_then(Quantity::lengths_um)
+                .filter(|found| found.len() == 1)
+                .map(|found| found[0])
+        };
+        let mut used = vec![false; lines.len()];
+        // Width and height stand in neighbouring lines, the unit of the values behind them and the channel before.
+        let neighbours = |at: usize| lines.get(at + 1).is_some_and(|next| next.line == lines[at].line + 1);
+        let pair = (0..lines.len())
+            .find(|&at| neighbours(at) && length(&lines[at]).is_some() && lines.get(at + 1).and_then(length).is_some());
+        if let Some(at) = pair.filter(|_| self.extent_um == [None, None]) {
+            self.extent_um = [length(&lines[at]), length(&lines[at + 1])];
+            used[at] = true;
+            used[at + 1] = true;
+            if at > 0 && lines[at - 1].line + 1 == lines[at].line {
+                self.channel.get_or_insert_with(|| lines[at - 1].value.clone());
+                used[at - 1] = true;
+            }
+            if neighbours(at + 1) && self.height == HeightUnit::Unsaid {
+                self.height = height_unit(&lines[at + 2].value)?;
+                used[at + 2] = true;
+            }
+        }
+        // Of two units the first is that of x and y, as Gwyddion writes points.
+        let units: Vec<usize> =
+            (0..lines.len()).filter(|&at| !used[at] && micrometres(&lines[at].value).is_ok()).collect();
+        if let [lateral, value] = units[..]
+            && self.lateral_um.is_none()
+            && self.height == HeightUnit::Unsaid
+        {
+            self.lateral_um = Some([micrometres(&lines[lateral].value)?; 2]);
+            self.height = height_unit(&lines[value].value)?;
+            used[lateral] = true;
+            used[value] = true;
+        }
+        let left = lines.iter().zip(used).find(|(entry, used)| {
+            !used && (length(entry).is_some() || micrometres(&entry.value).is_ok() || mentions_length(&entry.value))
+        });
+        left.map_or(Ok(()), |(entry, _)| Err(not_understood(entry.line, entry.text)))
+    }
+}
+
+/// Lengths in µm; SPIP leaves out the nm, and grids of geographers have no unit, which is taken for µm as in any text.
+fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
+    let bare = |um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * um).collect());
+    found.lengths_um().or_else(|| match program {
+        Program::Spip => bare(1e-3),
+        Program::Esri => bare(1.0),
+        _ => None,
+    })
+}
+
+fn height_unit(unit: &str) -> Result<HeightUnit, String> {
+    let unit = unit.trim().trim_matches(|c| "[](){}\"".contains(c)).trim();
+    if unit.is_empty() {
+        return Ok(HeightUnit::Empty);
+    }
+    let um = micrometres(unit).map_err(|error| format!("the heights have {error}"))?;
+    Ok(HeightUnit::Length(unit.to_owned(), um))
+}
+
+/// The unit of a line such as `heights in nm` or `Height (nm)`.
+fn named_unit(text: &str) -> Option<String> {
+    let in_brackets = text.find(['[', '(']).and_then(|at| bracketed(&text[at..])).map(|(unit, _)| unit);
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let after_in = words.windows(2).find(|pair| pair[0].eq_ignore_ascii_case("in")).map(|pair| pair[1]);
+    let is_unit = |unit: &&str| micrometres(unit).is_ok();
+    in_brackets.filter(is_unit).or_else(|| after_in.filter(is_unit)).map(str::to_owned)
+}
+
+/// Whether words hold a number with a unit of length, as in `scan of 10 µm`.
+fn mentions_length(text: &str) -> bool {
+    let words: Vec<&str> = text.split(|c: char| c.is_whitespace() || ",;()[]".contains(c)).collect();
+    let is_length = |text: &str| quantity(text).is_some_and(|found| found.lengths_um().is_some());
+    words.iter().any(|word| is_length(word)) || words.windows(2).any(|pair| is_length(&pair.join(" ")))
+}

@@ -1,0 +1,263 @@
+//! Meaning of the keys in the header of a text.
+
+/// Axis that a key speaks of; `Both` where it names none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Along {
+    X,
+    Y,
+    Both,
+}
+
+/// Property that a key gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Role {
+    /// Length of the whole field, or number of points, by the unit of its value.
+    Size(Along),
+    /// Spacing of the points.
+    Step(Along),
+    /// Unit of the heights.
+    HeightUnit,
+    /// Unit of x and y.
+    LateralUnit,
+    /// Range of the heights.
+    HeightRange,
+    /// nm in one of the values (SPIP).
+    NmPerValue,
+    /// Name of the channel.
+    Channel,
+    /// Number that stands for a missing point.
+    NoData,
+    /// Number of missing points, which a mask behind the data marks (SPIP).
+    MaskedPoints,
+    /// Something that says nothing of size, unit or orientation.
+    Irrelevant,
+    /// None of these.
+    Unknown,
+}
+
+/// Words by which a key speaks of something else than the size of the field, whatever its unit.
+const IRRELEVANT: [&str; 71] = [
+    "offset",
+    "xoffset",
+    "yoffset",
+    "center",
+    "centre",
+    "origin",
+    "corner",
+    "xllcorner",
+    "yllcorner",
+    "xllcenter",
+    "yllcenter",
+    "rate",
+    "speed",
+    "scanspeed",
+    "velocity",
+    "tip",
+    "radius",
+    "stylus",
+    "force",
+    "load",
+    "date",
+    "time",
+    "setpoint",
+    "frequency",
+    "gain",
+    "bias",
+    "position",
+    "location",
+    "diameter",
+    "cutoff",
+    "filter",
+    "duration",
+    "angle",
+    "rotation",
+    "cantilever",
+    "spring",
+    "serial",
+    "version",
+    "comment",
+    "comments",
+    "note",
+    "memo",
+    "description",
+    "original",
+    "file",
+    "filename",
+    "created",
+    "software",
+    "instrument",
+    "operator",
+    "objective",
+    "magnification",
+    "wavelength",
+    "laser",
+    "temperature",
+    "humidity",
+    "forcecurve",
+    "max",
+    "maximum",
+    "min",
+    "minimum",
+    "mean",
+    "rms",
+    "roughness",
+    "sa",
+    "sq",
+    "average",
+    "peak",
+    "valley",
+    "median",
+    "zmin",
+];
+const UNIT: [&str; 3] = ["unit", "units", "zunit"];
+const X: [&str; 10] = ["x", "width", "columns", "cols", "ncols", "nx", "w", "samps", "col", "column"];
+const Y: [&str; 8] = ["y", "height", "rows", "nrows", "ny", "h", "lines", "row"];
+const STEP: [&str; 13] = [
+    "step",
+    "spacing",
+    "increment",
+    "inc",
+    "pitch",
+    "pixelsize",
+    "cellsize",
+    "sampling",
+    "interval",
+    "delta",
+    "dx",
+    "dy",
+    "stepsize",
+];
+const SIZE: [&str; 26] = [
+    "size",
+    "length",
+    "range",
+    "extent",
+    "dimension",
+    "dimensions",
+    "dim",
+    "real",
+    "scan",
+    "area",
+    "amplitude",
+    "width",
+    "height",
+    "pixels",
+    "pixel",
+    "points",
+    "resolution",
+    "res",
+    "columns",
+    "cols",
+    "ncols",
+    "rows",
+    "nrows",
+    "lines",
+    "samps",
+    "fov",
+];
+const NO_DATA: [&str; 8] = ["nodata", "nodatavalue", "missing", "invalid", "void", "bad", "blank", "undefined"];
+const CHANNEL: [&str; 5] = ["channel", "title", "signal", "name", "kanal"];
+
+/// Words of a key in lower case: `X-Length [nm]` is x, length (without its unit), and `xlength` too.
+fn words(key: &str) -> Vec<String> {
+    let lower = key.to_lowercase();
+    let plain: String = lower.chars().map(|c| if "-_./:".contains(c) { ' ' } else { c }).collect();
+    let mut words = Vec::new();
+    for word in plain.split_whitespace() {
+        let glued = word
+            .strip_prefix(['x', 'y', 'z'])
+            .filter(|rest| SIZE.contains(rest) || STEP.contains(rest) || UNIT.contains(rest));
+        match glued {
+            Some(rest) => words.extend([word[..1].to_owned(), rest.to_owned()]),
+            None => words.push(word.to_owned()),
+        }
+    }
+    words
+}
+
+/// Role of a key, without its comment sign.
+pub(super) fn role(key: &str) -> Role {
+    let words = words(key);
+    let has = |accepted: &[&str]| words.iter().any(|word| accepted.contains(&word.as_str()));
+    if words == ["bit2nm"] {
+        return Role::NmPerValue;
+    }
+    if words == ["voidpixels"] {
+        return Role::MaskedPoints;
+    }
+    if has(&NO_DATA) {
+        return Role::NoData;
+    }
+    if has(&IRRELEVANT) || words == ["amplitude"] {
+        return Role::Irrelevant;
+    }
+    let is_vertical = has(&["z", "value", "values", "vertical"]) || (has(&["height"]) && has(&["range", "scale"]));
+    if has(&UNIT) {
+        let is_lateral = has(&["x", "y", "xy", "lateral", "horizontal", "pixel"]);
+        return if is_lateral { Role::LateralUnit } else { Role::HeightUnit };
+    }
+    if is_vertical {
+        return if has(&SIZE) || has(&["scale"]) { Role::HeightRange } else { Role::Unknown };
+    }
+    if has(&CHANNEL) {
+        return Role::Channel;
+    }
+    let along = match (has(&X) || has(&["dx"]), has(&Y) || has(&["dy"])) {
+        // Samples a line are along x.
+        (true, true) if has(&["samps"]) => Along::X,
+        (true, false) => Along::X,
+        (false, true) => Along::Y,
+        _ => Along::Both,
+    };
+    let is_pixel_size = has(&["pixel", "cell"]) && has(&["size", "width", "height"]);
+    if has(&STEP) || is_pixel_size {
+        return Role::Step(along);
+    }
+    // An image, a map or a number of something is a size along an axis alone.
+    let is_size = has(&SIZE) || (along != Along::Both && words.len() == 1);
+    if is_size { Role::Size(along) } else { Role::Unknown }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_of_many_programs_have_their_role() {
+        use Along::{Both, X, Y};
+        for (keys, expected) in [
+            (
+                &[
+                    "Width",
+                    "x-length",
+                    "x-pixels",
+                    "X Scan Size",
+                    "ncols",
+                    "w",
+                    "Samps/line",
+                    "xlength",
+                    "Number of columns",
+                ][..],
+                Role::Size(X),
+            ),
+            (
+                &["Height", "y-length", "Scan size Y", "nrows", "h", "Number of lines", "Data Height", "YPixels"],
+                Role::Size(Y),
+            ),
+            (&["Scan Size", "Resolution", "scan area", "Pixels", "Image size"], Role::Size(Both)),
+            (&["cellsize", "pixel size", "Pixel_size", "spacing"], Role::Step(Both)),
+            (&["dx", "x step", "Pixel width"], Role::Step(X)),
+            (&["Value units", "z-unit", "Units", "ZUnits", "Height unit", "Data unit"], Role::HeightUnit),
+            (&["Lateral units", "x-unit", "XY units"], Role::LateralUnit),
+            (&["Z Amplitude", "z range", "Z scale"], Role::HeightRange),
+            (&["Channel", "Title", "Kanal"], Role::Channel),
+            (&["NODATA_value", "Missing value"], Role::NoData),
+            (&["x-offset", "xllcorner", "Scan rate", "Tip radius", "Original file", "scanspeed"], Role::Irrelevant),
+            (&["Šířka", "Breite", "Foo"], Role::Unknown),
+        ] {
+            for key in keys {
+                assert_eq!(role(key), expected, "{key}");
+            }
+        }
+    }
+}

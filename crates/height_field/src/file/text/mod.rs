@@ -1,0 +1,319 @@
+//! Text: matrices of numbers and points x, y, z, with the headers that programs write.
+//!
+//! | program | recognised by | what the header says |
+//! | --- | --- | --- |
+//! | Gwyddion | `# Width`, `# Height`, `# Value units` in any language | size, unit |
+//! | SPIP | `# File Format = ASCII` | numbers of points, size in nm, unit |
+//! | WSxM | `WSxM` in the first line | size, unit |
+//! | ESRI | `ncols`, `nrows` | numbers of points, spacing, missing points |
+//! | Surfer | `DSAA` | numbers of points, range of x and y |
+//! | NanoScope | `\*File list` | numbers of points, size; a title of each column |
+//! | others | `key: value`, `key = value`, titles of columns | whatever is understood |
+
+mod columns;
+mod header;
+mod keys;
+mod nanoscope;
+mod numbers;
+mod points;
+mod quantity;
+mod surfer;
+
+use super::provenance::{Source, Understood};
+use super::raw::{First, rounded};
+use super::{Parsed, Raw, Values, channel, encoding};
+use header::{Header, HeightUnit};
+use ndarray::Array2;
+use numbers::{Line, Table};
+
+/// Fewest columns and rows of a matrix without a header. Fewer are a profile, or a list.
+const COLUMNS_MIN: usize = 4;
+const ROWS_MIN: usize = 3;
+/// Fewest lines of three numbers without a title that may be points.
+const POINTS_MIN: usize = 4;
+/// Columns up to which a long text may be points with more than three numbers each.
+const POINT_COLUMNS_MAX: usize = 8;
+/// Fewest numbers in equal steps that are coordinates, and no coincidence.
+const RAMP_MIN: usize = 5;
+/// How far the spacing of points may be from the field's length over their number, relatively: lengths of one program are
+/// over all points, those of another from the first point to the last, and both are rounded.
+const SPACING_AGREEMENT: f64 = 1e-2;
+
+/// Contents that the extension promises.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A matrix, or points.
+    Any,
+    /// Points x, y, z.
+    Points,
+}
+
+/// Reads a matrix or points.
+pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    parse_kind(bytes, wanted, Kind::Any)
+}
+
+/// Reads points, and nothing else.
+pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
+    parse_kind(bytes, wanted, Kind::Points)
+}
+
+fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
+    surfer::refuse_binary(bytes)?;
+    let text = encoding::text(bytes)?;
+    let lines = lines(&text);
+    if nanoscope::is_export(&lines) {
+        return nanoscope::parse(&lines, wanted);
+    }
+    channel::refuse(wanted)?;
+    if surfer::is_grid(&lines) {
+        return surfer::parse(&lines);
+    }
+    let (head, data) = split(&lines)?;
+    if data.is_empty() {
+        return Err("it holds no numbers".to_owned());
+    }
+    let header = header::parse(&head)?;
+    let table = numbers::table(&data)?;
+    if header.has_points || kind == Kind::Points {
+        return points(&header, &table);
+    }
+    match (header.counts, table.columns()) {
+        ([Some(nx), Some(ny)], columns) => {
+            let total = table.values.len();
+            let is_points = columns == Ok(3) && nx != 3 && nx.checked_mul(ny * 3) == Some(total);
+            if is_points { points(&header, &table) } else { matrix(&header, table.values, nx, ny) }
+        }
+        (_, columns) => {
+            let (columns, rows) = (columns?, table.rows.len());
+            if columns == 3 && header.extent_um == [None, None] && rows >= POINTS_MIN {
+                return points(&header, &table).map_err(|reason| {
+                    format!("its three columns are neither points x, y, z ({reason}) nor a height field, which has more columns")
+                });
+            }
+            refuse_lists(&table, columns, rows)?;
+            matrix(&header, table.values, columns, rows)
+        }
+    }
+}
+
+/// Lines with their numbers from 1. They end with LF, CR LF, or CR alone; DOS ends the file with a character of its own.
+fn lines(text: &str) -> Vec<Line<'_>> {
+    let text = text.trim_end_matches('\u{1a}');
+    let mut lines: Vec<&str> = text.split('\n').collect();
+    if lines.len() == 1 {
+        lines = text.split('\r').collect();
+    }
+    lines.into_iter().enumerate().map(|(at, line)| (at + 1, line.trim_end_matches('\r'))).collect()
+}
+
+/// Lines of a header, and lines of numbers.
+type Parts<'a> = (Vec<Line<'a>>, Vec<Line<'a>>);
+
+/// Divides the lines. Whatever is no number, before the first number or behind a comment sign, is a header.
+///
+/// # Errors
+/// Words among the numbers.
+fn split<'a>(lines: &[Line<'a>]) -> Result<Parts<'a>, String> {
+    let (mut head, mut data): Parts = Default::default();
+    for &(line, text) in lines {
+        let (content, comment) = without_comment(text);
+        if !comment.trim().is_empty() {
+            head.push((line, comment));
+        }
+        if content.trim().is_empty() {
+            continue;
+        }
+        if numbers::is_numeric(content) {
+            data.push((line, content));
+        } else if data.is_empty() && !content.split_whitespace().next().is_some_and(numbers::is_numeric) {
+            head.push((line, content));
+        } else {
+            let word = content.split_whitespace().find(|word| !numbers::is_numeric(word)).unwrap_or(content);
+            return Err(format!("\"{word}\" in line {line} is not a number"));
+        }
+    }
+    Ok((head, data))
+}
+
+/// Contents and comment of a line. `#` begins a comment where a word could begin, `%`, `!` and `//` do at the start of a line.
+fn without_comment(text: &str) -> (&str, &str) {
+    let start = text.trim_start();
+    if ["%", "!", "//", ";"].iter().any(|sign| start.starts_with(sign)) {
+        return ("", text);
+    }
+    let starts_word =
+        |at: &usize| text[..*at].chars().next_back().is_none_or(|c| c.is_whitespace() || ",;\"".contains(c));
+    let at = text.match_indices('#').map(|(at, _)| at).find(starts_word);
+    at.map_or((text, ""), |at| text.split_at(at))
+}
+
+/// Refuses a profile, a list of points with more columns, and a matrix with coordinates in its first row or column.
+fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String> {
+    let advice = "a height field has at least four columns and three rows";
+    match (columns, rows) {
+        (1, _) | (_, 1) => {
+            return Err(format!(
+                "it holds one {} of {} numbers, a list or a profile: {advice}",
+                if rows == 1 { "row" } else { "column" },
+                columns * rows
+            ));
+        }
+        (2, _) => return Err(format!("it holds two columns of {rows} numbers, a profile or decimal commas: {advice}")),
+        _ if columns < COLUMNS_MIN || rows < ROWS_MIN => {
+            return Err(format!("it holds {rows} rows of {columns} numbers, profiles or a list: {advice}"));
+        }
+        _ => {}
+    }
+    if columns <= POINT_COLUMNS_MAX && rows > columns {
+        let first_three = |skip: usize| -> Vec<f64> {
+            table.values.chunks_exact(columns).flat_map(|row| row[skip..skip + 3].iter().copied()).collect()
+        };
+        let is_list = |skip: usize| {
+            points::grid(&first_three(skip), [1.0; 2])
+                .is_ok_and(|grid| grid.values.len() >= rows && grid.values.dim().0 > 1 && grid.values.dim().1 > 1)
+        };
+        if is_list(0) || is_list(1) {
+            return Err(format!("its {columns} columns hold points x, y, z and more: keep the columns x, y and z"));
+        }
+    }
+    // The corner of a table with coordinates is empty or anything.
+    let row: Vec<f64> = table.values[1..columns].to_vec();
+    let column: Vec<f64> = table.values.iter().skip(columns).step_by(columns).copied().collect();
+    let (of_row, of_column) = (ramp(&row), ramp(&column));
+    let is_index = |found: Option<(f64, f64)>| matches!(found, Some((first, step)) if step == 1.0 && (first == 0.0 || first == 1.0));
+    let both = of_row.is_some() && of_column.is_some();
+    let which = match (both, is_index(of_row), is_index(of_column)) {
+        (true, ..) => "row and column",
+        (_, true, _) => "row",
+        (_, _, true) => "column",
+        _ => return Ok(()),
+    };
+    // A plane is a relief.
+    let last: Vec<f64> = table.values.iter().skip(columns - 1).step_by(columns).copied().collect();
+    if ramp(&last).is_some() {
+        return Ok(());
+    }
+    Err(format!("its first {which} counts in equal steps, as coordinates or an index do: remove it"))
+}
+
+/// First number and step of numbers that grow in equal steps, to their rounding.
+fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
+    let (first, last) = (*numbers.first()?, *numbers.last()?);
+    let step = (last - first) / (numbers.len() - 1) as f64;
+    let is_even = |(at, value): (usize, &f64)| (value - (first + at as f64 * step)).abs() <= 1e-3 * step.abs();
+    let is_ramp =
+        numbers.len() >= RAMP_MIN && step != 0.0 && step.is_finite() && numbers.iter().enumerate().all(is_even);
+    is_ramp.then_some((first, step))
+}
+
+/// Meaning of heights that a header explains; µm where it says nothing.
+fn meaning(header: &Header) -> Values {
+    match &header.height {
+        HeightUnit::Unsaid => Values::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
+        HeightUnit::Length(unit, um) => Values::in_unit(unit, *um),
+        HeightUnit::Empty => Values::Unknown,
+    }
+}
+
+fn finish(header: &Header, raw: Raw) -> Raw {
+    match &header.channel {
+        Some(name) if !name.is_empty() => raw.channel(name, None),
+        _ => raw,
+    }
+}
+
+fn points(header: &Header, table: &Table) -> Parsed {
+    let columns = table.columns()?;
+    if columns != 3 {
+        return Err(format!("its rows have {columns} numbers; x, y and z are needed"));
+    }
+    let mut numbers = table.values.clone();
+    mark_missing(header, numbers.iter_mut().skip(2).step_by(3));
+    let grid = points::grid(&numbers, header.lateral_um.unwrap_or([1.0; 2]))?;
+    if header.lateral_um.is_none() && header.height != HeightUnit::Unsaid {
+        return Err("its header has a unit for z, but none for x and y".to_owned());
+    }
+    let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
+    let raw = Raw::new(grid.values, meaning(header), First::Bottom).pixel(grid.pixel_um).pixel_from(source);
+    Ok(finish(header, raw.rows_from(Source::File)))
+}
+
+/// A matrix of `nx` by `ny` heights, and a mask of as many numbers behind it where the header says so.
+fn matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed {
+    let total =
+        nx.checked_mul(ny).filter(|total| *total > 0).ok_or("its header promises a size that is not possible")?;
+    let with_mask = if header.has_mask { total.checked_mul(2) } else { Some(total) };
+    if Some(values.len()) != with_mask {
+        let mask = if header.has_mask { " and a mask of as many" } else { "" };
+        return Err(format!("its header promises {nx} × {ny} heights{mask}, but {} numbers follow", values.len()));
+    }
+    for (count, own) in header.counts.iter().zip([nx, ny]) {
+        if count.is_some_and(|count| count != own) {
+            return Err(format!(
+                "its header promises {} points along an axis, and {own} are there",
+                count.unwrap_or(0)
+            ));
+        }
+    }
+    if let Some((line, count)) = header.loose_counts.iter().find(|(_, count)| ![nx, ny, total].contains(count)) {
+        return Err(format!("line {line} says {count} points, but {nx} × {ny} follow"));
+    }
+    let mask = values.split_off(total);
+    for (value, flag) in values.iter_mut().zip(mask) {
+        if flag == 0.0 {
+            *value = f64::NAN;
+        }
+    }
+    mark_missing(header, values.iter_mut());
+    let (pixel_um, source) = pixel(header, nx, ny)?;
+    let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    let first = header.first.unwrap_or(First::Bottom);
+    let rows = if header.first.is_some() { Source::Format } else { Source::Default };
+    let raw = Raw::new(values, meaning(header), first).pixel(pixel_um).pixel_from(source).rows_from(rows);
+    Ok(finish(header, raw))
+}
+
+fn mark_missing<'a>(header: &Header, values: impl Iterator<Item = &'a mut f64>) {
+    let Some(no_data) = header.no_data else { return };
+    for value in values.filter(|value| **value == no_data) {
+        *value = f64::NAN;
+    }
+}
+
+/// Pixel size in µm that a header gives, and its origin: spacing, or length over the number of points.
+///
+/// # Errors
+/// A spacing and a length that contradict each other, or one of them along one axis only.
+fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, Source), String> {
+    let counts = [nx as f64, ny as f64];
+    let mut pixel_um = [None; 2];
+    for axis in 0..2 {
+        let by_length = header.extent_um[axis].map(|length| length / counts[axis]);
+        if let (Some(step), Some(length)) = (header.step_um[axis], header.extent_um[axis]) {
+            let agrees = |count: f64| (step * count / length - 1.0).abs() < SPACING_AGREEMENT;
+            if !agrees(counts[axis]) && !agrees(counts[axis] - 1.0) {
+                return Err(format!(
+                    "its header gives a spacing of {} µm and a length of {} µm for {} points",
+                    rounded(step),
+                    rounded(length),
+                    counts[axis]
+                ));
+            }
+        }
+        pixel_um[axis] = header.step_um[axis].or(by_length);
+    }
+    match (pixel_um, header.edge_um) {
+        ([Some(dx), Some(dy)], _) => Ok((Some((dx, dy)), Source::File)),
+        // The longer side is the scan's; pixels of instruments are square.
+        ([None, None], Some(edge)) => {
+            let step = edge / counts[0].max(counts[1]);
+            Ok((Some((step, step)), if nx == ny { Source::File } else { Source::Guess }))
+        }
+        ([None, None], None) => Ok((None, Source::Option)),
+        ([along_x, _], _) => {
+            let (given, missing) = if along_x.is_some() { ("x", "y") } else { ("y", "x") };
+            Err(format!("its header gives a size along {given} and none along {missing}"))
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Text that NanoScope Analysis exports: the header of its files, a title for each channel, and a column of numbers under it.
+
+use super::super::channel::{self, Channel};
+use super::super::nanoscope::{pixel, sections};
+use super::super::raw::First;
+use super::super::units::micrometres;
+use super::super::{Parsed, Raw, Values};
+use super::numbers::{Line, is_numeric, table};
+use super::quantity::bracketed;
+use ndarray::Array2;
+
+/// Whether the text begins as the program's files do.
+pub(super) fn is_export(lines: &[Line]) -> bool {
+    lines.iter().find(|(_, text)| !text.trim().is_empty()).is_some_and(|(_, text)| is_header(text))
+}
+
+fn is_header(text: &str) -> bool {
+    text.trim_start_matches('"').starts_with('\\')
+}
+
+/// Reads the column of the channel that is `wanted`, or the only matrix; rows run from the bottom, as in the program's files.
+pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
+    let header: Vec<&str> =
+        lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
+    let header = header.join("\n");
+    let all = sections(&header);
+    let image = all.iter().find(|section| section.is_image()).ok_or("its header has no section of an image")?;
+    let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
+    let mut body: Vec<Line> =
+        lines.iter().copied().filter(|(_, text)| !is_header(text) && !text.trim().is_empty()).collect();
+    let titles = match body.first() {
+        Some((_, text)) if !is_numeric(text) => body.remove(0).1,
+        _ => "",
+    };
+    let table = table(&body)?;
+    let columns = table.columns()?;
+    let total = nx.checked_mul(ny).ok_or("its size is too large")?;
+    let pixel = pixel(image, &all, (nx, ny))?;
+    let (at, values) = if columns == nx && table.rows.len() == ny {
+        (0, table.values)
+    } else if table.rows.len() == total {
+        let channels = channels(titles, columns);
+        let at = if columns == 1 && wanted.is_none() { 0 } else { channel::choose(&channels, wanted)? };
+        (at, table.values.into_iter().skip(at).step_by(columns).collect())
+    } else {
+        let rows = table.rows.len();
+        return Err(format!("its header promises {nx} × {ny} points, but {rows} lines of {columns} numbers follow"));
+    };
+    let (name, unit) = title(titles, at);
+    let meaning = match micrometres(&unit) {
+        Ok(um) => Values::in_unit(&unit, um),
+        Err(_) if unit.is_empty() => Values::Unknown,
+        Err(error) => return Err(format!("its channel \"{name}\" has {error}")),
+    };
+    let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    let raw = Raw::new(values, meaning, First::Bottom).pixel_or_reason(pixel);
+    Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
+}
+
+/// Name and unit of a column: `Height_Sensor(nm)`.
+fn title(titles: &str, at: usize) -> (String, String) {
+    let cell =
+        titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(at).unwrap_or_default();
+    let cell = cell.trim_matches('"');
+    let Some(start) = cell.find(['(', '[']) else { return (cell.replace('_', " "), String::new()) };
+    let unit = bracketed(&cell[start..]).map_or("", |(unit, _)| unit);
+    (cell[..start].trim().replace('_', " "), unit.to_owned())
+}
+
+fn channels(titles: &str, columns: usize) -> Vec<Channel> {
+    let channel = |at: usize| {
+        let (title, unit) = title(titles, at);
+        Channel::new(at + 1, title, unit)
+    };
+    (0..columns).map(channel).collect()
+}

@@ -1,0 +1,44 @@
+//! Text grids of Surfer: `DSAA`, the numbers of points, the ranges of x, y and z, and heights from the lowest y on. Blank
+//! nodes are 1.70141e38.
+
+use super::super::provenance::{Source, Understood};
+use super::super::raw::First;
+use super::super::{Parsed, Raw, Values};
+use super::numbers::{Line, table};
+use ndarray::Array2;
+
+/// Whether the text is such a grid.
+pub(super) fn is_grid(lines: &[Line]) -> bool {
+    lines.iter().find(|(_, text)| !text.trim().is_empty()).is_some_and(|(_, text)| text.trim() == "DSAA")
+}
+
+/// Refuses the binary grids of the same program by their name.
+pub(super) fn refuse_binary(bytes: &[u8]) -> Result<(), String> {
+    match bytes.get(..4) {
+        Some(b"DSBB" | b"DSRB") => Err("it is a binary grid of Surfer; save it as a text grid (GS ASCII)".to_owned()),
+        _ => Ok(()),
+    }
+}
+
+/// Reads the grid; lengths are in µm, since it has no place for a unit.
+pub(super) fn parse(lines: &[Line]) -> Parsed {
+    let lines: Vec<Line> = lines.iter().copied().filter(|(_, text)| !text.trim().is_empty()).skip(1).collect();
+    let mut numbers = table(&lines)?.values.into_iter();
+    let mut next = || numbers.next().ok_or_else(|| "it ends within its header".to_owned());
+    let (nx, ny) = (next()?, next()?);
+    let (x, y) = ([next()?, next()?], [next()?, next()?]);
+    let _range = [next()?, next()?];
+    let count = |value: f64| (value.fract() == 0.0 && (2.0..1e9).contains(&value)).then_some(value as usize);
+    let (Some(nx), Some(ny)) = (count(nx), count(ny)) else {
+        return Err(format!("its size is {nx} × {ny}; at least 2 × 2 nodes are needed"));
+    };
+    let values: Vec<f64> = numbers.collect();
+    if nx.checked_mul(ny) != Some(values.len()) {
+        return Err(format!("{nx} × {ny} heights are promised, but {} follow", values.len()));
+    }
+    let step = |range: [f64; 2], count: usize| (range[1] - range[0]) / (count - 1) as f64;
+    let pixel_um = Some((step(x, nx), step(y, ny)));
+    let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
+    let unit = Understood::new(Source::Default, "µm");
+    Ok(Raw::new(values, Values::Lengths { um: 1.0, unit }, First::Bottom).pixel(pixel_um))
+}

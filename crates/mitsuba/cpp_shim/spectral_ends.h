@@ -1,0 +1,99 @@
+// Spectra of eta and k beyond the wavelengths that they are given for. Mitsuba's are zero there, and an index of zero
+// would reflect everything; here the values at either end go on, and a warning says so.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include <mitsuba/core/properties.h>
+#include <mitsuba/core/spectrum.h>
+#include <mitsuba/render/interaction.h>
+#include <mitsuba/render/texture.h>
+
+#include "compat.h"
+#include "parameters.h"
+
+namespace sunbeam {
+
+/// The wavelengths that all spectra in a texture are given for, its own and those of textures inside it.
+template <typename Texture> class SpectralRange final : public mitsuba::TraversalCallback {
+public:
+    explicit SpectralRange(Texture &texture) { add(texture); }
+
+    /// In nm.
+    WavelengthRange range;
+
+private:
+    void add(Texture &texture) {
+        const auto given = texture.wavelength_range();
+        range.low        = std::max(range.low, (double) given.x());
+        range.high       = std::min(range.high, (double) given.y());
+        texture.traverse(this);
+    }
+
+    void put_value(std::string_view, void *, uint32_t, const std::type_info &) override {}
+    void put_object(std::string_view, mitsuba::Object *object, uint32_t) override {
+        if (object && object->type() == mitsuba::ObjectType::Texture)
+            add(*static_cast<Texture *>(object));
+    }
+};
+
+/// Evaluates a texture of eta or k at the wavelengths that it is given for, or at the nearest of these.
+template <typename Float, typename Spectrum> class SpectralEnds {
+public:
+    using Texture             = mitsuba::Texture<Float, Spectrum>;
+    using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
+    using SurfaceInteraction  = mitsuba::SurfaceInteraction<Float, Spectrum>;
+
+    /// Takes a texture that was made of samples at rising wavelengths in nm, none where it was made of something else.
+    /// In variants that carry colours, that of a spectrum which ends early is made anew. `source` is what warnings and
+    /// errors call it.
+    void begin(mitsuba::ref<Texture> &texture, const std::string &source, const std::vector<double> &nm,
+               const std::vector<double> &values) {
+        m_source = source;
+        if constexpr (mitsuba::is_spectral_v<Spectrum>) {
+            update(*texture);
+        } else if (const WavelengthRange range = range_of(nm); !range.is_complete()) {
+            tell_ends(source, range);
+            mitsuba::Properties props;
+            props.set("spectrum", continued(nm, values));
+            texture = props.get_unbounded_texture<Texture>("spectrum");
+        }
+    }
+
+    /// Asks the texture, which may have changed, where its spectra end, and warns of a range that is new.
+    void update(Texture &texture) {
+        if constexpr (mitsuba::is_spectral_v<Spectrum>) {
+            const WavelengthRange range = SpectralRange<Texture>(texture).range;
+            if (range == m_range)
+                return;
+            tell_ends(m_source, range);
+            m_range = range;
+            // Opaque: kernels are compiled for any range, and a frozen function reads the one in use.
+            m_low  = dr::opaque<Float>((dr::scalar_t<Float>) range.low);
+            m_high = dr::opaque<Float>((dr::scalar_t<Float>) range.high);
+        }
+    }
+
+    UnpolarizedSpectrum eval(const Texture &texture, const SurfaceInteraction &si, dr::mask_t<Float> active) const {
+        if constexpr (mitsuba::is_spectral_v<Spectrum>) {
+            if (!m_range.is_complete()) {
+                SurfaceInteraction inside = si;
+                inside.wavelengths        = dr::clip(si.wavelengths, m_low, m_high);
+                return texture.eval(inside, active);
+            }
+        }
+        return texture.eval(si, active);
+    }
+
+private:
+    std::string m_source;
+    WavelengthRange m_range;
+    Float m_low = 0.f, m_high = 0.f;
+
+public:
+    DRJIT_TRAVERSE(SpectralEnds, m_low, m_high)
+};
+
+} // namespace sunbeam

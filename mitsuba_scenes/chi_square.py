@@ -1,0 +1,75 @@
+"""Pearson's χ² test of a BSDF's samples against the density that it reports, by `mitsuba.chi2` over equal solid angles.
+
+A BSDF of a vectorised variant is tested by `vectorised`; `chi_square_test` takes any two functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import drjit as dr
+import mitsuba as mi
+
+# Wavelengths in nm that a path carries: the density is the mean of theirs.
+WAVELENGTHS = [410.0, 487.5, 561.0, 655.0]
+
+
+class HemisphereDomain:
+    """The unit square, equal areas to equal solid angles of the upper hemisphere.
+
+    Unlike `SphericalDomain`, its cells keep the shape of orders near the normal, and its edge is the horizon.
+    """
+
+    def bounds(self):
+        return mi.ScalarBoundingBox2f(0, 1)
+
+    def aspect(self):
+        return 1
+
+    def map_forward(self, p):
+        return mi.warp.square_to_uniform_hemisphere(p)
+
+    def map_backward(self, p):
+        return mi.warp.uniform_hemisphere_to_square(p)
+
+
+def chi_square_test(sample_func: Callable, pdf_func: Callable, **resolution):
+    """The test of `sample_func(u) -> (wo, pdf)` against `pdf_func(wo)`, which is per solid angle."""
+    from mitsuba.chi2 import ChiSquareTest
+
+    def counted(u):
+        wo, pdf = sample_func(u)
+        # Samples beyond the horizon count nowhere. Not BSDFAdapter's rule, weight 0: a dark order is sampled, too.
+        seen = pdf > 0
+        return dr.select(seen, wo, mi.Vector3f(0, 0, 1)), dr.select(seen, mi.Float(1), 0)
+
+    # The domain's area is 1, that of the hemisphere 2π.
+    return ChiSquareTest(
+        domain=HemisphereDomain(),
+        sample_func=counted,
+        pdf_func=lambda wo: pdf_func(wo) * dr.two_pi,
+        sample_dim=3,
+        **resolution,
+    )
+
+
+def vectorised(bsdf: mi.BSDF, wi, pdf_of: mi.BSDF | None = None, nm=WAVELENGTHS, **resolution):
+    """The test of the samples of `bsdf` for light from `wi`, against the density of `pdf_of` or its own."""
+    ctx = mi.BSDFContext()
+
+    def interactions(count):
+        si = dr.zeros(mi.SurfaceInteraction3f, count)
+        # Opaque, so that one kernel serves all directions.
+        si.wi = mi.Vector3f([dr.opaque(mi.Float, c) for c in wi])
+        if mi.is_spectral:
+            si.wavelengths = type(si.wavelengths)([dr.opaque(mi.Float, c) for c in nm])
+        return si
+
+    def sample_func(u):
+        bs, _ = bsdf.sample(ctx, interactions(dr.width(u)), u.x, mi.Point2f(u.y, u.z))
+        return bs.wo, bs.pdf
+
+    def pdf_func(wo):
+        return (pdf_of or bsdf).pdf(ctx, interactions(dr.width(wo)), wo)
+
+    return chi_square_test(sample_func, pdf_func, **{"sample_count": 200_000, "res": 75, "ires": 24, **resolution})
