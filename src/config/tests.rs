@@ -57,7 +57,7 @@ fn each_unknown_choice_and_wrong_type_is_named_with_what_is_accepted() {
         ("preset", r#"{"preset":"blazd"}"#, "xenopeltis"),
         ("level", r#"{"level":"flat"}"#, "plane"),
         ("fill", r#"{"filename":"a.gwy","fill":"zero"}"#, "laplace"),
-        ("channel", r#"{"filename":"a.gwy","channel":0}"#, "string"),
+        ("channel", r#"{"filename":"a.gwy","channel":true}"#, "a channel's title or its number"),
         ("tiling", r#"{"tiling":"both"}"#, "aperiodic"),
         ("model", r#"{"model":"speckle"}"#, "ensemble"),
         ("obliquity", r#"{"obliquity":"cos"}"#, "small_slope"),

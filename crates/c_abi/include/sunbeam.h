@@ -104,7 +104,8 @@ sunbeam_status sunbeam_surface_from_heights(const char *config_json,
 // `surface` must come from one of the two functions that make one, and not have been given back.
 void sunbeam_surface_free(sunbeam_surface *surface);
 
-// Writes a JSON object that tells the configuration, the size of the tables and their measured error.
+// Writes a JSON object that tells the configuration, the size of the tables and their measured error; for a file of heights
+// also, under `file`, what its size, unit, orientation, channel and holes were taken from.
 //
 // `*needed` is the size of the text with its terminating NUL, so a first call with `capacity` 0 asks for it (and returns
 // `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
