@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from sweeps import QUICK, REPOSITORY, one_line, sweep, write_spec
 
+from mitsuba_scenes.environment import SetupError
 from mitsuba_scenes.tool import sunbeam
 
 if sys.version_info < (3, 10):
@@ -297,6 +298,17 @@ def test_the_extensions_are_those_of_the_library_that_sunbeam_does_not_read(pack
     # Nanoscope files end in .di, too, and are known by their content.
     assert (read | {"di"}) - OWN - NO_MAPS == package.convert.EXTENSIONS
     assert read >= NO_MAPS - {"zip"}
+
+
+def test_the_command_names_the_way_for_each_of_these_extensions(package, tmp_path):
+    for extension in sorted(package.convert.EXTENSIONS):
+        with pytest.raises(SetupError) as refused:
+            sunbeam("height-field", "--height-field", tmp_path / f"scan.{extension}")
+        assert f"`python -m sunbeam_mitsuba.convert {tmp_path}/scan.{extension} -o scan.gsf`" in str(refused.value)
+        assert "Gwyddion" in str(refused.value)
+    for extension in ("sxm", "sm4", "wip"):
+        with pytest.raises(SetupError, match="Gwyddion reads them"):
+            sunbeam("height-field", "--height-field", tmp_path / f"scan.{extension}")
 
 
 QUICK_SURFACE = {"coherence_length": 3.0, "conserve_energy": False, "tolerance": 0.01}

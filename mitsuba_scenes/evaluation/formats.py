@@ -25,8 +25,8 @@ from .page import insist
 
 PAGE = "formats"
 # Formats that the native readers read, with an extension that they know them by.
-NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy"}
-# Text is left to the native readers' own tests, and Gwyddion's import of it asks for sizes.
+NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
+# Text, whose headers are without number: the native readers refuse what they do not know, and Gwyddion asks for sizes.
 TEXT = ("asc", "xyz")
 # Largest difference over peak to valley up to which heights are the same: the rounding of doubles,
 # with an offset of up to 1e4 times peak to valley, and of scales that are text of seven digits.
@@ -140,13 +140,18 @@ def compared(sample: Sample, work: Path) -> dict:
 
 
 def beside_native(sample: Sample, work: Path) -> dict | None:
-    """The largest differences to the native reader's heights and pixels; `None` for a format that it does not read."""
+    """The largest differences to the native reader's heights and pixels; `None` for what it does not read."""
     if sample.format not in NATIVE:
         return None
     copy, out = work / f"copy{NATIVE[sample.format]}", work / "native.npy"
     shutil.copy(sample.path, copy)
     words = ("--height-field", copy, "--level", "none", "--fill", "mean", "-o", out)
-    pixel_um = json.loads(sunbeam("height-field", *words))["pixel_um"]
+    try:
+        pixel_um = json.loads(sunbeam("height-field", *words))["pixel_um"]
+    except SetupError:
+        if sample.format in TEXT:
+            return None
+        raise
     return differences(sample.reading.relief, np.load(out), pixel_um)
 
 

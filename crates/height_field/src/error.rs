@@ -63,6 +63,9 @@ pub enum HeightFieldError {
         path.display(), path.display()
     )]
     Instrument { path: PathBuf, found: String },
+    /// A format of an instrument that Gwyddion alone reads.
+    #[error("{}: \"{found}\" files are not read here; Gwyddion reads them, and saves the heights as .gwy", path.display())]
+    Gwyddion { path: PathBuf, found: String },
     /// The contents are truncated or are not what the extension says.
     #[error("{}: not a usable {format} height field: {reason}", path.display())]
     Malformed { path: PathBuf, format: &'static str, reason: String },

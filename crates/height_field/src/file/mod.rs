@@ -27,12 +27,14 @@ use super::{Fill, HeightField, HeightFieldError};
 use raw::{Parsed, Raw, Values};
 use std::path::Path;
 
-/// Extensions of instruments' formats that the Python library SurfaceTopography reads, and Gwyddion most of them.
-const INSTRUMENTS: [&str; 37] = [
-    "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "h5", "hgt", "ibw", "jpk", "lext", "mat", "mdt",
-    "mi", "mnt", "nc", "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "sxm", "tmd",
-    "top", "vk4", "vk6", "zmg", "zon",
+/// Extensions of maps that the Python library SurfaceTopography reads, those of `convert.EXTENSIONS` in the Python package.
+const INSTRUMENTS: [&str; 36] = [
+    "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
+    "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
+    "vk6", "vk7", "zmg", "zon",
 ];
+/// Extensions of instruments' formats that Gwyddion reads and SurfaceTopography does not: Nanonis, RHK and WITec.
+const GWYDDION: [&str; 5] = ["sxm", "sm2", "sm3", "sm4", "wip"];
 const WRITABLE: &str = ".exr, .png, .gsf, .npy";
 
 /// Physical scale to go with a file that has none of its own.
@@ -102,10 +104,10 @@ impl Format {
             return Ok(format);
         }
         let path = path.to_owned();
-        Err(if INSTRUMENTS.contains(&found.as_str()) {
-            HeightFieldError::Instrument { path, found: format!(".{found}") }
-        } else {
-            HeightFieldError::Extension { path, found, accepted: READABLE }
+        Err(match found.as_str() {
+            key if INSTRUMENTS.contains(&key) => HeightFieldError::Instrument { path, found: format!(".{found}") },
+            key if GWYDDION.contains(&key) => HeightFieldError::Gwyddion { path, found: format!(".{found}") },
+            _ => HeightFieldError::Extension { path, found, accepted: READABLE },
         })
     }
 
