@@ -220,6 +220,15 @@ fn headers_of_keys_and_values() {
         let text = if top { format!("{header}{}", rows(true, 1e-3, ";")) } else { text };
         check("skin.csv", text.as_bytes());
     }
+    // A hologram in radians, with the length of one.
+    let hologram = "h=5 w=7\npixel size=5e-008 m x 8e-008 m\ndata unit=rad\nheight conversion factor (-> m)=2.5e-008\n";
+    check("skin.txt", format!("{hologram}{}", rows(false, 2.5e-2, " ")).as_bytes());
+    let no_factor = hologram.replace("height conversion factor (-> m)=2.5e-008\n", "");
+    let message = refusal("skin.txt", format!("{no_factor}{body}").as_bytes(), &NO_SCALE);
+    assert!(message.contains("\"rad\" is not a length"), "{message}");
+    // A field of three columns, since its header has a size.
+    let small = "# Width: 12.34 µm\n# Height: 5678.9 nm\n# Value units: m\n1e-6 1.5e-6 3e-6\n-2e-6 -3e-6 -6e-6\n0 0 0\n9e-6 9e-6 9e-6\n";
+    assert_eq!(self::read("skin.txt", small.as_bytes(), &NO_SCALE).field.size(), (3, 4));
     // A size for both axes: square pixels.
     let read = self::read("skin.txt", format!("Scan Size: 0.35 µm\nz unit: nm\n{body}").as_bytes(), &NO_SCALE);
     compare(&read, (0.05, 0.05), "scan size");

@@ -38,6 +38,8 @@ pub(super) enum HeightUnit {
     Length(String, f64),
     /// The header has a place for it, which is empty.
     Empty,
+    /// Something else than a length, with the reason why. Holograms in radians have a factor besides.
+    Other(String),
 }
 
 /// Everything that a header says.
@@ -110,6 +112,9 @@ pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
         }
     }
     header.take_by_position(&unexplained)?;
+    if let HeightUnit::Other(reason) = header.height {
+        return Err(reason);
+    }
     header.first = match program {
         Program::Other if header.is_gwyddion() => Some(First::Top),
         Program::Other => None,
@@ -154,7 +159,8 @@ fn pairs(text: &str) -> Vec<(String, String)> {
     let Some((key, value)) = by_sign().or_else(by_cell).or_else(by_number) else { return Vec::new() };
     let (key, value) = (key.trim(), value.trim());
     let unit_at = key.find(['[', '(']);
-    match unit_at.and_then(|at| bracketed(&key[at..]).map(|(unit, _)| (at, unit))) {
+    let unit = unit_at.and_then(|at| bracketed(&key[at..]).map(|(unit, _)| (at, unit.trim_start_matches("-> "))));
+    match unit {
         Some((at, unit)) if micrometres(unit).is_ok() => {
             vec![(key[..at].trim().to_owned(), format!("{value} {unit}"))]
         }
@@ -178,7 +184,15 @@ impl Header {
         match role(key) {
             Role::Irrelevant => {}
             Role::Channel => self.channel = Some(value.to_owned()),
-            Role::HeightUnit => self.height = height_unit(value)?,
+            Role::HeightUnit => match height_unit(value) {
+                Ok(unit) => self.height = unit,
+                Err(reason) => self.height = HeightUnit::Other(reason),
+            },
+            Role::HeightFactor => {
+                let found = quantity(value).ok_or_else(refuse)?;
+                let um = found.lengths_um().ok_or_else(refuse)?[0];
+                self.height = HeightUnit::Length(value.to_owned(), um);
+            }
             Role::LateralUnit => {
                 let um = micrometres(value)?;
                 self.lateral_um = Some([um; 2]);

@@ -19,6 +19,8 @@ pub(super) enum Role {
     HeightUnit,
     /// Unit of x and y.
     LateralUnit,
+    /// Length that one of the values stands for, such as a radian of phase.
+    HeightFactor,
     /// Range of the heights.
     HeightRange,
     /// nm in one of the values (SPIP).
@@ -184,6 +186,9 @@ pub(super) fn role(key: &str) -> Role {
     }
     if words == ["voidpixels"] {
         return Role::MaskedPoints;
+    }
+    if has(&["conversion"]) && has(&["factor"]) && has(&["height", "z"]) {
+        return Role::HeightFactor;
     }
     if has(&NO_DATA) {
         return Role::NoData;

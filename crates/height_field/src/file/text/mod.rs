@@ -91,7 +91,10 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
                     format!("its three columns are neither points x, y, z ({reason}) nor a height field, which has more columns")
                 });
             }
-            refuse_lists(&table, columns, rows)?;
+            // A header with a size speaks of a field, however small.
+            if header.extent_um == [None, None] && header.step_um == [None, None] {
+                refuse_lists(&table, columns, rows)?;
+            }
             matrix(&header, table.values, columns, rows)
         }
     }
@@ -212,7 +215,7 @@ fn meaning(header: &Header) -> Values {
     match &header.height {
         HeightUnit::Unsaid => Values::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
         HeightUnit::Length(unit, um) => Values::in_unit(unit, *um),
-        HeightUnit::Empty => Values::Unknown,
+        HeightUnit::Empty | HeightUnit::Other(_) => Values::Unknown,
     }
 }
 
