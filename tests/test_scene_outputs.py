@@ -1,4 +1,4 @@
-"""What the commands of `mitsuba_scenes` write is checked before anything is rendered."""
+"""Outputs of the commands of `mitsuba_scenes` are checked before anything is rendered."""
 
 import argparse
 import os

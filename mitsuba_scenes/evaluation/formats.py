@@ -97,7 +97,7 @@ def reasons(refused: list[dict]) -> dict[str, int]:
 
 
 def read(path: Path) -> Sample:
-    """What is made of a file; points, which tell no unit, are taken for µm."""
+    """Converts a file; points, which tell no unit, are taken for µm."""
     convert = converter()
     known, options = "", {}
     try:
@@ -156,7 +156,7 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
 
 
 def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
-    """The same for Gwyddion's heights in metres; `None` where it does not read the file, or is not here."""
+    """Compares with Gwyddion's heights in metres; `None` where it does not read the file, or is not installed."""
     if sample.format in TEXT or shutil.which("gwyddion") is None:
         return None
     made = work / f"{sample.path.name}.gwy"

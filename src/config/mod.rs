@@ -93,7 +93,7 @@ pub struct SurfaceConfig {
     /// The channel of a file that holds several, by number or title (default: the first that is a height).
     #[serde(skip_serializing_if = "Option::is_none", deserialize_with = "channel::deserialize")]
     pub channel: Option<String>,
-    /// What is put where the file or array has no height (default: `none`, such a relief is refused).
+    /// Replacement for points of the file or array without a height (default: `none`, such a relief is refused).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
     /// What is taken off the heights (default: `plane` for files, `none` for presets).
@@ -180,10 +180,10 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// As [`SurfaceConfig::from_json`], for heights that come from an array: `fill` needs no file then.
+    /// Reads and validates a JSON object for heights that come from an array: `fill` needs no file then.
     ///
     /// # Errors
-    /// As there.
+    /// Those of [`SurfaceConfig::from_json`].
     pub fn from_json_for_array(json: &str) -> Result<Self, ConfigError> {
         let config = Self::parse(json)?;
         config.validate_for_array()?;
@@ -205,10 +205,10 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// As [`SurfaceConfig::validate`], for heights that come from an array.
+    /// Validates the configuration of heights that come from an array: `fill` needs no file then.
     ///
     /// # Errors
-    /// As there.
+    /// Those of [`SurfaceConfig::validate`].
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
         Self { fill: None, ..self.clone() }.validate()
     }

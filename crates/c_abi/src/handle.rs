@@ -27,7 +27,7 @@ struct FileDescription {
 }
 
 impl FileDescription {
-    /// Of the file that a configuration names; `None` for a preset.
+    /// Reads the file that a configuration names; `None` for a preset.
     fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
         if config.filename.is_none() {
             return Ok(None);

@@ -10,7 +10,7 @@ use sunbeam::colour::{srgb_bytes, tone_map};
 /// top.
 ///
 /// # Errors
-/// What the encoder says, for a size that it does not serve.
+/// The encoder's reason, for a size that it does not serve.
 pub fn exr(size: (usize, usize), pixel: impl Fn(usize) -> [f32; 3] + Sync) -> Result<Vec<u8>, Box<dyn Error>> {
     use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
     let mut bytes = Cursor::new(Vec::new());
@@ -22,7 +22,7 @@ pub fn exr(size: (usize, usize), pixel: impl Fn(usize) -> [f32; 3] + Sync) -> Re
 /// 8-bit PNG; `size` is width and height, `pixels` holds rows from the top, as many bytes as size and colour type ask for.
 ///
 /// # Errors
-/// What the encoder says, for a size that it does not serve.
+/// The encoder's reason, for a size that it does not serve.
 pub fn png(size: (usize, usize), colour: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, u32::try_from(size.0)?, u32::try_from(size.1)?);

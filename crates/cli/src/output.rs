@@ -39,7 +39,7 @@ impl Output {
     /// Stores the contents, replacing those of a file that is there.
     ///
     /// # Errors
-    /// What the system says, after the path.
+    /// The path and the system's reason.
     pub fn write(&self, contents: &[u8]) -> Result<(), String> {
         write(&self.0, contents)
     }
@@ -48,7 +48,7 @@ impl Output {
 /// Stores the contents of a file.
 ///
 /// # Errors
-/// What the system says, after the path.
+/// The path and the system's reason.
 pub fn write(path: &Path, contents: &[u8]) -> Result<(), String> {
     fs::write(path, contents).map_err(|error| format!("{}: cannot be written: {error}", path.display()))
 }

@@ -16,7 +16,7 @@ const STEPS: u64 = 1000;
 
 /// A bar on stderr, where that is a terminal, from two seconds on until all is done or has failed.
 struct Bar {
-    /// What is being done, a word or two.
+    /// Name of the work, a word or two.
     label: &'static str,
     start: Instant,
     bar: OnceLock<ProgressBar>,

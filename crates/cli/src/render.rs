@@ -136,7 +136,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
     })
 }
 
-/// What `--pairs` holds, `[row, column, component]`.
+/// Contents of `--pairs`, `[row, column, component]`.
 fn pairs((width, height): (usize, usize), queries: &[Query]) -> Array3<f32> {
     Array3::from_shape_fn((height, width, 8), |(y, x, i)| {
         let query = &queries[y * width + x];

@@ -49,7 +49,7 @@ impl HeightField {
     /// ±1e30 on, or isolated from all others, as in files.
     ///
     /// # Errors
-    /// Those of [`HeightField::new`], and [`HeightFieldError::Holes`] for holes with [`Fill::None`] or for nothing but holes.
+    /// [`HeightFieldError::Holes`] for holes with [`Fill::None`] or for nothing but holes; those of [`HeightField::new`].
     pub fn with_holes(
         mut heights_um: Array2<f64>,
         dx_um: f64,

@@ -179,7 +179,7 @@ fn what_is_refused_is_named() {
 /// By the sum over the periods, of the air and of a medium that is clear, and by the nodes on the curve.
 #[test]
 fn reliefs_of_too_many_wavelengths_are_refused_at_once() {
-    /// Of a refusal on a busy machine; it solves nothing.
+    /// Longest time of a refusal on a busy machine; it solves nothing.
     const AT_ONCE: Duration = Duration::from_secs(2);
     let [flat, lamellar] = [Profile::flat(50.0), Profile::lamellar(50.0, 0.5, 0.5)].map(Result::unwrap);
     let [deep, blazed] = [Profile::sinusoid(40.0, 35.0), Profile::blazed(58.0, 30.0)].map(Result::unwrap);
@@ -201,7 +201,7 @@ fn reliefs_of_too_many_wavelengths_are_refused_at_once() {
         assert!(named.iter().all(|part| message.contains(part)) && message.contains("accepted"), "{message}");
         assert!(matches!(error, Error::TooManyWaves { .. } | Error::TooLarge { .. }), "{message}");
     }
-    // What decays within a few periods is no sum over all of them: only the air counts.
+    // A field that decays within a few periods needs no sum over all of them: only the air counts.
     assert!(check_size(&lamellar, &gold, 500.0, 0.0).is_ok());
     // Along the grooves light has fewer wavelengths across them, in air and in glass.
     assert!(check_size(&lamellar, &Medium::Perfect, 400.0, 0.0).is_err());

@@ -129,7 +129,7 @@ impl Solved {
     }
 }
 
-/// What lies below the relief.
+/// The medium below the relief.
 fn medium(config: &SurfaceConfig) -> Result<Medium, GratingError> {
     let Some(index) = config.index() else { return Ok(Medium::Perfect) };
     Ok(Medium::index(index.eta, index.k)?)

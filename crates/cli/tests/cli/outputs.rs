@@ -54,7 +54,7 @@ fn every_path_is_an_input_or_a_checked_output() {
     assert_eq!(found, known);
 }
 
-/// What lies in a folder, with its contents.
+/// Names and contents of the files in a folder.
 fn listing(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
     let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();

@@ -73,7 +73,7 @@ struct Unexplained<'a> {
     /// Its number in the file.
     line: usize,
     text: &'a str,
-    /// What stands after the key.
+    /// Text after the key.
     value: String,
     quantity: Option<Quantity>,
 }
@@ -313,7 +313,7 @@ impl Header {
                 used[at + 2] = true;
             }
         }
-        // Of two units the first is that of x and y, as Gwyddion writes points.
+        // Two units are those of x and y, and of the values, in the order in which Gwyddion writes points.
         let units: Vec<usize> =
             (0..lines.len()).filter(|&at| !used[at] && micrometres(&lines[at].value).is_ok()).collect();
         if let [lateral, value] = units[..]
