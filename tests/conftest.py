@@ -21,6 +21,8 @@ PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_PLUGIN_FOLDER", REPOSITORY / "targe
 VARIANTS = mi.variants()
 # One of each kind, for tests of what does not depend on colour or polarisation.
 TYPICAL_VARIANTS = ["scalar_rgb", "scalar_spectral", "llvm_ad_rgb", "llvm_ad_spectral_polarized"]
+# One of each kind that traces.
+TRACED_VARIANTS = ["llvm_ad_spectral", "llvm_ad_rgb"]
 
 
 def pytest_sessionstart(session):
@@ -80,6 +82,12 @@ def variant(request):
 
 @pytest.fixture(params=TYPICAL_VARIANTS)
 def typical_variant(request):
+    use_variant(request.param)
+    return request.param
+
+
+@pytest.fixture(params=TRACED_VARIANTS)
+def traced(request):
     use_variant(request.param)
     return request.param
 

@@ -8,9 +8,9 @@
 #include <mutex>
 #include <vector>
 
+#include <drjit/traversable_base.h>
 #include <mitsuba/render/bsdf.h>
 
-#include "compat.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
 
 namespace sunbeam {
@@ -22,16 +22,27 @@ template <typename Float> class Buffers {
 public:
     static constexpr size_t COUNT = 3;
     using UInt32X                 = mitsuba::DynamicBuffer<dr::uint32_array_t<Float>>;
-    using Words                   = dr::Array<UInt32X, COUNT>;
+    using Words                   = std::array<UInt32X, COUNT>;
 
-    explicit Buffers(const Surface &surface) : m_shared(shared(surface)), m_words(*m_shared) {}
+    explicit Buffers(const Surface &surface) : m_words(shared(surface)) {}
 
     /// The indices of the variables, 0 where there are no words.
     std::array<uint32_t, COUNT> indices() const {
         std::array<uint32_t, COUNT> indices;
         for (size_t i = 0; i < COUNT; ++i)
-            indices[i] = m_words[i].index();
+            indices[i] = (*m_words)[i].index();
         return indices;
+    }
+
+    /// Shows the variables to frozen functions, whose inputs they are.
+    void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
+        for (const UInt32X &words : *m_words)
+            fn(payload, words.index_combined(), "", "");
+    }
+    /// Ignores what comes back: tables are never written, and other threads may be reading these.
+    void traverse_1_cb_rw(void *payload, dr::detail::traverse_callback_rw fn) const {
+        for (const UInt32X &words : *m_words)
+            fn(payload, words.index_combined(), "", "");
     }
 
 private:
@@ -57,12 +68,7 @@ private:
         return words;
     }
 
-    /// Keeps the memory shared while this object has handles of its own, as `DRJIT_TRAVERSE` needs them.
-    std::shared_ptr<const Words> m_shared;
-    Words m_words;
-
-public:
-    DRJIT_TRAVERSE(Buffers, m_words)
+    std::shared_ptr<const Words> m_words;
 };
 
 } // namespace sunbeam

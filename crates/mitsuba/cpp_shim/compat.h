@@ -5,26 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include <drjit/traversable_base.h>
-
 #include "rust/cxx.h"
-
-// Before Dr.Jit 1.4 only DRJIT_STRUCT_NODEF had these, which makes constructors as well.
-#if !defined(DRJIT_TRAVERSE)
-#define DRJIT_TRAVERSE(Name, ...)                                                                                      \
-    auto fields_() {                                                                                                   \
-        return drjit::tie(__VA_ARGS__);                                                                                \
-    }                                                                                                                  \
-    auto fields_() const {                                                                                             \
-        return drjit::tie(__VA_ARGS__);                                                                                \
-    }                                                                                                                  \
-    const char *name_() const {                                                                                        \
-        return #Name;                                                                                                  \
-    }                                                                                                                  \
-    auto labels_() const {                                                                                             \
-        return drjit::detail::unpack_labels(#__VA_ARGS__, std::make_index_sequence<decltype(fields_())::Size>());      \
-    }
-#endif
 
 namespace sunbeam {
 

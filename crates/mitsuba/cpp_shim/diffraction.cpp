@@ -86,9 +86,10 @@
  *     mi.file_resolver().append("<repository>/target/mitsuba")
  *     skin = mi.load_dict({"type": "diffraction", "preset": "xenopeltis", "eta": 1.56, "diffuse_reflectance": 0.05})
  *
- * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, lobe.h the diffracted lobe, interface.h
- * what the interface does to it, variants_* the instantiations, checks.cpp what must hold before any of it runs,
- * progress.cpp what the log is told while tables are built. This file is the entry point.
+ * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, optics.h its answers, lobe.h the
+ * diffracted lobe, interface.h what the interface does to it, fingerprint.h what frozen functions compare, variants_*
+ * the instantiations, checks.cpp what must hold before any of it runs, progress.cpp what the log is told while tables
+ * are built. This file is the entry point.
  */
 
 #include <stdexcept>

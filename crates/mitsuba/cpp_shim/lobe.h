@@ -67,6 +67,14 @@ public:
 
     const Surface &surface() const { return *m_surface; }
 
+    /// Shows the tables to frozen functions.
+    void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
+        dr::traverse_1_fn_ro(m_buffers, payload, fn);
+    }
+    void traverse_1_cb_rw(void *payload, dr::detail::traverse_callback_rw fn) const {
+        dr::traverse_1_fn_rw(m_buffers, payload, fn);
+    }
+
 private:
     /// Values at four wavelengths, or red, green, blue and luminance; and a density.
     using Answer = std::array<Float, 5>;
@@ -188,9 +196,6 @@ private:
 
     rust::Box<Surface> m_surface;
     std::conditional_t<Traces, Buffers<Float>, NoBuffers> m_buffers;
-
-public:
-    DRJIT_TRAVERSE(DiffractionLobe, m_buffers)
 };
 
 } // namespace sunbeam

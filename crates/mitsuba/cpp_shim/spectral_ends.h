@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <drjit/traversable_base.h>
 #include <mitsuba/core/properties.h>
 #include <mitsuba/core/spectrum.h>
 #include <mitsuba/render/interaction.h>
@@ -76,9 +77,25 @@ public:
         }
     }
 
+    /// Whether wavelengths are moved into the range, which is other code than where the range is complete.
+    bool are_clipped() const { return mitsuba::is_spectral_v<Spectrum> && !m_range.is_complete(); }
+
+    /// Shows frozen functions the ends, which are their inputs.
+    void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
+        if constexpr (dr::is_jit_v<Float>)
+            for (const Float *end : { &m_low, &m_high })
+                fn(payload, end->index_combined(), "", "");
+    }
+    /// Ignores what comes back: the ends are never written by a kernel.
+    void traverse_1_cb_rw(void *payload, dr::detail::traverse_callback_rw fn) const {
+        if constexpr (dr::is_jit_v<Float>)
+            for (const Float *end : { &m_low, &m_high })
+                fn(payload, end->index_combined(), "", "");
+    }
+
     UnpolarizedSpectrum eval(const Texture &texture, const SurfaceInteraction &si, dr::mask_t<Float> active) const {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
-            if (!m_range.is_complete()) {
+            if (are_clipped()) {
                 SurfaceInteraction inside = si;
                 inside.wavelengths        = dr::clip(si.wavelengths, m_low, m_high);
                 return texture.eval(inside, active);
@@ -91,9 +108,6 @@ private:
     std::string m_source;
     WavelengthRange m_range;
     Float m_low = 0.f, m_high = 0.f;
-
-public:
-    DRJIT_TRAVERSE(SpectralEnds, m_low, m_high)
 };
 
 } // namespace sunbeam
