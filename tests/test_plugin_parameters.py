@@ -183,7 +183,7 @@ BAD_FILES = [
     ("nan.npy", lambda p: npy(p, with_nan()), PIXEL, ["row 3", "column 2", "fill"]),
     ("infinite.npy", lambda p: npy(p, np.full((2, 2), np.inf)), PIXEL, ["row 0", "4 of 4 points"]),
     ("nan.gsf", lambda p: p.write_bytes(gsf(with_nan())), {}, ["row 3", "column 2", "NaN"]),
-    ("nan.txt", lambda p: p.write_text("0 1\nnan 2\n"), PIXEL, ["row 1", "fill"]),
+    ("nan.txt", lambda p: p.write_text("0 1 2 1\nnan 2 3 1\n1 0 4 2\n"), PIXEL, ["row 1", "fill"]),
     ("words.txt", lambda p: p.write_text("0 1\n2 rough\n"), PIXEL, ["rough"]),
     ("ragged.txt", lambda p: p.write_text("0 1\n2\n"), PIXEL, ["text"]),
     ("empty.txt", lambda p: p.write_text(""), PIXEL, ["text"]),

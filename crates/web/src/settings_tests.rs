@@ -103,8 +103,9 @@ fn bad_files_give_one_line_of_their_kind() {
     assert_eq!(kind("a.gsf", b"not one", ""), ("file", None));
     assert_eq!(kind("a.jpg", b"", ""), ("file", None));
     assert_eq!(kind("a.txt", b"", ""), ("file", None));
-    assert_eq!(kind("a.txt", b"1 2\n3 4\n", ""), ("scale", Some("pixel_size")));
-    assert_eq!(read("a.txt", b"0.1 0.2\n0.3 0.4\n", r#", "pixel_size": 0.1"#).unwrap(), (2, 2));
+    assert_eq!(kind("a.txt", b"1 2 1 3\n3 4 5 2\n2 1 1 4\n", ""), ("scale", Some("pixel_size")));
+    assert_eq!(kind("a.txt", b"1 2\n3 4\n", ""), ("file", None));
+    assert_eq!(read("a.txt", b"1 2 1 3\n3 4 5 2\n2 1 1 4\n", r#", "pixel_size": 0.1"#).unwrap(), (4, 3));
     let missing = Relief::new(&Settings::from_json(r#"{"surface": {"filename": "a.gsf"}}"#).unwrap(), None);
     assert!(matches!(missing, Err(WebError::File(_))));
 }
