@@ -20,8 +20,15 @@ REPOSITORY = Path(__file__).resolve().parent.parent
 FOLDER = REPOSITORY / "target" / "versions"
 # The same for all, and those of requirements.lock.
 SHARED = ("nanobind", "numpy", "pytest", "iniconfig", "packaging", "pluggy", "Pygments")
-# χ², the parameters, the live parameters and the BSDF's questions.
-TESTS = ("test_chi2.py", "test_plugin_parameters.py", "test_plugin_live.py", "test_plugin_bsdf.py")
+# χ², the parameters, the live parameters, the BSDF's questions, frozen functions and threads.
+TESTS = (
+    "test_chi2.py",
+    "test_plugin_parameters.py",
+    "test_plugin_live.py",
+    "test_plugin_bsdf.py",
+    "test_frozen.py",
+    "test_lifetimes.py",
+)
 # Largest relative difference of the mean of a picture to that by the newest release. The same numbers are drawn and the
 # same model asked; releases order some operations of their own otherwise.
 MEANS = 1e-4

@@ -65,7 +65,7 @@ def assert_changes_count(parameters, key, frozen):
 
 
 @pytest.mark.parametrize("auto_opaque", [True, False])
-@pytest.mark.parametrize("parameters", [SKIN, PERFECT], ids=["scalar", "rigorous"])
+@pytest.mark.parametrize("parameters", [SKIN, PERFECT], ids=lambda given: given["preset"])
 @pytest.mark.parametrize("name", [*TRACED_VARIANTS, "llvm_ad_spectral_polarized"])
 def test_a_changed_coherence_length_counts(name, parameters, auto_opaque):
     use_variant(name)
