@@ -1,4 +1,4 @@
-// What a frozen function (`dr.freeze`) compares to tell whether its kernels still fit a BSDF.
+// Number by which a frozen function (`dr.freeze`) tells whether its kernels still fit a BSDF.
 #pragma once
 
 #include <array>

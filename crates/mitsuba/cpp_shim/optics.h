@@ -194,12 +194,12 @@ private:
                      dr::fmadd(cos_rotation, w.y(), sin_rotation * w.x()), w.z() };
         }
 
-        /// What a facet seen under this angle reflects.
+        /// Reflectance of a facet seen under this angle.
         UnpolarizedSpectrum reflectance(const Float &cos_theta) const {
             return specular * fresnel_conductor(UnpolarizedSpectrum(cos_theta), ior);
         }
 
-        /// What it leaves for the pigment below.
+        /// Light that it leaves for the pigment below.
         UnpolarizedSpectrum remainder(const Float &cos_theta) const {
             return dr::maximum(1.f - reflectance(cos_theta), 0.f);
         }
@@ -260,7 +260,7 @@ private:
         return { value, pdf };
     }
 
-    /// What the orders by Maxwell's equations do to polarised light: zero in variants that carry none.
+    /// Mueller matrix of the orders by Maxwell's equations: zero in variants that carry none.
     Spectrum polarised_orders([[maybe_unused]] const Local &local, [[maybe_unused]] const BSDFContext &ctx,
                               [[maybe_unused]] const SurfaceInteraction3f &si, [[maybe_unused]] const Vector3f &wo,
                               [[maybe_unused]] const Mask &active) const {
@@ -281,7 +281,7 @@ private:
         return Spectrum(0.f);
     }
 
-    /// What becomes of the light that the relief sends from one direction to the other, by what the interface does to
+    /// Response to the light that the relief sends from one direction to the other, by what the interface does to
     /// it. It does so with all of that light alike, so nothing is depolarised.
     Spectrum reflected(const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
                        const Vector3f &wi, const Vector3f &wo) const {
@@ -351,7 +351,7 @@ private:
         });
     }
 
-    /// What Rust answers; what it refuses becomes an error of Mitsuba's.
+    /// Calls Rust; an error of Rust's becomes one of Mitsuba's.
     template <typename Call> static auto checked(const Call &call) -> decltype(call()) {
         try {
             return call();
