@@ -3,7 +3,7 @@
 #[cfg(feature = "rigorous")]
 use crate::grating::Profile;
 use crate::height_field::HeightField;
-use crate::reflectance::{Options, SpectralIndex};
+use crate::scattering::{Options, SpectralIndex};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

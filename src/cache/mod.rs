@@ -13,7 +13,8 @@ use crate::colour_table::ColourTableError;
 #[cfg(feature = "rigorous")]
 use crate::grating::{GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile};
 use crate::height_field::HeightField;
-use crate::reflectance::{ColourSurface, Options, SpectralIndex, Surface};
+use crate::lobe::{ColourSurface, Surface};
+use crate::scattering::{Options, SpectralIndex};
 use crate::table::{Progress, TableError};
 use entry::Key;
 use serde::Serialize;

@@ -68,7 +68,7 @@ fn everything_that_tables_depend_on_makes_another_entry() {
         Options { coherence_length_um: 10.000_000_000_1, ..quick() },
         Options { model: Model::Ensemble, ..quick() },
         Options { tiling: crate::table::Tiling::Aperiodic, ..quick() },
-        Options { obliquity: crate::reflectance::Obliquity::Unit, ..quick() },
+        Options { obliquity: crate::scattering::Obliquity::Unit, ..quick() },
         Options { conserve_energy: true, ..quick() },
         Options { shadowing: true, ..quick() },
         Options { tolerance: 2e-3, ..quick() },

@@ -5,8 +5,9 @@ use crate::grating::{
     GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile, preset_profile, profile_of,
 };
 use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions, Regions};
+use crate::lobe::{ColourSurface, Surface};
 use crate::methods::MethodError;
-use crate::reflectance::{ColourSurface, Obliquity, Options, SpectralIndex, Surface};
+use crate::scattering::{Obliquity, Options, SpectralIndex};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 

@@ -36,7 +36,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use crate::height_field::{Fill, Level, Preset, REGION_SIZE_UM, REGION_SPREAD};
-use crate::reflectance::ComplexIndex;
+use crate::scattering::ComplexIndex;
 use crate::table::{BUILD_LIMIT, Model, Tiling};
 use serde::{Deserialize, Serialize};
 

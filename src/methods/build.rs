@@ -10,8 +10,9 @@ use super::table::ConservingTable;
 use super::{Method, MethodError, MethodKind, MethodOptions};
 use crate::colour_table::{ColourTable, ColourTableOptions};
 use crate::config::{COHERENCE_LENGTH_UM, TOLERANCE};
+use crate::energy::ColourAlbedoTable;
 use crate::height_field::HeightField;
-use crate::reflectance::{ColourAlbedoTable, Options};
+use crate::scattering::Options;
 use crate::table::{Model, Progress, Tiling};
 
 /// What the table takes of the time where the albedo is made too.

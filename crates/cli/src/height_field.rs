@@ -12,8 +12,9 @@ use sunbeam::cache::Origin;
 use sunbeam::config::Theory;
 use sunbeam::grating::{GratingReport, profile_of};
 use sunbeam::height_field::{HeightField, Provenance, Roughness, Seams, TileReport};
+use sunbeam::lobe::SurfaceReport;
 use sunbeam::methods::TERMS_MAX;
-use sunbeam::reflectance::{SpectralIndex, SurfaceReport};
+use sunbeam::scattering::SpectralIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 

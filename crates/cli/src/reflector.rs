@@ -10,8 +10,9 @@ use sunbeam::cache::{Cache, Origin};
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::{SurfaceConfig, Theory};
 use sunbeam::grating::{ExactGrating, GratingSurface};
+use sunbeam::lobe::{Exact, Sample, Surface};
 use sunbeam::methods::{self, AnswerKind, MethodOptions};
-use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, SpectralIndex, Surface, Vec3};
+use sunbeam::scattering::{ComplexIndex, Options, Pair, SpectralIndex, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Largest tile for which direct sums run side by side; those of larger ones are parallel within, and side by side

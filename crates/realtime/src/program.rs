@@ -51,7 +51,7 @@ pub(super) mod tests {
     use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
     use sunbeam::height_field::Preset;
     use sunbeam::methods::{Method, MethodKind, MethodOptions, StamForm, build};
-    use sunbeam::reflectance::Options;
+    use sunbeam::scattering::Options;
     use sunbeam::table::{Model, Progress};
 
     /// Parses and validates as wgpu does; panics with naga's message.

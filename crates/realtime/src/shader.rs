@@ -258,7 +258,7 @@ mod tests {
     use crate::AdapterChoice;
     use sunbeam::height_field::Preset;
     use sunbeam::methods::{MethodKind, MethodOptions, StamForm, build};
-    use sunbeam::reflectance::Options;
+    use sunbeam::scattering::Options;
     use sunbeam::table::Model;
 
     /// Roundings of single precision, in another order.

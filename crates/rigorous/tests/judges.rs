@@ -50,7 +50,7 @@ fn order(solved: &Orders, index: f64) -> &sunbeam_rigorous::Order {
     solved.orders.iter().find(|order| f64::from(order.index) == index).expect("the order propagates")
 }
 
-/// `mitsuba_scenes/gratings/boundary_integral.py`: another formulation of other equations, for TE and TM across the grooves. Its error
+/// `tests/judges/gratings/boundary_integral.py`: another formulation of other equations, for TE and TM across the grooves. Its error
 /// falls as the cube of the distance of its nodes; with three times its usual number its power is off by up to 2e-5.
 #[test]
 fn perfect_conductors_agree_with_the_python_solver() {
@@ -70,7 +70,7 @@ fn perfect_conductors_agree_with_the_python_solver() {
     println!("largest difference {worst:.1e}");
 }
 
-/// NIST's SCATMECH, `mitsuba_scenes/gratings/scatmech.py`: coupled waves, in conical mounts. Each row says how far it is settled.
+/// NIST's SCATMECH, `tests/judges/gratings/scatmech.py`: coupled waves, in conical mounts. Each row says how far it is settled.
 #[test]
 fn metals_agree_with_scatmech() {
     /// A row is extrapolated by twice the waves; what is left is below what the last doubling changed.

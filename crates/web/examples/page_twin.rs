@@ -11,7 +11,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use sunbeam::height_field::Preset;
-use sunbeam::reflectance::map_direction;
+use sunbeam::scattering::map_direction;
 use sunbeam::table::Progress;
 use sunbeam_realtime::{AdapterChoice, Gpu, Query, Renderer, Scene, SceneData, Shader, Target};
 use sunbeam_web::{MethodData, Relief, Settings, direction, image};

@@ -2,7 +2,7 @@
 
 use eframe::egui;
 use sunbeam::colour::{automatic_exposure, srgb_bytes};
-use sunbeam::reflectance::map_direction;
+use sunbeam::scattering::map_direction;
 use sunbeam_realtime::levels::Pace;
 use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
 

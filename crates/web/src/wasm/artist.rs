@@ -8,7 +8,7 @@ use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use sunbeam::reflectance::map_direction;
+use sunbeam::scattering::map_direction;
 use sunbeam_realtime::levels::{self, Level, Pace};
 use sunbeam_realtime::{
     FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, SceneData, Shader, Target, TonePass, View,
