@@ -36,10 +36,11 @@
  * tolerance             float            relative error that tables are built to, in [1e-6, 0.1] (1e-3)
  * build_limit           float            factor on the limits of a build, 8 GB and two minutes on two cores, in
  *                                        [1, 1e6] (1)
- * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none: a perfect reflector
- * (none) eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a
- * dielectric texture          such as keratin (1.56). Beyond its ends a spectrum keeps its end values. Exposed,
- * differentiable specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
+ * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none: perfect reflector (none)
+ * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
+ *                       texture          such as keratin (1.56). Beyond its ends a spectrum keeps its end values.
+ *                                        Exposed, differentiable
+ * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
  *                       texture
  * diffuse_reflectance   spectrum or      pigment under the surface, lit by the light that the surface does not reflect:
  *                       texture          none under a perfect reflector (0). Exposed where given, differentiable
