@@ -2,11 +2,13 @@
 //!
 //!     page_twin settings.json --size 384x256 -o picture.npy [--file scan.gsf] [--png picture.png] [--map 64]
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
+//!     page_twin --programs -o programs.json
 
 use clap::Parser;
 use ndarray::Array3;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -23,7 +25,7 @@ const THUMBNAIL: ((u32, u32), u32) = ((288, 192), 3);
 #[derive(Parser)]
 struct Args {
     /// The page's settings (.json)
-    #[arg(required_unless_present = "examples")]
+    #[arg(required_unless_present_any = ["examples", "programs"])]
     settings: Option<PathBuf>,
     /// Width and height in pixels
     #[arg(long, value_parser = size, default_value = "384x256")]
@@ -49,6 +51,9 @@ struct Args {
     /// Where the examples' scans are; those that are not there are left out
     #[arg(long, requires = "examples")]
     scans: Option<PathBuf>,
+    /// Write the source of every WGSL program by name instead of a picture (.json)
+    #[arg(long, conflicts_with_all = ["settings", "examples"])]
+    programs: bool,
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {
@@ -72,6 +77,10 @@ fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     let gpu = || -> Result<Gpu, Box<dyn Error>> { Ok(Gpu::open(AdapterChoice::from_env()?)?) };
     if let Some(list) = &args.examples {
         return examples(gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
+    }
+    if args.programs {
+        let programs: BTreeMap<_, _> = sunbeam_realtime::every_program()?.into_iter().collect();
+        return Ok(std::fs::write(&args.output, serde_json::to_string(&programs)?)?);
     }
     let path = args.settings.as_deref().ok_or("settings are missing")?;
     let settings = Settings::from_json(&std::fs::read_to_string(path)?)?;

@@ -13,10 +13,10 @@ import pytest
 from browser import Browser
 from conftest import REPOSITORY, SITE
 from page import SMALL, Page
+from selenium.webdriver.common.keys import Keys
 
 AXE = "4.14.1"
 AXE_SHA256 = "e6b0ce02b84d892e2e33e403485e7f3d6c29e2be6df65daf44d89ba564139745"
-TAB = "\ue004"
 # A style that only one scheme has: that what is looked at is both of them.
 PALE_IN_THE_LIGHT = "@media (prefers-color-scheme: light) { label { color: #ccc !important } }"
 # A name that the browser takes for a host of its own.
@@ -123,7 +123,7 @@ def test_every_control_is_reached_by_the_tabulator(page):
     name = "const one = document.activeElement; return one.id || one.name || one.textContent.trim().slice(0, 20)"
     reached, rings = [], []
     for _ in range(80):
-        page.browser.keys(TAB)
+        page.browser.keys(Keys.TAB)
         found = page.js(name)
         if reached and found == reached[0]:
             break
