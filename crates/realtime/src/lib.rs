@@ -33,6 +33,7 @@ mod mesh;
 mod orbit;
 mod pipeline;
 mod program;
+pub mod progressive;
 mod renderer;
 mod scene;
 mod scene_data;

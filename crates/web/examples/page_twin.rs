@@ -13,9 +13,8 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use sunbeam::height_field::Preset;
-use sunbeam::reflectance::map_direction;
 use sunbeam::table::Progress;
-use sunbeam_realtime::{AdapterChoice, Gpu, Query, Renderer, Scene, SceneData, Shader, Target};
+use sunbeam_realtime::{AdapterChoice, Gpu, Renderer, Scene, SceneData, Shader, Target};
 use sunbeam_web::{MethodData, Relief, Settings, direction, image};
 
 /// Size of the examples' pictures in pixels, and rays along each side of one.
@@ -126,12 +125,9 @@ impl<'a> Drawing<'a> {
 
     fn map(&self, side: usize) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
         let map = self.settings.map;
-        let single = |direction: [f64; 3]| direction.map(|c| c as f32);
-        let wi = single(direction(map.theta_deg, map.phi_deg));
-        let places: Vec<_> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
-        let asked: Vec<Query> = places.iter().flatten().map(|wo| Query::new(wi, single(*wo))).collect();
-        let mut answers = self.shader.evaluate(self.gpu, &asked)?.reflectances.into_iter();
-        Ok(places.iter().map(|place| place.and_then(|_| answers.next()).unwrap_or_default()).collect())
+        let wi = direction(map.theta_deg, map.phi_deg).map(|component| component as f32);
+        let pixels = self.shader.brdf_map(self.gpu, wi, side)?;
+        Ok(pixels.into_iter().map(Option::unwrap_or_default).collect())
     }
 }
 
