@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import graphlib
 import hashlib
 import re
 import shutil
@@ -203,3 +204,11 @@ def test_hardly_any_data_is_committed():
     data = [path.stat().st_size for path in paths if path.suffix not in code and path.exists()]
     assert len(paths) > 30
     assert sum(data) <= 300e3
+
+
+def test_modules_of_the_page_import_in_one_direction():
+    pattern = re.compile(r'^import .*? from "\./([\w.]+)";', re.MULTILINE)
+    modules = {path.name: pattern.findall(path.read_text()) for path in (REPOSITORY / "crates/web/page").glob("*.js")}
+    assert len(modules) > 15
+    # Raises CycleError.
+    list(graphlib.TopologicalSorter(modules).static_order())
