@@ -36,6 +36,10 @@ pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;
 
+/// The longest period, pixel and range of heights in µm that interfaces accept: one millimetre. Reliefs that diffract light
+/// visibly are far finer, so a longer length was meant in another unit.
+pub const MAX_LENGTH_UM: f64 = 1e3;
+
 /// The smallest pixel in µm that [`HeightField::check_size`] lets pass, a thousandth of an atom.
 const PIXEL_MIN_UM: f64 = 1e-7;
 
