@@ -1,7 +1,7 @@
 //! One entry of the cache: its key, its file name, and its bytes.
 //!
-//! Layout: 16 bytes of magic, the key (32 bytes), the BLAKE3 hash of the contents (32 bytes), and the contents, the tables in
-//! postcard's encoding.
+//! Layout: 16 bytes of magic, the key (32 bytes), the BLAKE3 hash of the contents (32 bytes), and the contents, the
+//! tables in postcard's encoding.
 
 #[cfg(feature = "rigorous")]
 use crate::grating::Profile;

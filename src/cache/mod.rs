@@ -261,8 +261,8 @@ impl Cache {
         IN_USE.get(key, || self.read_or_build(|| key, || JonesTable::new(profile, index, build_limit, progress)))
     }
 
-    /// The tables of `key`, read from the cache, or else built and written to it. `key` is computed only where the cache is
-    /// on: it hashes all heights.
+    /// The tables of `key`, read from the cache, or else built and written to it. `key` is computed only where the
+    /// cache is on: it hashes all heights.
     fn read_or_build<T: Serialize + DeserializeOwned, E>(
         &self,
         key: impl FnOnce() -> Key,

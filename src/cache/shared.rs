@@ -31,8 +31,8 @@ impl<K: Eq + Hash, T> Shared<K, T> {
         Self(Mutex::new(None))
     }
 
-    /// The value of `key` that is in use, or else the one that `make` returns. Concurrent calls with one key wait for the
-    /// first of them.
+    /// The value of `key` that is in use, or else the one that `make` returns. Concurrent calls with one key wait for
+    /// the first of them.
     ///
     /// # Errors
     /// Those of `make`.

@@ -12,8 +12,8 @@
 //! assert!((data[2] - 24.0).norm() < 1e-12);
 //! ```
 //!
-//! The crate exists for compile time: rustfft is generic, and every crate that plans a transform compiles it anew. Here both
-//! precisions are planned once, behind `dyn Fft`.
+//! The crate exists for compile time: rustfft is generic, and every crate that plans a transform compiles it anew. Here
+//! both precisions are planned once, behind `dyn Fft`.
 
 use rayon::prelude::*;
 pub use rustfft::num_complex;
@@ -88,9 +88,9 @@ impl<T: Precision> Fft2<T> {
 
     /// The low-frequency bins of a zero-padded transform: the `kept.0` by `kept.1` bins nearest to frequency zero.
     ///
-    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. It is overwritten with scratch values.
-    /// The result is row-major, in the FFT order of a transform of `kept` points. Equals [`Fft2::process`] restricted to
-    /// those bins, without computing the others.
+    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. It is overwritten with scratch
+    /// values. The result is row-major, in the FFT order of a transform of `kept` points. Equals [`Fft2::process`]
+    /// restricted to those bins, without computing the others.
     pub fn band(&self, data: &mut [Complex<T>], kept: (usize, usize)) -> Vec<Complex<T>> {
         let zero = Complex::new(T::zero(), T::zero());
         let (kx, ky) = kept;
@@ -120,10 +120,12 @@ impl<T: Precision> Fft2<T> {
     }
 }
 
-/// Columns gathered and transformed by one rayon task of [`Fft2::band`]. Chosen: neighbouring columns share cache lines.
+/// Columns gathered and transformed by one rayon task of [`Fft2::band`]. Chosen: neighbouring columns share cache
+/// lines.
 const COLUMNS_PER_TASK: usize = 16;
 
-/// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT order).
+/// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT
+/// order).
 fn kept_bin(i: usize, kept: usize, n: usize) -> usize {
     if 2 * i > kept { i + n - kept } else { i }
 }
