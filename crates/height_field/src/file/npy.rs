@@ -28,8 +28,8 @@ where
 
 /// Refuses a shape with more elements than the file has bytes, before memory is allocated for them.
 ///
-/// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later ones), and
-/// the header, a Python dictionary whose `'shape'` is a tuple.
+/// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later
+/// ones), and the header, a Python dictionary whose `'shape'` is a tuple.
 fn check_shape(bytes: &[u8]) -> Result<(), String> {
     let length = bytes.get(8..12).ok_or("it has no header")?;
     let (start, length) = if bytes[6] == 1 {
