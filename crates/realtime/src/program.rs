@@ -122,7 +122,7 @@ pub(super) mod tests {
         for (name, source) in PROGRAMS.iter() {
             match tint(source) {
                 Some(verdict) => assert_eq!(verdict, Ok(()), "{name}"),
-                None => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: there is no tint ***\n"),
+                None => return sunbeam_testing::skip("tint", "tint is not installed"),
             }
         }
     }
