@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import tarfile
 
+import needs
 import numpy as np
 import pytest
 from browser import Browser
@@ -26,18 +27,18 @@ ELSEWHERE = "sunbeam.test"
 
 @pytest.fixture(scope="session")
 def axe():
-    """The source of axe-core, fetched once from npm's registry and checked; skips loudly where it cannot be."""
+    """The source of axe-core, fetched once from npm's registry and checked; skips where it cannot be."""
     folder = REPOSITORY / "target" / "axe-core"
     archive = folder / f"axe-core-{AXE}.tgz"
     if not archive.exists():
         if not shutil.which("npm"):
-            pytest.skip("accessibility was not checked: npm is missing, which fetches axe-core")
+            needs.skip("axe", "npm is missing, which fetches axe-core")
         folder.mkdir(parents=True, exist_ok=True)
         done = subprocess.run(
             ["npm", "pack", "--silent", f"axe-core@{AXE}"], cwd=folder, capture_output=True, text=True, timeout=120
         )
         if done.returncode:
-            pytest.skip(f"accessibility was not checked: axe-core could not be fetched: {done.stderr[-300:]}")
+            needs.skip("axe", f"axe-core could not be fetched: {done.stderr[-300:]}")
     assert hashlib.sha256(archive.read_bytes()).hexdigest() == AXE_SHA256
     with tarfile.open(archive) as packed:
         return packed.extractfile("package/axe.min.js").read().decode()
