@@ -115,9 +115,23 @@ impl Pair {
     }
 }
 
-/// The obliquity factor O of the scattering vector `q = wi + wo` and the two cosines (docs/model.md, the reflectance).
+/// `O·M`: the obliquity factor, times V-cavity shadowing and masking where that is on.
 #[inline(always)]
-pub(crate) fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
+pub(crate) fn angular_factor<R: Real>(kind: Obliquity, has_shadowing: bool, q: [R; 3], cosines: [R; 2]) -> R {
+    let factor = obliquity(kind, q, cosines);
+    if has_shadowing { factor * shadowing(q, cosines) } else { factor }
+}
+
+/// Cosines of two directions with the normal, at least [`COSINE_MIN`].
+#[inline(always)]
+pub(crate) fn floored_cosines<R: Real>(wi: [R; 3], wo: [R; 3]) -> [R; 2] {
+    let least = R::lit(COSINE_MIN);
+    [wi[2].max(least), wo[2].max(least)]
+}
+
+/// The obliquity factor O of the scattering vector `q = wi + wo` and the two cosines (docs/model.md#the-reflectance).
+#[inline(always)]
+fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
     match kind {
         Obliquity::Unit | Obliquity::SmallSlope => R::lit(1.0),
         Obliquity::Stam => {
@@ -129,7 +143,7 @@ pub(crate) fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) ->
 
 /// V-cavity shadowing and masking M (Stam 1999, appendix): `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`.
 #[inline(always)]
-pub(crate) fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
+fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
     (R::lit(4.0) * q[2] * cosines[0].min(cosines[1]) / squared(q)).min(R::lit(1.0))
 }
 

@@ -1,4 +1,4 @@
-use super::geometry::{obliquity, shadowing};
+use super::geometry::angular_factor;
 use super::small_slope::small_slope;
 use super::{ComplexIndex, Obliquity, Pair, SpectralIndex};
 use crate::height_field::HeightField;
@@ -85,8 +85,7 @@ impl Options {
 
     #[inline(always)]
     fn angular<R: Real>(&self, q: [R; 3], cosines: [R; 2]) -> R {
-        let factor = obliquity(self.obliquity, q, cosines);
-        if self.shadowing { factor * shadowing(q, cosines) } else { factor }
+        angular_factor(self.obliquity, self.shadowing, q, cosines)
     }
 
     /// The obliquity factor that samplers weigh directions with. The small slope's is bounded for dielectrics, and grows

@@ -26,8 +26,8 @@ pub(super) struct Recipe {
     pub(super) config: SurfaceConfig,
     /// The index that it was asked for with; `None` reflects everything.
     pub(super) index: Option<SpectralIndex>,
-    /// Whether colours contain what the interface does to light.
-    pub(super) inside: bool,
+    /// Whether colours include the interface's factor.
+    pub(super) includes_interface: bool,
     /// Whether Stokes vectors are carried.
     pub(super) polarised: bool,
 }
@@ -54,7 +54,7 @@ impl Recipe {
         if config.theory == Theory::Scalar {
             config.obliquity = config.obliquity.resolved(index.as_ref()).into();
         }
-        Ok(Self { config, index, inside: samples.known, polarised })
+        Ok(Self { config, index, includes_interface: samples.known, polarised })
     }
 }
 
@@ -76,11 +76,12 @@ impl Surface {
     /// For variants that carry colours.
     pub(super) fn colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
-        let Recipe { config, index, inside, .. } = &recipe;
-        let (index, inside) = (index.as_ref(), index.as_ref().filter(|_| *inside));
+        let Recipe { config, index, includes_interface, .. } = &recipe;
+        let index = index.as_ref();
+        let included = index.filter(|_| *includes_interface);
         let tables = match config.theory {
             Theory::Scalar => {
-                Tables::Colours(logged(|progress| config.build_shared_colours(index, inside, &cache, progress))?)
+                Tables::Colours(logged(|progress| config.build_shared_colours(index, included, &cache, progress))?)
             }
             Theory::Rigorous => {
                 Tables::GratingColours(logged(|progress| config.build_shared_grating_colours(index, &cache, progress))?)
