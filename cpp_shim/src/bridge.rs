@@ -1,7 +1,7 @@
 //! The functions that C++ calls on a surface.
 //!
-//! Each runs inside [`guard()`]: an error or a panic becomes an `Err`, which cxx throws as a C++ exception and the plugin rethrows
-//! as Mitsuba's.
+//! Each runs inside [`guard()`]: an error or a panic becomes an `Err`, which cxx throws as a C++ exception and the
+//! plugin rethrows as Mitsuba's.
 
 mod answer;
 mod index;
@@ -11,7 +11,6 @@ use super::describe;
 use super::scope::{Owned, Scope, TraceError, trace};
 use super::traced::Var;
 use ffi::Part;
-pub use ffi::{log_info, log_warn};
 use std::f64::consts::TAU;
 use sunbeam::config::{BuildError, ObliquityChoice, Theory};
 use sunbeam::lobe::Gamut;
@@ -53,8 +52,8 @@ mod ffi {
         normal: f32,
     }
 
-    /// Complex index by wavelength in nm. A part has samples at wavelengths of its own, or one value for all. No values: a perfect
-    /// reflector.
+    /// Complex index by wavelength in nm. A part has samples at wavelengths of its own, or one value for all. No
+    /// values: a perfect reflector.
     struct IndexSamples {
         /// False for a texture or a colour, which have no wavelengths.
         known: bool,
@@ -68,11 +67,11 @@ mod ffi {
         /// A surface with its tables.
         type Surface;
 
-        /// Builds a surface for variants that carry wavelengths, from a JSON object of the plugin's parameters. `polarised` is set
-        /// for variants that carry Stokes vectors.
+        /// Builds a surface for variants that carry wavelengths, from a JSON object of the plugin's parameters.
+        /// `polarised` is set for variants that carry Stokes vectors.
         fn new_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
-        /// Builds a surface for RGB and mono variants. Its colours include the interface's factor if the index is known and has
-        /// samples.
+        /// Builds a surface for RGB and mono variants. Its colours include the interface's factor if the index is known
+        /// and has samples.
         fn new_colour_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
         /// A copy with another coherence length in µm.
         fn with_coherence_length(self: &Surface, coherence_length_um: f32) -> Result<Box<Surface>>;
@@ -90,8 +89,8 @@ mod ffi {
 
         /// A number that identifies the tables within this process; copies that share tables share it.
         fn identity(self: &Surface) -> u64;
-        /// Table data number `which`, below three: spectrum, sampler, albedo; or efficiencies, colours, Jones matrices. May be
-        /// empty.
+        /// Table data number `which`, below three: spectrum, sampler, albedo; or efficiencies, colours, Jones matrices.
+        /// May be empty.
         fn words(self: &Surface, which: usize) -> &[u32];
         /// Steps for derivatives by directions.
         fn steps(self: &Surface) -> Steps;
@@ -106,9 +105,9 @@ mod ffi {
         ) -> Result<[f32; 5]>;
         /// A direction from three random numbers in [0, 1), by value; the zero vector where it falls below the horizon.
         fn sample(self: &Surface, wi: &[f32; 3], u: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 3]>;
-        /// Mueller matrices in 1/sr of light from `from` to `to`, by value, in frames of reference whose first axis is the grooves'
-        /// direction made transverse. Row by row, each element at four wavelengths; of the luminance, four times alike. Only of
-        /// rigorous surfaces made polarised.
+        /// Mueller matrices in 1/sr of light from `from` to `to`, by value, in frames of reference whose first axis is
+        /// the grooves' direction made transverse. Row by row, each element at four wavelengths; of the luminance, four
+        /// times alike. Only of rigorous surfaces made polarised.
         fn evaluate_matrix(
             self: &Surface,
             from: &[f32; 3],
@@ -126,19 +125,9 @@ mod ffi {
         /// Refuses a running Mitsuba (`running`, empty if unknown) other than the version compiled against.
         fn check_version(compiled: &str, running: &str) -> Result<()>;
     }
-
-    // SAFETY: the functions take a line by value and keep nothing of it.
-    unsafe extern "C++" {
-        include!("progress.h");
-
-        /// Writes a line to Mitsuba's log at the level Info.
-        fn log_info(line: &str) -> Result<()>;
-        /// Writes a line to Mitsuba's log at the level Warn.
-        fn log_warn(line: &str) -> Result<()>;
-    }
 }
 
-/// Why a call across the boundary failed.
+/// Reason that a call across the boundary failed.
 #[derive(Debug, thiserror::Error)]
 enum PluginError {
     #[error(transparent)]
@@ -151,11 +140,11 @@ enum PluginError {
     #[error("parameters \"eta\" and \"k\": {0}")]
     Index(#[from] SpectralIndexError),
     #[error(
-        "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or colours, \
-         and not changed later; {other:?} does not"
+        "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or \
+         colours, and not changed later; {other:?} does not"
     )]
     UnknownIndex { parameter: &'static str, value: &'static str, other: &'static str },
-    #[error("the surface was made without what its orders do to polarised light")]
+    #[error("the surface has no Jones matrices: it is not rigorous, or was built for an unpolarised variant")]
     NoMatrix,
     #[error(transparent)]
     Trace(#[from] TraceError),
@@ -163,8 +152,8 @@ enum PluginError {
     Panic(#[from] Panic),
 }
 
-/// Step of difference quotients, as a fraction of an order's width and of the distance of knots. The tables are smooth on that
-/// scale: the quotient is off by 4e-4 of the slope.
+/// Step of difference quotients, as a fraction of an order's width and of the distance of knots. The tables are smooth
+/// on that scale: the quotient is off by 4e-4 of the slope.
 const STEP_FRACTION: f64 = 0.05;
 
 impl Surface {
@@ -182,7 +171,8 @@ impl Surface {
 
     fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
         guard(|| {
-            // The decimal number that was meant, not the binary neighbour of it.
+            // The shortest decimal of this single-precision number, which the user gave, instead of its binary
+            // neighbour.
             let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
             let mut recipe = self.recipe.clone();
             recipe.config.coherence_length = coherence_length;

@@ -1,9 +1,9 @@
 //! The reflectance in linear sRGB, for renderers that carry colours instead of wavelengths.
 //!
-//! `f_r = ∫ R·O·M·S/λ² · weight(λ) dλ = O·M·F`, with `F` out of a [`ColourTable`]. What the interface reflects depends on the
-//! wavelength, so it belongs inside the integral: gold times a rainbow is not the product of two colours. The table holds it
-//! relative to the reflectance for one index, [`ColourSurface::reference`], which is multiplied in exactly: a constant index then
-//! costs no accuracy, and what is left of another is smooth up to grazing incidence.
+//! `f_r = ∫ R·O·M·S/λ² · weight(λ) dλ = O·M·F`, with `F` out of a [`ColourTable`]. What the interface reflects depends
+//! on the wavelength, so it belongs inside the integral: gold times a rainbow is not the product of two colours. The
+//! table holds it relative to the reflectance for one index, [`ColourSurface::reference`], which is multiplied in
+//! exactly: a constant index then costs no accuracy, and what is left of another is smooth up to grazing incidence.
 
 use super::{LinearSrgb, Lobe, are_above, mixture_density, sample_mixture};
 use crate::clock::Instant;
@@ -197,8 +197,8 @@ impl ColourSurface {
         ColourFactors { reference: self.reference, obliquity, shadowing, gamut: Gamut::Keep }
     }
 
-    /// `f_r` in 1/sr as linear sRGB: as [`Surface::eval`](super::Surface::eval), and with the Fresnel reflectance of the index that
-    /// it was built for; see [`Lobe::eval`].
+    /// `f_r` in 1/sr as linear sRGB: as [`Surface::eval`](super::Surface::eval), and with the Fresnel reflectance of
+    /// the index that it was built for; see [`Lobe::eval`].
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }
@@ -325,7 +325,8 @@ pub(crate) fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
     colour.map(|channel| R::select(outside, (channel - grey).fma(share, grey).max(zero), channel))
 }
 
-/// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC 61966-2-1.
+/// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC
+/// 61966-2-1.
 #[inline(always)]
 pub fn luminance<R: Real>([r, g, b]: [R; 3]) -> R {
     r.fma(R::lit(0.212_672_9), g.fma(R::lit(0.715_152_2), b * R::lit(0.072_175)))

@@ -4,8 +4,8 @@ use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Real};
 use std::array;
 
-/// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). It bounds the weight where the lobe's own
-/// density is far below the reflectance.
+/// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). It bounds the weight where the
+/// lobe's own density is far below the reflectance.
 pub const UNIFORM_FRACTION: f64 = 0.02;
 
 /// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried.
@@ -19,8 +19,9 @@ pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], act
 
 /// A direction from the mixture, for `L` wavelengths.
 ///
-/// `draw(k, u, active)` is the lobe's own sampler: `k` is the number of the chosen wavelength as a real in `[0, L)`, rounded down
-/// by the callee's comparisons, and `u` are three fresh random numbers in [0, 1). Returns the zero vector where nothing is drawn.
+/// `draw(k, u, active)` is the lobe's own sampler: `k` is the number of the chosen wavelength as a real in `[0, L)`,
+/// rounded down by the callee's comparisons, and `u` are three fresh random numbers in [0, 1). Returns the zero vector
+/// where nothing is drawn.
 #[inline(always)]
 pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
     wi: [N::Real; 3],

@@ -17,8 +17,8 @@ pub(crate) trait PerWavelength<N: Numbers> {
     /// Density of [`PerWavelength::draw`] in 1/sr.
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real;
 
-    /// A direction from three random numbers in [0, 1), the zero vector where it falls below the horizon. Samplers that need two
-    /// random numbers ignore the first.
+    /// A direction from three random numbers in [0, 1), the zero vector where it falls below the horizon. Samplers that
+    /// need two random numbers ignore the first.
     fn draw(&self, wi: [N::Real; 3], nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
 }
 

@@ -23,7 +23,8 @@ pub struct SpectralLayout {
     pub shadowing: bool,
 }
 
-/// The lobe of a [`Surface`](super::Surface) over its table data, for any number of wavelengths (see [`Lobe`](super::Lobe)).
+/// The lobe of a [`Surface`](super::Surface) over its table data, for any number of wavelengths (see
+/// [`Lobe`](super::Lobe)).
 #[derive(Clone, Copy)]
 pub struct SpectralLobe<'a, N: Numbers> {
     /// How the table data are to be read.

@@ -44,8 +44,8 @@ impl Surface {
     /// Builds the tables of `field`.
     ///
     /// # Errors
-    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than its
-    /// limit allows ([`BuildDemand::check`]), which is told at once.
+    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than
+    /// its limit allows ([`BuildDemand::check`]), which is told at once.
     pub fn new(field: &HeightField, options: &Options) -> Result<Self, TableError> {
         Self::watched(field, options, &Progress::none())
     }
@@ -139,9 +139,10 @@ impl Surface {
 
     /// `f_r` in 1/sr, divided by the albedo where energy is conserved.
     ///
-    /// Obliquity and shadowing are included. The interface's factor ([`Pair::interface`](crate::scattering::Pair::interface):
-    /// Fresnel reflectance or small-slope factor) and the cosine are not. Zero unless both directions lie above the surface and
-    /// the wavelength (nm) within the tables' range. Never negative, never NaN.
+    /// Obliquity and shadowing are included. The interface's factor
+    /// ([`Pair::interface`](crate::scattering::Pair::interface): Fresnel reflectance or small-slope factor) and the
+    /// cosine are not. Zero unless both directions lie above the surface and the wavelength (nm) within the tables'
+    /// range. Never negative, never NaN.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         super::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
@@ -156,20 +157,20 @@ impl Surface {
         super::pdf(&self.lobe::<f64>(), wi, wo, wavelengths_nm)
     }
 
-    /// Samples a direction for at least one wavelength (nm) from three random numbers in [0, 1), with density and weight. `None`
-    /// as in [`Surface::sample_direction`]; such samples count as zero.
+    /// Samples a direction for at least one wavelength (nm) from three random numbers in [0, 1), with density and
+    /// weight. `None` as in [`Surface::sample_direction`]; such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         super::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there. The first
-    /// number chooses the uniform part or one of the wavelengths (nm).
+    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there.
+    /// The first number chooses the uniform part or one of the wavelengths (nm).
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         super::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out (the small slope's factor is in it),
-    /// every node of the table integrated over its Gaussian. `None` for a patch.
+    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out (the small slope's factor is
+    /// in it), every node of the table integrated over its Gaussian. `None` for a patch.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
