@@ -1,174 +1,174 @@
-//! Builds the table of efficiencies: solves each cell at Chebyshev nodes and resamples it to the table's nodes.
+//! Build of the table of efficiencies from solved points (symbols: `mod.rs`).
+//!
+//! Each cell is solved at Chebyshev nodes, more of them until the efficiencies' highest Chebyshev terms are small, and
+//! resampled to the table's nodes. Half of the nodes follow by reciprocity: the reversed path has the positions p and q
+//! exchanged and the orders counted from the other side.
 
 use super::GratingError;
+use super::cell_position::{CellPosition, wave_at};
+use super::chebyshev::{coefficients, matrix, node_fractions, resampling, triangle, triangle_index};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, UNIT};
-use super::orders::Orders;
-use super::place::{Place, unstretched};
-use super::wavelengths::{Spacing, at_all_wavelengths, solved_wavelengths, wavelengths, wavelengths_of};
+use super::order_solver::OrderSolver;
+use super::wavelengths::{Spacing, at_all_wavelengths, solved_wavelengths, wavelengths, wavelengths_with_cell};
 use crate::numeric::{Index, Plain};
 use crate::table::{Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
+use std::f64::consts::TAU;
 
-/// Density of a table's nodes.
+/// Numbers of nodes of a table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TableResolution {
-    /// Number of nodes along each side of a cell.
+    /// Nodes along either side of a cell in the table.
     pub stored: u32,
-    /// Wavelengths; `None` for a perfect conductor, whose efficiencies do not depend on the wavelength at given `t` and
-    /// `b`.
+    /// Wavelengths; `None` where nothing depends on them.
     pub spacing: Option<Spacing>,
-    /// Accepted root mean square of an efficiency's highest Chebyshev terms. Cells above it are solved at more nodes.
+    /// Largest RMS of an efficiency's highest Chebyshev terms; a cell above it is solved at more nodes.
     pub tolerance: f64,
 }
 
-/// Numbers of Chebyshev nodes along each side of a cell, tried in this order until the highest terms are small enough.
+/// Numbers of Chebyshev nodes along either side of a cell, tried in turn. Chosen: each has about twice the points of
+/// the one before.
 const SOLVED: [usize; 4] = [8, 12, 17, 24];
+/// Fraction of the tolerance below which the next cell is tried with fewer nodes. Chosen: neighbouring cells need much
+/// the same.
+const FEWER_BELOW: f64 = 0.25;
 
-/// Size, build time and measured error of a grating's table.
+/// Size, cost and measured error of a grating's table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GratingReport {
     /// Bytes of the table.
     pub bytes: usize,
-    /// Number of incidences solved, each at all wavelengths.
+    /// Number of solved points (t, b), each at all wavelengths of its cell.
     pub solved: usize,
-    /// Root mean square error of an order's unpolarised efficiency, at random incidences and wavelengths.
+    /// Root mean square error of an order's unpolarised efficiency, at points and wavelengths between the nodes.
     pub rms: f64,
-    /// The 99th percentile of that error.
+    /// 99th percentile of the absolute error.
     pub p99: f64,
-    /// Seconds of the whole build.
+    /// Build time in seconds.
     pub build_seconds: f64,
 }
 
-/// A table of efficiencies, read through [`EfficiencyView`].
+/// A table of efficiencies.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct EfficiencyTable {
     pub layout: EfficiencyLayout,
     pub words: Vec<u32>,
-    /// Number of incidences solved.
+    /// Number of solved points.
     pub solved: usize,
 }
 
-/// Coordinates `(t, b)` of the point of a cell whose fractions of `t − b` and `t + b` are `x`.
-pub(super) fn node(cell: usize, x: [f64; 2]) -> (f64, f64) {
-    let (p, q) = ((cell / 2) as f64 + x[0], (cell - cell / 2) as f64 + x[1]);
-    (0.5 * (p + q), 0.5 * (q - p))
-}
-
 impl EfficiencyTable {
-    /// Solves and tabulates all cells.
+    /// Solves the nodes and tabulates them.
     ///
     /// # Errors
-    /// An incidence that cannot be solved.
+    /// A node that cannot be solved.
     pub fn build(
         period_um: f64,
-        orders: &impl Orders,
-        resolution: TableResolution,
+        orders: &impl OrderSolver,
+        table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
-        let (nm, cells_of) = wavelengths(period_um, resolution.spacing.map(|spacing| spacing.step_nm));
-        let every = resolution.spacing.map_or(1, |spacing| spacing.solved_every);
-        let count = cells_of[0];
+        let (nm, cell_counts) = wavelengths(period_um, table_resolution.spacing.map(|spacing| spacing.step_nm));
+        let every = table_resolution.spacing.map_or(1, |spacing| spacing.solved_every);
+        let cells = cell_counts[0];
         let (mut step, mut solved) = (0, 0);
         // `[wavelength][cell]`.
         let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); nm.len()];
-        let work: usize = (1..=count).sum();
+        let work: usize = (1..=cells).sum();
         let mut done = 0;
-        for s in 0..count {
-            let longest = wavelengths_of(s, &cells_of);
+        for s in 0..cells {
+            let longest = wavelengths_with_cell(s, &cell_counts);
             let solved_at = solved_wavelengths(longest, every);
             let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
-            let mut cell = Cell::solve(s, orders, &solved_nm, resolution.tolerance, &mut step, &mut solved)?;
+            let mut cell = Cell::solve(s, orders, &solved_nm, table_resolution.tolerance, &mut step, &mut solved)?;
             for matrices in &mut cell.matrices {
                 *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
             }
             for (j, packed) in packed.iter_mut().enumerate().take(longest) {
-                packed.push(cell.packed(j, resolution.stored as usize));
+                packed.push(cell.packed(j, table_resolution.stored as usize));
             }
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
-        let starts = nm.len() * count;
-        let mut begins = vec![0u32; starts];
+        let offset_words = nm.len() * cells;
+        let mut offsets = vec![0u32; offset_words];
         let mut halves: Vec<u16> = Vec::new();
-        for (j, of_wavelength) in packed.iter().enumerate() {
-            for (s, cell) in of_wavelength.iter().enumerate() {
-                begins[j * count + s] = (2 * starts + halves.len()) as u32;
+        for (j, packed_cells) in packed.iter().enumerate() {
+            for (s, cell) in packed_cells.iter().enumerate() {
+                offsets[j * cells + s] = (2 * offset_words + halves.len()) as u32;
                 halves.extend(cell);
             }
         }
-        let pair = |pair: &[u16]| u32::from(pair[0]) | u32::from(pair.get(1).copied().unwrap_or_default()) << 16;
-        let words = begins.into_iter().chain(halves.chunks(2).map(pair)).collect();
+        let word = |pair: &[u16]| u32::from(pair[0]) | u32::from(pair.get(1).copied().unwrap_or_default()) << 16;
+        let words = offsets.into_iter().chain(halves.chunks(2).map(word)).collect();
         let layout = EfficiencyLayout {
             first_nm: nm[0],
             step_nm: nm[1] - nm[0],
             wavelengths: nm.len() as u32,
-            cells: count as u32,
-            nodes: resolution.stored,
+            cells: cells as u32,
+            nodes: table_resolution.stored,
         };
         Ok(Self { layout, words, solved })
     }
 
-    /// Root mean square and 99th percentile of the difference to `orders` at `count` random places and wavelengths.
+    /// RMS and 99th percentile of the error of an efficiency, at `count` random incidences and wavelengths that are
+    /// solved for this purpose. Incidences are uniform over the projected hemisphere.
     ///
     /// # Errors
     /// An incidence that cannot be solved.
-    pub fn error(&self, period_um: f64, orders: &impl Orders, count: usize) -> Result<(f64, f64), GratingError> {
+    pub fn error(&self, period_um: f64, orders: &impl OrderSolver, count: usize) -> Result<(f64, f64), GratingError> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let queries: Vec<[f64; 3]> = (0..count)
             .map(|_| {
                 let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
-                // Uniform over the projected hemisphere of incidences.
-                let (radius, turn) = (random.random::<f64>().sqrt(), random.random_range(0.0..2.0 * PI));
-                [nm, radius * turn.cos(), radius * turn.sin()]
+                let (radius, phi) = (random.random::<f64>().sqrt(), random.random_range(0.0..TAU));
+                [nm, radius * phi.cos(), radius * phi.sin()]
             })
             .collect();
-        let mut differences = queries
+        let mut errors = queries
             .par_iter()
             .map(|&[nm, x, y]| {
                 let periods = 1e3 * period_um / nm;
                 let (t, a) = (periods * (1.0 - y * y).sqrt(), periods * x);
-                let place = Place::<Plain<f64>>::new(t, a);
+                let position = CellPosition::<Plain<f64>>::new(t, a);
                 let solved = orders.efficiencies(t, a, &[nm])?;
                 let view = EfficiencyView::<Plain<f64>> { layout: self.layout, words: &self.words };
-                let row = view.row(&place, nm, true);
-                let (width, incident) = (place.cell as usize + 1, place.incident as usize);
-                Ok((0..width)
-                    .map(|o| view.entry(&row, u32::lit(o as u32), true) - solved[0][incident * width + o])
+                let row = view.row(&position, nm, true);
+                let (orders, incident) = (position.cell as usize + 1, position.incident as usize);
+                Ok((0..orders)
+                    .map(|o| view.entry(&row, u32::lit(o as u32), true) - solved[0][incident * orders + o])
                     .map(f64::abs)
                     .collect::<Vec<_>>())
             })
             .collect::<Result<Vec<_>, GratingError>>()?
             .concat();
-        differences.sort_by(f64::total_cmp);
-        let rms = (differences.iter().map(|d| d * d).sum::<f64>() / differences.len().max(1) as f64).sqrt();
-        let p99 = differences.get(differences.len() * 99 / 100).copied().unwrap_or_default();
+        errors.sort_by(f64::total_cmp);
+        let rms = (errors.iter().map(|error| error * error).sum::<f64>() / errors.len().max(1) as f64).sqrt();
+        let p99 = errors.get(errors.len() * 99 / 100).copied().unwrap_or_default();
         Ok((rms, p99))
     }
 }
 
-/// Efficiencies of one cell at Chebyshev nodes in each coordinate's angle.
-///
-/// Reciprocity maps a node to its mirror image about the diagonal, where both coordinates swap; one triangle is solved.
+/// Efficiencies of one cell at Chebyshev nodes.
 struct Cell {
+    /// Index s of the cell.
     index: usize,
+    /// Nodes along either side.
     nodes: usize,
-    /// `[node of the triangle][wavelength]`, each a matrix of [`Orders::efficiencies`].
+    /// `[node in the triangle][wavelength]`, each a matrix of [`OrderSolver::efficiencies`].
     matrices: Vec<Vec<Vec<f64>>>,
 }
 
 impl Cell {
-    /// Solves a cell with enough nodes that its highest terms are within the tolerance, or with the last number of
-    /// [`SOLVED`].
-    ///
-    /// `step` is the position in [`SOLVED`] to start from, and is updated for the next cell, which is similar. `solved`
-    /// counts the incidences.
+    /// Solves a cell with the fewest of [`SOLVED`] nodes whose highest terms meet the tolerance, or with the most there
+    /// are. `step` is the entry of [`SOLVED`] to begin with, and is updated for the next cell. Adds the number of
+    /// solved points to `solved`.
     fn solve(
         index: usize,
-        orders: &impl Orders,
+        orders: &impl OrderSolver,
         wavelengths_nm: &[f64],
         tolerance: f64,
         step: &mut usize,
@@ -177,32 +177,30 @@ impl Cell {
         loop {
             let cell = Self::solve_at(index, orders, wavelengths_nm, SOLVED[*step])?;
             *solved += cell.matrices.len();
-            let left = cell.highest_terms();
-            if left <= tolerance || *step + 1 == SOLVED.len() {
-                // The next cell may need fewer nodes.
-                *step -= usize::from(*step > 0 && left <= 0.25 * tolerance);
+            let highest = cell.highest_terms();
+            if highest <= tolerance || *step + 1 == SOLVED.len() {
+                *step -= usize::from(*step > 0 && highest <= FEWER_BELOW * tolerance);
                 return Ok(cell);
             }
             *step += 1;
         }
     }
 
+    /// Solves a cell at `nodes` Chebyshev nodes along either side.
     fn solve_at(
         index: usize,
-        orders: &impl Orders,
+        orders: &impl OrderSolver,
         wavelengths_nm: &[f64],
         nodes: usize,
     ) -> Result<Self, GratingError> {
-        let x: Vec<f64> = chebyshev_angles(nodes).map(|angle| (0.5 * angle).sin().powi(2)).collect();
-        // One triangle; reciprocity gives the other.
-        let places: Vec<[usize; 2]> = (0..nodes).flat_map(|i| (0..=i).map(move |k| [i, k])).collect();
-        let matrices = places
+        let fractions = node_fractions(nodes);
+        let matrices = triangle(nodes)
             .par_iter()
             .map(|&[i, k]| {
-                let (t, b) = node(index, [x[i], x[k]]);
+                let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
                 let mut matrices = orders.efficiencies(t, b, wavelengths_nm)?;
                 if i == k {
-                    matrices.iter_mut().for_each(|matrix| make_reciprocal(matrix, index));
+                    matrices.iter_mut().for_each(|matrix| symmetrise(matrix, index));
                 }
                 Ok(matrices)
             })
@@ -210,32 +208,26 @@ impl Cell {
         Ok(Self { index, nodes, matrices })
     }
 
-    /// The efficiency `at = incident · orders + outgoing` at a pair of nodes and the `j`-th wavelength.
-    fn value(&self, i: usize, k: usize, j: usize, at: usize) -> f64 {
-        let (high, low) = (i.max(k), i.min(k));
-        let matrix = &self.matrices[high * (high + 1) / 2 + low][j];
-        let width = self.index + 1;
-        // The reversed path: the outgoing order arrives, and both are counted from the other side.
-        let from = if i < k { (self.index - at % width) * width + self.index - at / width } else { at };
-        matrix[from]
+    /// Efficiency at the node (i, k) and wavelength j; `entry` is an index into the matrix.
+    fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> f64 {
+        let matrix = &self.matrices[triangle_index(i, k)][j];
+        matrix[if i < k { reversed(entry, self.index) } else { entry }]
     }
 
-    /// Root mean square, over efficiencies and wavelengths, of the two highest Chebyshev terms.
+    /// RMS over efficiencies and wavelengths of the two highest Chebyshev degrees along p. Those along q are equal by
+    /// reciprocity.
     fn highest_terms(&self) -> f64 {
         let n = self.nodes;
-        let terms = matrix_of(n, n, |degree, k| {
-            let angle = PI * (k as f64 + 0.5) / n as f64;
-            if degree == 0 { 1.0 / n as f64 } else { 2.0 / n as f64 * (degree as f64 * angle).cos() }
-        });
+        let coefficients = coefficients(n);
         let (entries, wavelengths) = ((self.index + 1).pow(2), self.matrices[0].len());
         let mut sum = 0.0;
         for j in 0..wavelengths {
-            for at in 0..entries {
-                let values = matrix_of(n, n, |i, k| self.value(i, k, j, at));
-                // Terms of one coordinate at every node of the other; reciprocity gives the other coordinate's.
+            for entry in 0..entries {
+                let values = matrix(n, n, |i, k| self.value(i, k, j, entry));
                 for degree in [n - 2, n - 1] {
                     for k in 0..n {
-                        let term: f64 = terms[degree].iter().zip(&values).map(|(weight, row)| weight * row[k]).sum();
+                        let term: f64 =
+                            coefficients[degree].iter().zip(&values).map(|(weight, row)| weight * row[k]).sum();
                         sum += term * term / n as f64;
                     }
                 }
@@ -244,37 +236,37 @@ impl Cell {
         (sum / (entries * wavelengths) as f64).sqrt()
     }
 
-    /// The cell's efficiencies at one wavelength, in the order of [`EfficiencyLayout`].
+    /// 16-bit entries of the cell at wavelength j, in the order of [`EfficiencyLayout`].
     fn packed(&self, j: usize, stored: usize) -> Vec<u16> {
-        let (width, solved) = (self.index + 1, self.nodes);
-        let entries = width * width;
+        let (orders, solved) = (self.index + 1, self.nodes);
+        let entries = orders * orders;
         let resample = resampling(solved, stored);
-        // Resamples the second coordinate, then the first.
-        let mut half_way = vec![0.0; solved * stored * entries];
+        // Resampled along q, then along p: `[solved node of p][stored node of q][entry]`.
+        let mut along_q = vec![0.0; solved * stored * entries];
         for i in 0..solved {
             for k in 0..solved {
                 for (g, weights) in resample.iter().enumerate() {
-                    let to = &mut half_way[(i * stored + g) * entries..][..entries];
-                    for (at, value) in to.iter_mut().enumerate() {
-                        *value += weights[k] * self.value(i, k, j, at);
+                    let row = &mut along_q[(i * stored + g) * entries..][..entries];
+                    for (entry, value) in row.iter_mut().enumerate() {
+                        *value += weights[k] * self.value(i, k, j, entry);
                     }
                 }
             }
         }
-        let mut halves = Vec::with_capacity(stored * stored * width * (width + 1));
+        let mut halves = Vec::with_capacity(stored * stored * orders * (orders + 1));
         for weights in &resample {
             for g in 0..stored {
-                for incident in 0..width {
+                for incident in 0..orders {
                     let mut sum = 0;
-                    for at in incident * width..(incident + 1) * width {
+                    for entry in incident * orders..(incident + 1) * orders {
                         let value: f64 = weights
                             .iter()
                             .enumerate()
-                            .map(|(i, w)| w * half_way[(i * stored + g) * entries + at])
+                            .map(|(i, weight)| weight * along_q[(i * stored + g) * entries + entry])
                             .sum();
-                        let stored = (value.clamp(0.0, 1.0) / UNIT).round() as u16;
-                        sum += u32::from(stored);
-                        halves.push(stored);
+                        let units = (value.clamp(0.0, 1.0) / UNIT).round() as u16;
+                        sum += u32::from(units);
+                        halves.push(units);
                     }
                     halves.push(sum.min(u16::MAX.into()) as u16);
                 }
@@ -284,33 +276,18 @@ impl Cell {
     }
 }
 
-/// A matrix `[row][column]` of a function.
-fn matrix_of(rows: usize, columns: usize, value: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
-    (0..rows).map(|i| (0..columns).map(|k| value(i, k)).collect()).collect()
+/// Entry of the reversed path in a matrix of cell `s`: the outgoing order becomes the incident one, and orders are
+/// counted from the other side.
+pub(super) fn reversed(entry: usize, s: usize) -> usize {
+    let orders = s + 1;
+    (s - entry % orders) * orders + s - entry / orders
 }
 
-/// Angles of the Chebyshev nodes over [0, π].
-pub(super) fn chebyshev_angles(count: usize) -> impl Iterator<Item = f64> {
-    (0..count).map(move |k| 0.5 * PI * (1.0 + (PI * (k as f64 + 0.5) / count as f64).cos()))
-}
-
-/// Matrix `[stored][solved]` that takes values at Chebyshev nodes to values at the table's nodes.
-pub(super) fn resampling(solved: usize, stored: usize) -> Vec<Vec<f64>> {
-    matrix_of(stored, solved, |g, k| {
-        let x = unstretched(g as f64 / (stored - 1) as f64);
-        // The table node's position in [−1, 1], as an angle.
-        let turn = ((1.0 - 2.0 * x).acos() / PI * 2.0 - 1.0).clamp(-1.0, 1.0).acos();
-        let angle = PI * (k as f64 + 0.5) / solved as f64;
-        let sum: f64 = (1..solved).map(|n| (n as f64 * turn).cos() * (n as f64 * angle).cos()).sum();
-        (1.0 + 2.0 * sum) / solved as f64
-    })
-}
-
-/// Averages a matrix on the diagonal with its mirror image, from which it differs by the solver's rounding alone.
-fn make_reciprocal(matrix: &mut [f64], s: usize) {
-    let width = s + 1;
+/// Replaces a matrix on the diagonal `p = q`, which reciprocity maps to itself, by its mean with its image. The two
+/// differ by the solver's rounding.
+fn symmetrise(matrix: &mut [f64], s: usize) {
     let before = matrix.to_vec();
-    for (at, value) in matrix.iter_mut().enumerate() {
-        *value = 0.5 * (*value + before[(s - at % width) * width + s - at / width]);
+    for (entry, value) in matrix.iter_mut().enumerate() {
+        *value = 0.5 * (*value + before[reversed(entry, s)]);
     }
 }

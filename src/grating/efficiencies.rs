@@ -1,122 +1,134 @@
-//! Layout of the table of efficiencies, and its interpolation.
+//! The table of efficiencies: its layout and look-up (symbols: `mod.rs`).
 
-use super::place::Place;
+use super::cell_position::CellPosition;
 use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 
-/// Efficiency of one unit of a stored 16-bit number. Sums of efficiencies up to 1.09 fit, above one by interpolation
-/// error.
+/// Efficiency that one unit of a stored 16-bit integer stands for. Sums of a row are stored, too, and fit up to 1.09;
+/// interpolation leaves them below.
 pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 
-/// Arrangement of a table of efficiencies in 32-bit words.
+/// Layout of a table over wavelengths and cells.
 ///
-/// The first `wavelengths · cells` words hold the beginning of each cell, counted in 16-bit halves. Cell `s` has
-/// `nodes²` nodes, the second coordinate fastest. Each node has `s + 1` rows, one per incident order, of `s + 2`
-/// halves: the efficiencies of the `s + 1` outgoing orders, then their sum, in units of 1/60 000.
+/// The first `wavelengths · cells` words, `[wavelength][cell]`, are the offsets of the cells, in 16-bit halves of words
+/// from the beginning of the table. Cell `s` is `[node of p][node of q][incident order][entry]`, with `s + 1` incident
+/// orders and `s + 2` entries: the efficiencies of the `s + 1` outgoing orders, and their sum. An entry is a 16-bit
+/// integer in units of 1/60 000, two to a word, the lower half first.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
     /// First wavelength in nm.
     pub first_nm: f64,
-    /// Distance of wavelengths in nm.
+    /// Step between wavelengths in nm.
     pub step_nm: f64,
     /// Number of wavelengths, at least two.
     pub wavelengths: u32,
-    /// Number of cells at the shortest wavelength; longer wavelengths use fewer.
+    /// Number of cells at the shortest wavelength. Longer ones use fewer.
     pub cells: u32,
-    /// Number of nodes along each side of a cell.
+    /// Nodes along either side of a cell.
     pub nodes: u32,
 }
 
-/// A table of efficiencies over one family of numbers.
+/// A table's layout over its words.
 #[derive(Clone, Copy)]
 pub(super) struct EfficiencyView<N: Numbers> {
     pub layout: EfficiencyLayout,
     pub words: N::Words,
 }
 
-/// Rows of an incident wave at the corners of its grid cell, with the interpolation weights. Indexed by the outgoing
-/// order.
+/// A node of a table: the offset of its cell, and its number within the cell.
+#[derive(Clone, Copy)]
+pub(super) struct Node<N: Numbers> {
+    pub cell_offset: N::Index,
+    pub number: N::Index,
+}
+
+/// Rows of one incident order at the eight nodes around a position and wavelength.
 pub(super) struct Row<N: Numbers> {
-    /// First half of the row at the four corners, `[shorter, longer wavelength]`.
-    begins: [[N::Index; 4]; 2],
-    /// Fractions along both coordinates and the wavelength.
-    between: [N::Real; 3],
+    /// Offsets of the row at the four nodes, for the shorter and for the longer wavelength.
+    offsets: [[N::Index; 4]; 2],
+    /// Fractions of a step from the lower node: along p, q and wavelength.
+    fractions: [N::Real; 3],
 }
 
 impl<N: Numbers> EfficiencyView<N> {
-    /// The eight nodes around a wave at a wavelength in nm, those of the shorter wavelength first: `[beginning of the
-    /// cell, number of the node]`. Then the fractions along both coordinates and the wavelength.
+    /// The eight nodes around a position and a wavelength in nm, with the fractions of a step from the lower one along
+    /// p, q and wavelength.
+    ///
+    /// Nodes are in binary order: bit 2 selects the longer wavelength, bit 1 the upper p, bit 0 the upper q.
     #[inline(always)]
-    fn nodes(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> ([[N::Index; 2]; 8], [N::Real; 3]) {
+    fn nodes(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> ([Node<N>; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes } = self.layout;
-        // Lower node and fraction along an axis of `count` nodes.
-        let between = |x: N::Real, count: u32| {
+        // Lower node of the interval around x, and the fraction within the interval.
+        let interval = |x: N::Real, count: u32| {
             let x = x.clip(real(0.0), real(f64::from(count - 1)));
             let low = x.floor().min(real(f64::from(count - 2)));
             (N::index(low), x - low)
         };
-        let (shorter, to_longer) = between((nm - real(first_nm)) * real(1.0 / step_nm), wavelengths);
-        let [(low_p, p), (low_q, q)] = place.stretched.map(|s| between(s * real(f64::from(nodes - 1)), nodes));
-        let cell = place.cell.min(index(cells - 1));
-        let begins = [0, 1].map(|j| {
-            let [begin] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + cell, active);
-            begin
+        let (shorter, to_longer) = interval((nm - real(first_nm)) * real(1.0 / step_nm), wavelengths);
+        let [(low_p, p), (low_q, q)] =
+            position.coordinates.map(|coordinate| interval(coordinate * real(f64::from(nodes - 1)), nodes));
+        let cell = position.cell.min(index(cells - 1));
+        let offsets = [0, 1].map(|j| {
+            let [offset] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + cell, active);
+            offset
         });
         let nodes = std::array::from_fn(|corner| {
             let [j, i, k] = [corner >> 2, corner >> 1 & 1, corner & 1];
-            [begins[j], (low_p + index(i as u32)) * index(nodes) + low_q + index(k as u32)]
+            let number = (low_p + index(i as u32)) * index(nodes) + low_q + index(k as u32);
+            Node { cell_offset: offsets[j], number }
         });
         (nodes, [p, q, to_longer])
     }
 
-    /// [`EfficiencyView::nodes`] with interpolation weights.
+    /// The eight nodes around a position and a wavelength in nm, each with its weight in trilinear interpolation.
     #[inline(always)]
-    pub fn weighted(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> [([N::Index; 2], N::Real); 8] {
+    pub fn weighted_nodes(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> [(Node<N>, N::Real); 8] {
         let one = N::Real::lit(1.0);
-        let (nodes, between) = self.nodes(place, nm, active);
-        let [p, q, to_longer] = between.map(|x| [one - x, x]);
+        let (nodes, fractions) = self.nodes(position, nm, active);
+        let [p, q, to_longer] = fractions.map(|x| [one - x, x]);
         std::array::from_fn(|corner| (nodes[corner], to_longer[corner >> 2] * p[corner >> 1 & 1] * q[corner & 1]))
     }
 
-    /// The row of a wave at a wavelength in nm.
+    /// Rows of the incident order at a position, for a wavelength in nm.
     #[inline(always)]
-    pub fn row(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> Row<N> {
+    pub fn row(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> Row<N> {
         let index = N::Index::lit;
-        let (nodes, between) = self.nodes(place, nm, active);
-        let cell = place.cell.min(index(self.layout.cells - 1));
-        let width = cell + index(1);
-        let (row, places) = (width + index(1), width * (width + index(1)));
-        let begin = |corner: usize| {
-            let [cell_begin, node] = nodes[corner];
-            cell_begin + node * places + place.incident.min(cell) * row
+        let (nodes, fractions) = self.nodes(position, nm, active);
+        let cell = position.cell.min(index(self.layout.cells - 1));
+        let orders = cell + index(1);
+        let (row_length, node_length) = (orders + index(1), orders * (orders + index(1)));
+        let offset = |corner: usize| {
+            let Node { cell_offset, number } = nodes[corner];
+            cell_offset + number * node_length + position.incident.min(cell) * row_length
         };
-        Row { begins: [0, 4].map(|j| std::array::from_fn(|corner| begin(j + corner))), between }
+        Row { offsets: [0, 4].map(|j| std::array::from_fn(|corner| offset(j + corner))), fractions }
     }
 
     /// Sum of all efficiencies of the row: the entry after the last order's.
     #[inline(always)]
-    pub fn row_total(&self, row: &Row<N>, place: &Place<N>, active: N::Mask) -> N::Real {
-        self.entry(row, place.cell + N::Index::lit(1), active)
+    pub fn row_total(&self, row: &Row<N>, position: &CellPosition<N>, active: N::Mask) -> N::Real {
+        self.entry(row, position.cell + N::Index::lit(1), active)
     }
 
-    /// Efficiency of an order, by its number among the cell's orders ([`Place::outgoing`]).
+    /// Efficiency of an order, by its number among the cell's orders ([`CellPosition::outgoing`]).
     #[inline(always)]
-    pub fn entry(&self, row: &Row<N>, at: N::Index, active: N::Mask) -> N::Real {
-        let [p, q, to_longer] = row.between;
-        let [shorter, longer] = row.begins.map(|corners| {
-            let [a, b, c, d] = corners.map(|begin| self.half(begin + at, active));
+    pub fn entry(&self, row: &Row<N>, number: N::Index, active: N::Mask) -> N::Real {
+        let [p, q, to_longer] = row.fractions;
+        let [shorter, longer] = row.offsets.map(|corners| {
+            let [a, b, c, d] = corners.map(|offset| self.half_word(offset + number, active));
             lerp(lerp(a, b, q), lerp(c, d, q), p)
         });
         lerp(shorter, longer, to_longer) * N::Real::lit(UNIT)
     }
 
+    /// The 16-bit integer at an offset, as a real.
     #[inline(always)]
-    fn half(&self, at: N::Index, active: N::Mask) -> N::Real {
-        let [word] = N::gather::<1>(self.words, at >> 1, active);
+    fn half_word(&self, offset: N::Index, active: N::Mask) -> N::Real {
+        let [word] = N::gather::<1>(self.words, offset >> 1, active);
         let [lower, upper] = u16_pair::<N>(word);
-        let odd = N::Index::lit(1).le(at & N::Index::lit(1));
-        N::Real::select(odd, upper, lower)
+        let is_odd = N::Index::lit(1).le(offset & N::Index::lit(1));
+        N::Real::select(is_odd, upper, lower)
     }
 }

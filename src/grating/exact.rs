@@ -1,19 +1,26 @@
-//! Judge of the grating tables: orders solved for each query.
+//! Reference for gratings: orders solved at the very pair of directions (symbols: `mod.rs`).
 
 use super::GratingError;
-use super::lobe::REACH;
-use super::solved::medium;
-use super::surface::sigma_per_um;
+use super::lobe::{REACH, sigma_per_um};
+use super::solved::{BALANCE, DOUBLINGS, medium};
 use crate::scattering::{Pair, SpectralIndex, Vec3};
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
 
-/// Accepted imbalance of power: a tenth of the tables' error per order.
-const BALANCE: f64 = 5e-4;
-/// Largest number of doublings of the nodes while power is not balanced.
-const DOUBLINGS: usize = 3;
+/// Largest error of the power balance, relative to the incident power: half of what tables accept.
+const BALANCE_EXACT: f64 = 0.5 * BALANCE;
 
-/// The reflectance of a grating by Maxwell's equations, without tables.
+/// The reflectance of a grating by Maxwell's equations without tables. One evaluation solves some orders.
+///
+/// ```
+/// use sunbeam::grating::{ExactGrating, Profile};
+///
+/// // A perfectly conducting sinusoid of 1 µm; order 1 of 500 nm at normal incidence leaves at a sine of ½.
+/// let grating = ExactGrating::new(Profile::sinusoid(1.0, 0.1)?, None, 20.0);
+/// let order = [0.5, 0.0, 0.75_f64.sqrt()];
+/// assert!(grating.eval([0.0, 0.0, 1.0], order, 500.0)? > 1.0);
+/// # Ok::<(), sunbeam::grating::GratingError>(())
+/// ```
 pub struct ExactGrating {
     profile: Profile,
     index: Option<SpectralIndex>,
@@ -21,7 +28,8 @@ pub struct ExactGrating {
 }
 
 impl ExactGrating {
-    /// A profile in air above a medium of this index, or above a perfect conductor (`None`).
+    /// A profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`), with a
+    /// coherence length in µm.
     pub fn new(profile: Profile, index: Option<SpectralIndex>, coherence_length_um: f64) -> Self {
         Self { profile, index, sigma_per_um: sigma_per_um(coherence_length_um) }
     }
@@ -30,14 +38,14 @@ impl ExactGrating {
     /// the surface.
     ///
     /// # Errors
-    /// An index or wavelength that the solver refuses, and orders that it cannot solve well enough.
+    /// An index or wavelength that the solver refuses, and orders that it cannot solve accurately enough.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, GratingError> {
         let Some(pair) = Pair::new(wi, wo) else { return Ok(0.0) };
         let period_um = self.profile.period_um();
         let periods = 1e3 * period_um / wavelength_nm;
-        // In units of 1/d: an order's standard deviation, and the frequency asked for.
-        let deviation = period_um * self.sigma_per_um;
-        let (frequency_x, offset_y) = (pair.u * periods, pair.v * periods / deviation);
+        // Standard deviation and frequency counted in orders, and the frequency along y in standard deviations.
+        let sigma = period_um * self.sigma_per_um;
+        let (frequency_x, offset_y) = (pair.u * periods, pair.v * periods / sigma);
         if offset_y.abs() >= REACH {
             return Ok(0.0);
         }
@@ -45,21 +53,21 @@ impl ExactGrating {
         let t = periods * ((1.0 - y) * (1.0 + y)).sqrt();
         check_size(&self.profile, &medium(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
         let mut sum = 0.0;
-        let (first, last) = (frequency_x - REACH * deviation, frequency_x + REACH * deviation);
+        let (first, last) = (frequency_x - REACH * sigma, frequency_x + REACH * sigma);
         for m in first.ceil() as i32..=last.floor() as i32 {
-            // Both directions moved by half of the difference to the order, as in `lobe.rs`.
+            // The incident wave whose order m leaves exactly: either direction takes half of the difference.
             let a = 0.5 * ((wo[0] - wi[0]) * periods - f64::from(m));
             if a.abs() < t && (a + f64::from(m)).abs() < t {
-                let offset_x = (frequency_x - f64::from(m)) / deviation;
+                let offset_x = (frequency_x - f64::from(m)) / sigma;
                 sum += (-0.5 * offset_x * offset_x).exp() * self.efficiency(t, a, m, wavelength_nm)?;
             }
         }
-        let density = (periods / deviation).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
+        let density = (periods / sigma).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
         Ok(sum * density)
     }
 
-    /// Unpolarised efficiency of an order of the wave with this `t` and `a`.
-    fn efficiency(&self, t: f64, a: f64, order: i32, nm: f64) -> Result<f64, GratingError> {
+    /// Unpolarised efficiency of order `m` of the wave with these `t` and `a`.
+    fn efficiency(&self, t: f64, a: f64, m: i32, nm: f64) -> Result<f64, GratingError> {
         let medium = medium(self.index.as_ref(), nm)?;
         let mut resolution = Resolution::new(&self.profile, &medium, nm)?;
         let (mut nodes, mut balance) = (0, 0.0);
@@ -67,8 +75,8 @@ impl ExactGrating {
             let mesh = Discretisation::new(&self.profile, resolution)?;
             let amplitudes = mesh.air(t, a)?.solve(&medium, nm)?;
             (nodes, balance) = (mesh.nodes(), amplitudes.balance_error());
-            if balance <= BALANCE {
-                return Ok(amplitudes.efficiency(order, 0));
+            if balance <= BALANCE_EXACT {
+                return Ok(amplitudes.efficiency(m, 0));
             }
             resolution.nodes *= 2;
         }

@@ -11,18 +11,18 @@
 //! ```
 //!
 //! Below, frequencies are counted in orders, as multiples of 1/d: `d/λ` is `periods`, and `1/(dσ)` the reciprocal of
-//! the Gaussian's standard deviation, `inverse_sigma`. Efficiencies depend on `t` and `a` of the incident wave, the
-//! coordinates of `place.rs`.
+//! the Gaussian's standard deviation, `inverse_sigma`. Efficiencies depend on `t` and `a` of the incident wave
+//! (symbols: `mod.rs`).
 
+use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
-use super::place::Place;
 use super::polarisation::JonesView;
 use crate::lobe::{PerWavelength, are_above};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 use std::array;
-use std::f64::consts::{LOG2_E, TAU};
+use std::f64::consts::{LOG2_E, SQRT_2, TAU};
 
 /// Standard deviations at which an order's Gaussian is cut off; `exp(−5²/2)` is 4e-6.
 pub(crate) const REACH: f64 = 5.0;
@@ -50,7 +50,7 @@ pub struct GratingLobe<'a, N: Numbers> {
 
 /// One order between two directions: its incident wave, its number among the cell's orders, and its efficiency.
 struct OrderAt<'a, N: Numbers> {
-    place: &'a Place<N>,
+    position: &'a CellPosition<N>,
     outgoing: N::Index,
     efficiency: N::Real,
 }
@@ -72,12 +72,12 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], nm: N::Real, active: N::Mask) -> N::Real {
         let zero = N::Real::lit(0.0);
-        let (place, active) = self.incident_place(wi, nm, active);
+        let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
-        let row = view.row(&place, nm, active);
-        let total = view.row_total(&row, &place, active);
+        let row = view.row(&position, nm, active);
+        let total = view.row_total(&row, &position, active);
         let [density] = self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let (outgoing, propagates) = place.outgoing(m);
+            let (outgoing, propagates) = position.outgoing(m);
             [N::Real::select(propagates, view.entry(&row, outgoing, active & propagates), zero)]
         });
         N::Real::select(active & zero.lt(total), density / total * wo[2], zero)
@@ -87,19 +87,19 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], nm: N::Real, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, index) = (N::Real::lit, N::Index::lit);
-        let (place, active) = self.incident_place(wi, nm, active);
+        let (position, active) = self.incident_position(wi, nm, active);
         let view = self.view();
-        let row = view.row(&place, nm, active);
-        let target = u[0] * view.row_total(&row, &place, active);
+        let row = view.row(&position, nm, active);
+        let target = u[0] * view.row_total(&row, &position, active);
         // The first order at which the running sum passes the target; the last one if rounding leaves the target above
         // the sum.
         let (outgoing, _) = N::while_loop(
             c"order",
             (index(0), view.entry(&row, index(0), active)),
-            |(at, sum)| active & sum.le(target) & at.lt(place.cell),
+            |(at, sum)| active & sum.le(target) & at.lt(position.cell),
             |(at, sum)| (at + index(1), sum + view.entry(&row, at + index(1), active)),
         );
-        let order = N::widen(N::real(outgoing)) - N::widen(N::real(place.incident));
+        let order = N::widen(N::real(outgoing)) - N::widen(N::real(position.incident));
         let wavelength_um = nm * real(1e-3);
         let sigma = wavelength_um * real(self.layout.sigma_per_um);
         let [offset_x, offset_y] = [1, 2].map(|i| normal_quantile(u[i]) * sigma);
@@ -129,7 +129,7 @@ impl<N: Numbers> GratingLobe<'_, N> {
         N::each_lane(c"wavelengths", wavelengths_nm, active, |nm| {
             self.sum_orders(from, to, nm, active, |order, active| {
                 jones
-                    .matrix(order.place, order.outgoing, nm, groove_cosine, active)
+                    .matrix(order.position, order.outgoing, nm, groove_cosine, active)
                     .map(|element| element * order.efficiency)
             })
         })
@@ -146,13 +146,13 @@ impl<N: Numbers> GratingLobe<'_, N> {
         N::Double::lit(1e3 * self.layout.period_um) / N::widen(nm)
     }
 
-    /// Place of the wave from `wi`, and the mask without waves that rounding puts beyond the horizon.
+    /// Position of the wave from `wi`, and the mask without waves that rounding puts beyond the horizon.
     #[inline(always)]
-    fn incident_place(&self, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> (Place<N>, N::Mask) {
+    fn incident_position(&self, wi: [N::Real; 3], nm: N::Real, active: N::Mask) -> (CellPosition<N>, N::Mask) {
         let periods = self.periods(nm);
         let t = groove_t::<N>(periods, N::widen(wi[1]));
-        let place = Place::<N>::new(t, -(N::widen(wi[0]) * periods));
-        (place, active & place.propagates)
+        let position = CellPosition::<N>::new(t, -(N::widen(wi[0]) * periods));
+        (position, active & position.propagates)
     }
 
     /// `Σ_m g(order m)·K(f − f_m)/λ²`, for `R` quantities `g` at once.
@@ -174,11 +174,11 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let difference = (N::widen(wo[0]) - N::widen(wi[0])) * periods;
         let view = self.view();
         self.sum_kernels(wi, wo, nm, active, |m, active| {
-            let place = Place::<N>::new(t, (difference - m) * half);
-            let (outgoing, propagates) = place.outgoing(m);
-            let active = active & propagates & place.propagates;
-            let efficiency = view.entry(&view.row(&place, nm, active), outgoing, active);
-            quantity(OrderAt { place: &place, outgoing, efficiency }, active)
+            let position = CellPosition::<N>::new(t, (difference - m) * half);
+            let (outgoing, propagates) = position.outgoing(m);
+            let active = active & propagates & position.propagates;
+            let efficiency = view.entry(&view.row(&position, nm, active), outgoing, active);
+            quantity(OrderAt { position: &position, outgoing, efficiency }, active)
                 .map(|value| N::Real::select(active, value, N::Real::lit(0.0)))
         })
     }
@@ -220,15 +220,15 @@ impl<N: Numbers> GratingLobe<'_, N> {
     }
 }
 
+/// Standard deviation σ in cycles/µm of an order's Gaussian, for a coherence length in µm.
+///
+/// `σ = 1/(2π√2·s)`, with the standard deviation s of the coherence window a quarter of the coherence length.
+pub(super) fn sigma_per_um(coherence_length_um: f64) -> f64 {
+    4.0 / (coherence_length_um * TAU * SQRT_2)
+}
+
 /// `exp(−x²/2)`.
 #[inline(always)]
 fn gaussian<R: Real>(x: R) -> R {
     (x * x * R::lit(-0.5 * LOG2_E)).exp2()
-}
-
-/// `t = (d/λ)·√(1 − y²)` of a wave whose direction cosine along the grooves is `y`.
-#[inline(always)]
-pub(super) fn groove_t<N: Numbers>(periods: N::Double, y: N::Double) -> N::Double {
-    let one = N::Double::lit(1.0);
-    periods * ((one - y) * (one + y)).max(N::Double::lit(0.0)).sqrt()
 }

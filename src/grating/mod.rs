@@ -1,32 +1,57 @@
 //! Gratings by Maxwell's equations: reliefs that vary along x alone (docs/model.md#gratings-by-maxwells-equations).
 //!
-//! `sunbeam-rigorous` solves one grating at one incidence and wavelength. Here the efficiencies of its orders are
-//! tabulated over all incidences and wavelengths, and the tables become lobes. The reflectance `f_r = Σ_m e_m K(f −
-//! f_m)/λ²` includes the material's, is reciprocal, and conserves energy without a limiter.
+//! `sunbeam-rigorous` solves the orders of one grating at one incidence and wavelength. [`GratingSurface`] tabulates
+//! their unpolarised efficiencies over all incidences and wavelengths. Its reflectance `f_r = Σ_m e_m K(f − f_m)/λ²` is
+//! reciprocal, conserves energy without a limiter, and includes the material's reflectance. [`GratingColourSurface`] is
+//! the same integrated to linear sRGB, and [`JonesTable`] adds polarisation.
 //!
-//! | step | files |
+//! # Symbols
+//!
+//! | symbol | meaning |
 //! | --- | --- |
-//! | profile of a relief | `relief.rs` |
-//! | coordinates `t`, `a` of an incidence, and cells between grazing orders | `place.rs` |
-//! | efficiencies from the solver | `orders.rs`, `solved.rs` |
-//! | table of efficiencies: wavelengths, nodes, layout | `wavelengths.rs`, `build.rs`, `efficiencies.rs` |
-//! | lobe at wavelengths | `lobe.rs`, `surface.rs` |
-//! | lobe in linear sRGB | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` |
-//! | Jones matrices of the orders | `polarisation.rs` |
-//! | judge without tables | `exact.rs` |
+//! | d | period in µm; the relief varies along x, its grooves run along y |
+//! | λ, ν = 1/λ | wavelength, wavenumber in 1/µm |
+//! | m | index of an order; its frequency is `f_m = (m/d, 0)` |
+//! | e_m | efficiency: fraction of the unpolarised incident power in order m |
+//! | K, σ | Gaussian of an order and its standard deviation in cycles/µm |
+//! | y | direction cosine along the grooves |
+//! | t = (d/λ)·√(1 − y²) | bound of \|a\| for waves that propagate |
+//! | a = −(d/λ)·wi.x | wave number of the incident wave along x, in units of 2π/d; that of order m is `a + m` |
+//! | b | Bloch phase in turns: `a` up to an integer, common to all orders |
+//! | s = ⌊t − a⌋ + ⌊t + a⌋ | index of the cell: number of propagating orders less one |
+//! | p, q | fractional parts of `t − a` and `t + a`: position within the cell |
+//!
+//! The symbols are those of `sunbeam-rigorous`, which solves at given t, b and λ.
+//!
+//! # Files
+//!
+//! | file | contents |
+//! | --- | --- |
+//! | `cell_position.rs` | from a wave's t and a to its cell |
+//! | `efficiencies.rs`, `build.rs` | the table of efficiencies: look-up, and build from solved points |
+//! | `plan.rs`, `wavelengths.rs` | numbers of nodes and wavelengths of a table, and the cost of its build |
+//! | `order_solver.rs`, `solved.rs` | the solver behind the tables |
+//! | `lobe.rs`, `surface.rs` | the lobe at wavelengths and the surface that owns its table |
+//! | `colour_tables.rs`, `colour_lobe.rs`, `colour_surface.rs` | the same in linear sRGB |
+//! | `jones_shape.rs`, `polarisation.rs` | Jones matrices and Mueller matrices of orders |
+//! | `exact.rs` | reference without tables |
+//! | `profile.rs` | profiles of presets and height fields |
 
 mod build;
+mod cell_position;
+mod chebyshev;
 mod colour_lobe;
 mod colour_surface;
 mod colour_tables;
 mod efficiencies;
 mod error;
 mod exact;
+mod jones_shape;
 mod lobe;
-mod orders;
-mod place;
+mod order_solver;
+mod plan;
 mod polarisation;
-mod relief;
+mod profile;
 mod solved;
 mod surface;
 mod wavelengths;
@@ -36,7 +61,7 @@ pub use colour_lobe::GratingColourLobe;
 pub use colour_surface::GratingColourSurface;
 pub use colour_tables::ColourTables;
 #[cfg(test)]
-pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO, SPREADS, TAU_SCALE, WEIGHTS};
+pub(crate) use colour_tables::{NU_HALF, NU_MIDDLE, ORDER_ZERO, TAU_SCALE, WEIGHTS};
 pub use efficiencies::EfficiencyLayout;
 #[cfg(test)]
 pub(crate) use efficiencies::UNIT;
@@ -46,6 +71,6 @@ pub use exact::ExactGrating;
 pub(crate) use lobe::REACH;
 pub use lobe::{GratingLayout, GratingLobe};
 pub use polarisation::{JonesTable, JonesView};
-pub use relief::{preset_profile, profile_of};
+pub use profile::{preset_profile, profile_of};
 pub use sunbeam_rigorous::{Medium, Profile, check_size, solve_orders};
 pub use surface::GratingSurface;

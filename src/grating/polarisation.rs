@@ -1,55 +1,57 @@
 //! Polarisation of a grating's orders: a table of Jones matrices beside the efficiencies, and their Mueller matrices
-//! (docs/model.md#gratings-by-maxwells-equations).
-//!
-//! A Jones matrix `[EE, EH, HE, HH]` (outgoing state first) relates the states of Ey and of Hy, the fields along the
-//! grooves. It is stored normalised, since efficiencies hold the power. Its crossed elements EH and HE are proportional
-//! to ky/k and stored divided by it, so that they do not change sign with ky.
+//! (docs/model.md#gratings-by-maxwells-equations; symbols: `mod.rs`).
 
 use super::GratingError;
-use super::build::{chebyshev_angles, node, resampling};
-use super::efficiencies::{EfficiencyLayout, EfficiencyView};
-use super::place::Place;
+use super::build::reversed;
+use super::cell_position::{CellPosition, wave_at};
+use super::chebyshev::{node_fractions, resampling, triangle, triangle_index};
+use super::efficiencies::{EfficiencyLayout, EfficiencyView, Node};
+use super::jones_shape::JonesShape;
+use super::plan::{meshes, spacing};
 use super::solved::Solved;
-use super::wavelengths::{wavelengths, wavelengths_of};
+use super::wavelengths::{STEPS_NM, wavelengths, wavelengths_with_cell};
 use crate::numeric::math::u16_pair;
 use crate::numeric::{Index, Number, Numbers, Real};
+use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sunbeam_fourier::num_complex::Complex64;
+use sunbeam_rigorous::Profile;
 
-/// Number of Chebyshev nodes along each side of a cell at which matrices are solved.
-const SOLVED: usize = 18;
-/// Least and greatest number of table nodes along each side of a cell.
-const STORED: [usize; 2] = [12, 18];
-/// Bytes that a table may use for more than the least number of nodes.
-const ROOM: f64 = 24e6;
-/// Value of one unit of a stored 16-bit number. Elements of a normalised matrix are at most √2.
+/// Number of Chebyshev nodes along either side of a cell at which matrices are solved, and most nodes of the table.
+/// With two thirds of them the error of the test below doubles.
+const NODES_MAX: usize = 18;
+/// Least number of table nodes along either side of a cell.
+const NODES_MIN: usize = 12;
+/// Bytes that a table may take for more than the least number of nodes.
+const BYTES_MAX: f64 = 24e6;
+/// Bytes of a packet: one matrix.
+const PACKET_BYTES: usize = 16;
+/// Value of one unit of a stored 16-bit integer. Elements of a matrix of unit power are at most √2.
 const UNIT: f64 = 1.45 / 32_767.0;
-/// Stored number that stands for zero.
+/// Stored integer that stands for zero.
 const ZERO: f64 = 32_768.0;
-/// Smallest |ky/k| that crossed elements are divided by; a smaller divisor would amplify their error.
-const GROOVE_COSINE_MIN: f64 = 0.02;
-/// Power below which a matrix is stored as zero.
-const POWER_MIN: f64 = 1e-18;
+/// Wavelength step of matrices, in steps of efficiencies. Anomalies change the power more than the polarisation.
+const STEPS: f64 = 2.0;
+/// Largest wavelength step of matrices in nm: the second longest of efficiencies.
+const STEP_MAX_NM: f64 = STEPS_NM[1];
 
-/// A normalised Jones matrix `[EE, EH·k/ky, HE·k/ky, HH]`.
-pub(super) type Shape = [Complex64; 4];
-
-/// Normalises a Jones matrix at `ky²/k²`, which may be negative.
-pub(super) fn shape([[ee, eh], [he, hh]]: [[Complex64; 2]; 2], ky_squared: f64) -> Shape {
-    let along = Complex64::new(ky_squared, 0.0).sqrt();
-    let along =
-        if along.norm() < GROOVE_COSINE_MIN { along * (GROOVE_COSINE_MIN / along.norm().max(1e-12)) } else { along };
-    let matrix = [ee, eh / along, he / along, hh];
-    let power = 0.5 * matrix.iter().map(Complex64::norm_sqr).sum::<f64>();
-    if power < POWER_MIN { [Complex64::ZERO; 4] } else { matrix.map(|part| part / power.sqrt()) }
-}
-
-/// A table of normalised Jones matrices.
+/// A table of the shapes of Jones matrices: matrices of unit power, which an order's efficiency scales.
 ///
 /// Arranged as [`EfficiencyLayout`], but each node has `(s + 1)²` packets of four words. A word holds one element, its
-/// real and imaginary part as 16-bit numbers about 32 768. Beginnings of cells are counted in packets.
+/// real and imaginary part as 16-bit integers about 32 768. Offsets of cells are counted in packets.
+///
+/// ```
+/// use sunbeam::grating::{JonesTable, Profile};
+/// use sunbeam::table::Progress;
+///
+/// // A perfectly conducting sinusoid of 0.4 µm, 0.05 µm high.
+/// let table = JonesTable::new(&Profile::sinusoid(0.4, 0.05)?, None, 1.0, &Progress::none())?;
+/// // Packets of four words.
+/// assert_eq!(table.words().len() % 4, 0);
+/// # Ok::<(), sunbeam::grating::GratingError>(())
+/// ```
 #[derive(Debug, Serialize, Deserialize)]
 pub struct JonesTable {
     layout: EfficiencyLayout,
@@ -57,37 +59,52 @@ pub struct JonesTable {
 }
 
 impl JonesTable {
-    /// Solves and tabulates a grating at wavelengths `step_nm` apart; `None` for a perfect conductor.
+    /// Solves a profile in air above a medium of this index, or above a perfect conductor (`None`), and tabulates the
+    /// shapes of its orders' matrices.
     ///
     /// # Errors
-    /// An incidence that cannot be solved.
-    pub(super) fn build(
-        period_um: f64,
-        orders: &Solved,
-        step_nm: Option<f64>,
+    /// As [`GratingSurface::new`](super::GratingSurface::new).
+    pub fn new(
+        profile: &Profile,
+        index: Option<&SpectralIndex>,
+        build_limit: f64,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
-        let (nm, cells_of) = wavelengths(period_um, step_nm);
-        let count = cells_of[0];
-        let stored = stored(&cells_of);
+        let period_um = profile.period_um();
+        let meshes = meshes(profile, index, build_limit)?;
+        let spacing = spacing(&meshes, period_um, index)?;
+        let step_nm = spacing.map(|spacing| (STEPS * spacing.step_nm).min(STEP_MAX_NM));
+        let (wavelengths_nm, _) = wavelengths(period_um, step_nm);
+        Self::build(period_um, &Solved::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
+    }
+
+    /// Solves and tabulates matrices at wavelengths `step_nm` apart; `None` for a perfect conductor.
+    ///
+    /// # Errors
+    /// A point that cannot be solved.
+    fn build(period_um: f64, orders: &Solved, step_nm: Option<f64>, progress: &Progress) -> Result<Self, GratingError> {
+        let (nm, cell_counts) = wavelengths(period_um, step_nm);
+        let cells = cell_counts[0];
+        let stored = stored_nodes(&cell_counts);
+        // `[wavelength][cell]`.
         let mut packed: Vec<Vec<Vec<u32>>> = vec![Vec::new(); nm.len()];
-        let work: usize = (1..=count).sum();
+        let work: usize = (1..=cells).sum();
         let mut done = 0;
-        for s in 0..count {
-            let longest = wavelengths_of(s, &cells_of);
+        for s in 0..cells {
+            let longest = wavelengths_with_cell(s, &cell_counts);
             let cell = Cell::solve(s, orders, &nm[..longest])?;
-            let of_wavelengths: Vec<_> = (0..longest).into_par_iter().map(|j| cell.packed(j, stored)).collect();
-            for (packed, cell) in packed.iter_mut().zip(of_wavelengths) {
+            let by_wavelength: Vec<_> = (0..longest).into_par_iter().map(|j| cell.packed(j, stored)).collect();
+            for (packed, cell) in packed.iter_mut().zip(by_wavelength) {
                 packed.push(cell);
             }
             done += s + 1;
             progress.report(done as f64 / work as f64);
         }
-        let starts = (nm.len() * count).next_multiple_of(4);
-        let mut words = vec![0u32; starts];
-        for (j, of_wavelength) in packed.iter().enumerate() {
-            for (s, cell) in of_wavelength.iter().enumerate() {
-                words[j * count + s] = (words.len() / 4) as u32;
+        let offset_words = (nm.len() * cells).next_multiple_of(4);
+        let mut words = vec![0u32; offset_words];
+        for (j, packed_cells) in packed.iter().enumerate() {
+            for (s, cell) in packed_cells.iter().enumerate() {
+                words[j * cells + s] = (words.len() / 4) as u32;
                 words.extend(cell);
             }
         }
@@ -95,7 +112,7 @@ impl JonesTable {
             first_nm: nm[0],
             step_nm: nm[1] - nm[0],
             wavelengths: nm.len() as u32,
-            cells: count as u32,
+            cells: cells as u32,
             nodes: stored as u32,
         };
         Ok(Self { layout, words })
@@ -117,74 +134,72 @@ impl JonesTable {
     }
 }
 
-/// Number of nodes along each side of a cell that fits into [`ROOM`], from the numbers of cells at each wavelength.
-fn stored(cells_of: &[usize]) -> usize {
-    // Bytes of a packet.
-    const BYTES: usize = 16;
-    let packets: usize = cells_of.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
-    let fitting = (ROOM / (BYTES * packets) as f64).sqrt() as usize;
-    fitting.clamp(STORED[0], STORED[1])
+/// Number of table nodes along either side of a cell, from the numbers of cells at each wavelength.
+fn stored_nodes(cell_counts: &[usize]) -> usize {
+    let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|orders| orders * orders)).sum();
+    let fitting = (BYTES_MAX / (PACKET_BYTES * packets) as f64).sqrt() as usize;
+    fitting.clamp(NODES_MIN, NODES_MAX)
 }
 
-/// Matrices of one cell: `[node of the triangle][wavelength][incident · orders + outgoing]`. Reciprocity gives the
-/// other triangle.
+/// Shapes of one cell at Chebyshev nodes.
 struct Cell {
+    /// Index s of the cell.
     index: usize,
-    shapes: Vec<Vec<Vec<Shape>>>,
+    /// `[node in the triangle][wavelength][incident · orders + outgoing]`.
+    shapes: Vec<Vec<Vec<JonesShape>>>,
 }
 
 impl Cell {
+    /// Solves a cell at [`NODES_MAX`] Chebyshev nodes along either side.
     fn solve(index: usize, orders: &Solved, wavelengths_nm: &[f64]) -> Result<Self, GratingError> {
-        let x: Vec<f64> = chebyshev_angles(SOLVED).map(|angle| (0.5 * angle).sin().powi(2)).collect();
-        let places: Vec<[usize; 2]> = (0..SOLVED).flat_map(|i| (0..=i).map(move |k| [i, k])).collect();
-        let shapes = places
+        let fractions = node_fractions(NODES_MAX);
+        let shapes = triangle(NODES_MAX)
             .par_iter()
             .map(|&[i, k]| {
-                let (t, b) = node(index, [x[i], x[k]]);
+                let (t, b) = wave_at(index, [fractions[i], fractions[k]]);
                 orders.shapes(t, b, wavelengths_nm)
             })
             .collect::<Result<Vec<_>, GratingError>>()?;
         Ok(Self { index, shapes })
     }
 
-    /// The matrix at a pair of nodes; beyond the diagonal, that of the reversed path.
-    fn value(&self, i: usize, k: usize, j: usize, at: usize) -> Shape {
-        let (high, low) = (i.max(k), i.min(k));
-        let shapes = &self.shapes[high * (high + 1) / 2 + low][j];
-        let width = self.index + 1;
+    /// Shape at the node (i, k) and wavelength j; `entry` is `incident · orders + outgoing`. Beyond the diagonal it is
+    /// that of the reversed path, whose matrix is the transpose.
+    fn value(&self, i: usize, k: usize, j: usize, entry: usize) -> JonesShape {
+        let shapes = &self.shapes[triangle_index(i, k)][j];
         if i >= k {
-            return shapes[at];
+            return shapes[entry];
         }
-        let [ee, eh, he, hh] = shapes[(self.index - at % width) * width + self.index - at / width];
+        let [ee, eh, he, hh] = shapes[reversed(entry, self.index)];
         [ee, he, eh, hh]
     }
 
-    /// The cell's packets at one wavelength.
+    /// Packets of the cell at wavelength j: `[node of p][node of q][entry]`.
     fn packed(&self, j: usize, stored: usize) -> Vec<u32> {
         let entries = (self.index + 1).pow(2);
-        let resample = resampling(SOLVED, stored);
-        let add = |sum: &mut Shape, shape: Shape, weight: f64| {
-            sum.iter_mut().zip(shape).for_each(|(sum, part)| *sum += part * weight);
+        let resample = resampling(NODES_MAX, stored);
+        let add = |sum: &mut JonesShape, shape: JonesShape, weight: f64| {
+            sum.iter_mut().zip(shape).for_each(|(sum, element)| *sum += element * weight);
         };
-        // Resamples the second coordinate, then the first: `[node][stored · entries + entry]`.
-        let mut half_way = vec![vec![[Complex64::ZERO; 4]; stored * entries]; SOLVED];
-        for (i, of_node) in half_way.iter_mut().enumerate() {
-            for (k, at) in (0..SOLVED).flat_map(|k| (0..entries).map(move |at| (k, at))) {
-                let value = self.value(i, k, j, at);
+        // Resampled along q, then along p: `[solved node of p][stored node of q · entries + entry]`.
+        let mut along_q = vec![vec![[Complex64::ZERO; 4]; stored * entries]; NODES_MAX];
+        for (i, row) in along_q.iter_mut().enumerate() {
+            for (k, entry) in (0..NODES_MAX).flat_map(|k| (0..entries).map(move |entry| (k, entry))) {
+                let value = self.value(i, k, j, entry);
                 for (g, weights) in resample.iter().enumerate() {
-                    add(&mut of_node[g * entries + at], value, weights[k]);
+                    add(&mut row[g * entries + entry], value, weights[k]);
                 }
             }
         }
-        let half = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
+        let units = |x: f64| (x / UNIT + ZERO).round().clamp(0.0, f64::from(u16::MAX)) as u32;
         let mut packets = Vec::with_capacity(4 * stored * stored * entries);
         for weights in &resample {
-            for at in 0..stored * entries {
+            for column in 0..stored * entries {
                 let mut sum = [Complex64::ZERO; 4];
-                for (of_node, &weight) in half_way.iter().zip(weights) {
-                    add(&mut sum, of_node[at], weight);
+                for (row, &weight) in along_q.iter().zip(weights) {
+                    add(&mut sum, row[column], weight);
                 }
-                packets.extend(sum.map(|part| half(part.re) | half(part.im) << 16));
+                packets.extend(sum.map(|element| units(element.re) | units(element.im) << 16));
             }
         }
         packets
@@ -192,7 +207,7 @@ impl Cell {
 }
 
 /// A complex number: real part, imaginary part.
-type Pair<N> = [<N as Numbers>::Real; 2];
+type Complex<N> = [<N as Numbers>::Real; 2];
 
 /// A [`JonesTable`] over one family of numbers.
 #[derive(Clone, Copy)]
@@ -207,7 +222,7 @@ impl<N: Numbers> JonesView<N> {
     #[inline(always)]
     pub(super) fn matrix(
         &self,
-        place: &Place<N>,
+        position: &CellPosition<N>,
         outgoing: N::Index,
         nm: N::Real,
         groove_cosine: N::Real,
@@ -215,11 +230,11 @@ impl<N: Numbers> JonesView<N> {
     ) -> [N::Real; 16] {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let nodes = EfficiencyView::<N> { layout: self.layout, words: self.words };
-        let width = place.cell.min(index(self.layout.cells - 1)) + index(1);
-        let within = place.incident.min(width - index(1)) * width + outgoing;
+        let orders = position.cell.min(index(self.layout.cells - 1)) + index(1);
+        let entry = position.incident.min(orders - index(1)) * orders + outgoing;
         let mut sum = [[real(-ZERO); 2]; 4];
-        for ([begin, node], weight) in nodes.weighted(place, nm, active) {
-            let packet = N::gather::<4>(self.words, begin + node * width * width + within, active);
+        for (Node { cell_offset, number }, weight) in nodes.weighted_nodes(position, nm, active) {
+            let packet = N::gather::<4>(self.words, cell_offset + number * orders * orders + entry, active);
             for (sum, word) in sum.iter_mut().zip(packet) {
                 let parts = u16_pair::<N>(word);
                 *sum = [0, 1].map(|c| parts[c].fma(weight, sum[c]));
@@ -227,7 +242,7 @@ impl<N: Numbers> JonesView<N> {
         }
         let [ee, eh, he, hh] = sum;
         // In a right-handed frame the electric field of the Hy state is opposite to the second axis.
-        let crossed = |part: Pair<N>| part.map(|x| -(x * groove_cosine));
+        let crossed = |part: Complex<N>| part.map(|x| -(x * groove_cosine));
         mueller::<N>([ee, crossed(eh), crossed(he), hh])
     }
 }
@@ -236,10 +251,10 @@ impl<N: Numbers> JonesView<N> {
 /// matrix becomes a depolariser. The time dependence is exp(−iωt), and the fourth Stokes parameter is `2 Im(x y*)`, as
 /// in Mitsuba.
 #[inline(always)]
-fn mueller<N: Numbers>([xx, xy, yx, yy]: [Pair<N>; 4]) -> [N::Real; 16] {
+fn mueller<N: Numbers>([xx, xy, yx, yy]: [Complex<N>; 4]) -> [N::Real; 16] {
     let (real, half) = (N::Real::lit, N::Real::lit(0.5));
     // a·b*.
-    let times = |a: Pair<N>, b: Pair<N>| [a[0].fma(b[0], a[1] * b[1]), a[1] * b[0] - a[0] * b[1]];
+    let times = |a: Complex<N>, b: Complex<N>| [a[0].fma(b[0], a[1] * b[1]), a[1] * b[0] - a[0] * b[1]];
     let [a, b, c, d] = [xx, xy, yx, yy].map(|z| times(z, z)[0] * half);
     let (x, y) = (times(xx, xy), times(yx, yy));
     let (u, v) = (times(xx, yx), times(xy, yy));
@@ -263,7 +278,7 @@ fn mueller<N: Numbers>([xx, xy, yx, yy]: [Pair<N>; 4]) -> [N::Real; 16] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grating::lobe::groove_t;
+    use crate::grating::cell_position::groove_t;
     use crate::numeric::Plain;
     use crate::scattering::{ComplexIndex, SpectralIndex};
     use sunbeam_rigorous::{Medium, Profile, solve_orders};
@@ -281,10 +296,10 @@ mod tests {
 
     fn tabulated(table: &JonesTable, period_um: f64, nm: f64, wi: [f64; 3], order: i32) -> [f64; 16] {
         let periods = 1e3 * period_um / nm;
-        let place = Place::<Double>::new(groove_t::<Double>(periods, wi[1]), -wi[0] * periods);
-        let (at, there) = place.outgoing(f64::from(order));
-        assert!(there);
-        table.view::<Double>(&table.words).matrix(&place, at, nm, -wi[1], true)
+        let position = CellPosition::<Double>::new(groove_t::<Double>(periods, wi[1]), -wi[0] * periods);
+        let (number, propagates) = position.outgoing(f64::from(order));
+        assert!(propagates);
+        table.view::<Double>(&table.words).matrix(&position, number, nm, -wi[1], true)
     }
 
     /// Root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell. Two thirds
@@ -328,11 +343,11 @@ mod tests {
     fn tables_fit_into_their_room() {
         // Periods in µm of the presets, and of a grating of few orders, which has the most nodes.
         for (period_um, most) in [(2.5, false), (1.6, true), (0.9, true)] {
-            let (_, cells_of) = wavelengths(period_um, Some(40.0));
-            let packets: usize = cells_of.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
-            let nodes = stored(&cells_of);
-            assert!(16.0 * (packets * nodes * nodes) as f64 <= ROOM, "{period_um} µm: {nodes} nodes");
-            assert_eq!(nodes == STORED[1], most, "{period_um} µm: {nodes} nodes");
+            let (_, cell_counts) = wavelengths(period_um, Some(40.0));
+            let packets: usize = cell_counts.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
+            let nodes = stored_nodes(&cell_counts);
+            assert!(16.0 * (packets * nodes * nodes) as f64 <= BYTES_MAX, "{period_um} µm: {nodes} nodes");
+            assert_eq!(nodes == NODES_MAX, most, "{period_um} µm: {nodes} nodes");
         }
     }
 

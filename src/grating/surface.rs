@@ -1,52 +1,40 @@
-//! A grating at wavelengths, from its table of efficiencies.
+//! A grating that answers from its table of efficiencies, at wavelengths.
 
+use super::GratingError;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
+use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
-use super::error::GratingError;
-use super::lobe::{GratingLayout, GratingLobe, groove_t};
-use super::orders::Orders;
-use super::place::Place;
-use super::polarisation::JonesTable;
-use super::solved::{Meshes, Solved, resolution};
-use super::wavelengths::{Spacing, ever_solved, wavelengths};
+use super::lobe::{GratingLayout, GratingLobe, sigma_per_um};
+use super::order_solver::OrderSolver;
+use super::plan::{meshes, spacing, table_resolution};
+use super::solved::Solved;
+use super::wavelengths::all_solved;
 use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
 use crate::scattering::{SpectralIndex, Vec3};
-use crate::table::{Estimate, Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::Progress;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{SQRT_2, TAU};
 use sunbeam_rigorous::Profile;
 
-/// Number of random incidences and wavelengths at which a table's error is measured.
-const ERROR_SAMPLES: usize = 60;
+/// Number of random incidences and wavelengths at which a table's error is measured. Chosen: they take a small part of
+/// the build.
+const ERROR_POINTS: usize = 60;
 
-/// Least and greatest number of nodes along each side of a cell, for a real medium.
-const STORED: [u32; 2] = [18, 32];
-/// Number of nodes for a perfect conductor, whose table has no wavelengths.
-const STORED_PERFECT: u32 = 32;
-/// Bytes that a table may use for more than the least number of nodes.
-const ROOM: f64 = 4e6;
-/// Accepted root mean square of an efficiency's highest Chebyshev terms, for gratings of at least [`TERMS_CELLS`]
-/// cells. With fewer cells, fewer orders share the light and the tolerance shrinks in proportion.
-const TERMS: f64 = 6e-3;
-/// Number of cells from which [`TERMS`] applies unscaled.
-const TERMS_CELLS: f64 = 14.0;
-/// Accepted root mean square error of an efficiency halfway between two wavelengths.
-const BETWEEN_WAVELENGTHS: f64 = 1.6e-3;
-
-/// A grating of the rigorous theory at wavelengths, from a table of efficiencies.
+/// A diffracting grating that answers from a table of efficiencies.
 ///
-/// ```no_run
+/// ```
 /// use sunbeam::grating::{GratingSurface, Profile};
 /// use sunbeam::table::Progress;
 ///
-/// // A perfectly conducting sinusoid of 1.2 µm, 0.2 µm from valley to peak; solving takes seconds.
-/// let profile = Profile::sinusoid(1.2, 0.2)?;
-/// let grating = GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none())?;
-/// let zero_order = grating.efficiency(550.0, [0.0, 0.0], 0);
-/// assert!((0.0..=1.0).contains(&zero_order));
-/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// // A perfectly conducting sinusoid of 0.6 µm, 0.1 µm high, seen through a coherence length of 20 µm.
+/// let profile = Profile::sinusoid(0.6, 0.1)?;
+/// let grating = GratingSurface::new(&profile, None, 20.0, 1.0, &Progress::none())?;
+///
+/// // All light is reflected: at normal incidence and 500 nm into orders −1, 0 and 1.
+/// let total: f64 = (-1..=1).map(|order| grating.efficiency(500.0, [0.0, 0.0], order)).sum();
+/// assert!((total - 1.0).abs() < 0.01);
+/// # Ok::<(), sunbeam::grating::GratingError>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct GratingSurface {
@@ -56,12 +44,13 @@ pub struct GratingSurface {
 }
 
 impl GratingSurface {
-    /// Solves and tabulates a profile in air above a medium of this index, or above a perfect conductor (`None`).
+    /// Solves and tabulates the orders of a profile in air, above a medium of this index by wavelength, or above a
+    /// perfect conductor (`None`). `coherence_length_um` is four standard deviations of the coherence window.
     ///
     /// # Errors
-    /// A profile or index that the solver refuses, and incidences whose solution does not conserve power. A build that
+    /// A profile or index that the solver refuses, points that it cannot solve accurately enough, and a build that
     /// would take more than `build_limit` times [`LIMIT_BYTES`](crate::table::LIMIT_BYTES) or
-    /// [`LIMIT_SECONDS`](crate::table::LIMIT_SECONDS) is refused before it begins.
+    /// [`LIMIT_SECONDS`](crate::table::LIMIT_SECONDS); the limit is checked before anything is solved.
     pub fn new(
         profile: &Profile,
         index: Option<&SpectralIndex>,
@@ -71,23 +60,23 @@ impl GratingSurface {
     ) -> Result<Self, GratingError> {
         let period_um = profile.period_um();
         let meshes = meshes(profile, index, build_limit)?;
-        let resolution = table_resolution(period_um, spacing(&meshes, period_um, index)?);
-        let wavelengths_nm = ever_solved(period_um, resolution.spacing);
+        let table_resolution = table_resolution(period_um, spacing(&meshes, period_um, index)?);
+        let wavelengths_nm = all_solved(period_um, table_resolution.spacing);
         let solved = Solved::new(&meshes, index, &wavelengths_nm)?;
-        Self::tabulate(period_um, coherence_length_um, &solved, resolution, progress)
+        Self::tabulate(period_um, coherence_length_um, &solved, table_resolution, progress)
     }
 
-    /// Tabulates the orders of a grating from any source.
+    /// Tabulates the orders of any solver.
     pub(super) fn tabulate(
         period_um: f64,
         coherence_length_um: f64,
-        orders: &impl Orders,
-        resolution: TableResolution,
+        orders: &impl OrderSolver,
+        table_resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
         let start = Instant::now();
-        let table = EfficiencyTable::build(period_um, orders, resolution, progress)?;
-        let (rms, p99) = table.error(period_um, orders, ERROR_SAMPLES)?;
+        let table = EfficiencyTable::build(period_um, orders, table_resolution, progress)?;
+        let (rms, p99) = table.error(period_um, orders, ERROR_POINTS)?;
         let EfficiencyTable { layout, words, solved } = table;
         let report =
             GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };
@@ -95,29 +84,29 @@ impl GratingSurface {
         Ok(Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um }, words, report })
     }
 
-    /// Size, build time and measured error of the table.
+    /// Size, cost and measured error of the table.
     pub fn report(&self) -> &GratingReport {
         &self.report
     }
 
-    /// Everything of the lobe but the table data.
+    /// Layout of the table, period and coherence: everything of the lobe but the table data.
     pub fn layout(&self) -> &GratingLayout {
         &self.layout
     }
 
-    /// Table data.
+    /// Data of the table.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// A copy with another coherence length in µm.
+    /// The grating with another coherence length in µm, four standard deviations of the window. The table is kept.
     #[must_use]
     pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
         let layout = GratingLayout { sigma_per_um: sigma_per_um(coherence_length_um), ..self.layout };
         Self { layout, ..self }
     }
 
-    /// The lobe over plain numbers, in `f32` or `f64`.
+    /// The lobe by value, in `f32` or `f64`.
     pub fn lobe<F>(&self) -> GratingLobe<'_, Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -125,18 +114,18 @@ impl GratingSurface {
         GratingLobe { layout: &self.layout, words: &self.words }
     }
 
-    /// Unpolarised efficiency of an order, for light from the direction cosines `wi` across and along the grooves. Zero
-    /// for an order that does not propagate.
+    /// Unpolarised efficiency of an order for light from a direction with the cosines `wi`, across and along the
+    /// grooves. Zero for an order that does not propagate.
     pub fn efficiency(&self, wavelength_nm: f64, wi: [f64; 2], order: i32) -> f64 {
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
         let t = groove_t::<Plain<f64>>(periods, wi[1]);
-        let place = Place::<Plain<f64>>::new(t, -wi[0] * periods);
-        let (at, there) = place.outgoing(f64::from(order));
-        if !(there && place.propagates) {
+        let position = CellPosition::<Plain<f64>>::new(t, -wi[0] * periods);
+        let (number, propagates) = position.outgoing(f64::from(order));
+        if !(propagates && position.propagates) {
             return 0.0;
         }
         let view = EfficiencyView::<Plain<f64>> { layout: self.layout.efficiencies, words: &self.words };
-        view.entry(&view.row(&place, wavelength_nm, true), at, true)
+        view.entry(&view.row(&position, wavelength_nm, true), number, true)
     }
 
     /// `f_r` in 1/sr, the material's reflectance included, the cosine left out. Zero unless both directions lie above
@@ -166,91 +155,6 @@ impl GratingSurface {
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         lobe::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
-}
-
-/// Wavelength step of Jones matrices, in steps of efficiencies. Anomalies change the power more than the polarisation.
-const JONES_STEPS: f64 = 2.0;
-/// Largest wavelength step of Jones matrices in nm.
-const JONES_STEP_MAX_NM: f64 = 40.0;
-
-impl JonesTable {
-    /// Solves a grating and tabulates the Jones matrices of its orders.
-    ///
-    /// # Errors
-    /// As [`GratingSurface::new`].
-    pub fn new(
-        profile: &Profile,
-        index: Option<&SpectralIndex>,
-        build_limit: f64,
-        progress: &Progress,
-    ) -> Result<Self, GratingError> {
-        let period_um = profile.period_um();
-        let meshes = meshes(profile, index, build_limit)?;
-        let spacing = spacing(&meshes, period_um, index)?;
-        let step_nm = spacing.map(|spacing| (JONES_STEPS * spacing.step_nm).min(JONES_STEP_MAX_NM));
-        let (wavelengths_nm, _) = wavelengths(period_um, step_nm);
-        Self::build(period_um, &Solved::new(&meshes, index, &wavelengths_nm)?, step_nm, progress)
-    }
-}
-
-/// Discretises a profile, unless its table would exceed the limits.
-fn meshes(profile: &Profile, index: Option<&SpectralIndex>, build_limit: f64) -> Result<Meshes, GratingError> {
-    let resolution = resolution(profile, index)?;
-    estimate(profile.period_um(), resolution.nodes, index.is_some())
-        .check(build_limit, || "a shorter period, or theory \"scalar\", which takes any".to_owned())?;
-    Meshes::new(profile, resolution)
-}
-
-/// TableResolution of a table.
-fn table_resolution(period_um: f64, spacing: Option<Spacing>) -> TableResolution {
-    let cells = 2e3 * period_um / WAVELENGTH_MIN_NM + 1.0;
-    let stored = spacing.map_or(STORED_PERFECT, |spacing| {
-        let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
-        let fitting = (0.5 * ROOM / entries(cells, wavelengths)).sqrt();
-        (fitting as u32).clamp(STORED[0], STORED[1])
-    });
-    TableResolution { stored, spacing, tolerance: TERMS * (cells / TERMS_CELLS).min(1.0) }
-}
-
-/// Number of efficiencies in a table per pair of nodes. Longer wavelengths have fewer cells: on average a third of the
-/// entries.
-fn entries(cells: f64, wavelengths: f64) -> f64 {
-    cells.powi(3) / 3.0 * (wavelengths / 3.0).max(1.0)
-}
-
-/// Wavelengths of a table; `None` for a perfect conductor.
-fn spacing(meshes: &Meshes, period_um: f64, index: Option<&SpectralIndex>) -> Result<Option<Spacing>, GratingError> {
-    if index.is_none() {
-        return Ok(None);
-    }
-    Ok(Some(Spacing::choose(period_um, &Solved::new(meshes, index, &[])?, BETWEEN_WAVELENGTHS)?))
-}
-
-/// Wavelengths of a typical table, for estimates.
-const TYPICAL_WAVELENGTHS: f64 = 25.0;
-/// Incidences solved in a typical cell, for estimates.
-const TYPICAL_INCIDENCES: f64 = 150.0;
-/// Seconds on one core for the fields in air of one incidence, per squared node.
-const AIR_SECONDS: f64 = 1e-6;
-/// Seconds on one core for the solution at one wavelength, per cubed node.
-const SOLUTION_SECONDS: f64 = 1.2e-9;
-
-/// Memory and time of a table on two cores, from the number of nodes on the profile.
-fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
-    let cells = 2e3 * period_um / WAVELENGTH_MIN_NM + 1.0;
-    let wavelengths = if has_wavelengths { TYPICAL_WAVELENGTHS } else { 1.0 };
-    let nodes = nodes as f64;
-    let incidence = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
-    let stored = f64::from(if has_wavelengths { STORED[0] } else { STORED_PERFECT }).powi(2);
-    Estimate {
-        bytes: 2.0 * stored * entries(cells, wavelengths),
-        seconds: 0.5 * cells * TYPICAL_INCIDENCES * incidence,
-    }
-}
-
-/// Standard deviation of an order in cycles/µm.
-pub(super) fn sigma_per_um(coherence_length_um: f64) -> f64 {
-    4.0 / (coherence_length_um * TAU * SQRT_2)
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 // The visible range of 1/λ in 1/µm, its middle and half its width.
 const NU_MIDDLE: f32 = 1.9912986;
 const NU_HALF: f32 = 0.78647923;
-const SPREADS: f32 = 5.0;
 const TAU_SCALE: f32 = 0.25;
 const REACH: f32 = 5.0;
 const UNIT: f32 = 1.6666667e-5;
@@ -36,7 +35,7 @@ struct Grating {
 @group(1) @binding(1) var<storage, read> efficiencies: array<u32>;
 @group(1) @binding(2) var<storage, read> colours: array<vec4<f32>>;
 
-// Twin of `Place`. The library has t and a in double precision, here they are single: see the test of the twins.
+// Twin of `CellPosition`. The library has t and a in double precision, here they are single: see the test of the twins.
 struct Place {
     cell: u32,
     incident: u32,
@@ -108,7 +107,7 @@ fn packets(begin: u32, counts: vec2<u32>, places: vec2<f32>) -> vec3<f32> {
 
 // `∫ weight(1/ν) exp(−(ν − nu)²/2τ²) dν` of the three channels.
 fn weights(nu: f32, tau: f32) -> vec3<f32> {
-    let place = (nu - NU_MIDDLE) / (tau * SPREADS + NU_HALF);
+    let place = (nu - NU_MIDDLE) / (tau * REACH + NU_HALF);
     if abs(place) >= 1.0 {
         return vec3<f32>(0.0);
     }

@@ -21,9 +21,9 @@ pub use square::{SquareAxis, SquareLayout};
 /// takes about a tenth of what drawing in squares takes. Squares leave weights of gratings with a standard deviation of 2 in
 /// place of 0.2, and those of crossed gratings with 0.66.
 const ORDERS_MAX: (f64, f64) = (160.0, 40.0);
-const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
+pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
 /// The largest number of single precision below one.
-const BELOW_ONE: f64 = 1.0 - 1.0 / 16_777_216.0;
+pub(crate) const BELOW_ONE: f64 = 1.0 - 1.0 / 16_777_216.0;
 
 /// The sampler of one surface.
 #[derive(Clone, Debug, Serialize, Deserialize)]

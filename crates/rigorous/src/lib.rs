@@ -86,6 +86,6 @@ pub use discretisation::{Discretisation, Resolution};
 pub use error::Error;
 pub use limits::check_size;
 pub use medium::Medium;
-pub use metal::MetalTable;
+pub use metal::{KY_SQUARED_RANGE, MetalTable};
 pub use orders::{Estimate, Order, Orders, solve_orders, transverse_basis};
 pub use profile::Profile;

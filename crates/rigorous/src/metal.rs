@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 1e-4;
 
 /// Range of ky²/k² that a table covers. Negative values serve cells of a table over directions that extend beyond the
 /// horizon.
-const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
+pub const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
 /// Most tabulated Bloch phases. Chosen: a medium that needs more is solved directly.
 const PHASES_MAX: usize = 9;

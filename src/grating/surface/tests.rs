@@ -1,7 +1,9 @@
 use super::*;
 use crate::colour::WavelengthWeights;
 use crate::grating::GratingColourSurface;
+use crate::grating::wavelengths::Spacing;
 use crate::lobe::{LinearSrgb, Lobe, UNIFORM_FRACTION};
+use crate::table::WAVELENGTH_MIN_NM;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -9,11 +11,11 @@ const PERIOD_UM: f64 = 1.6;
 const TABLE_RESOLUTION: TableResolution =
     TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
-/// Orders with a closed form, of the kind that gratings have: reciprocal, with a square root where one passes off, and
-/// changing with the wavelength. They are no solution of anything.
-struct Made;
+/// Orders with a closed form that has the properties of a grating's: reciprocity, square roots at the horizon, and a
+/// dependence on the wavelength. It solves no grating.
+struct ClosedForm;
 
-/// `cos` of the angle in the plane of incidence of a wave at `α`, in units of its largest.
+/// Cosine of the angle in the plane across the grooves of the order with the wave number `a`.
 fn cos(t: f64, a: f64) -> f64 {
     (1.0 - (a / t).powi(2)).max(0.0).sqrt()
 }
@@ -23,7 +25,7 @@ fn efficiency(t: f64, a: f64, c: f64, nm: f64) -> f64 {
     0.2 * fade * (-0.3 * m.abs()).exp() * (1.0 + 0.5 * (0.7 * (a - c)).sin()) * (cos(t, a) * cos(t, c)).sqrt().min(1.0)
 }
 
-impl Orders for Made {
+impl OrderSolver for ClosedForm {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
         let first = -((t + b).floor());
         let count = ((t - b).floor() + (t + b).floor()) as usize + 1;
@@ -35,8 +37,8 @@ impl Orders for Made {
     }
 }
 
-fn made(coherence_length_um: f64) -> GratingSurface {
-    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &Made, TABLE_RESOLUTION, &Progress::none()).unwrap()
+fn tabulated(coherence_length_um: f64) -> GratingSurface {
+    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &ClosedForm, TABLE_RESOLUTION, &Progress::none()).unwrap()
 }
 
 fn direction(theta: f64, phi: f64) -> Vec3 {
@@ -44,19 +46,19 @@ fn direction(theta: f64, phi: f64) -> Vec3 {
 }
 
 #[test]
-fn the_table_says_how_far_off_it_is() {
-    let report = *made(65.0).report();
-    // Bilinear between 17 nodes a side.
+fn reported_error_is_that_of_linear_interpolation() {
+    let report = *tabulated(65.0).report();
+    // Linear interpolation between 17 nodes a side.
     assert!(report.rms < 2e-3 && report.p99 < 8e-3, "{report:?}");
     assert!(report.rms > 1e-6, "the error is measured: {report:?}");
     assert!(report.bytes > 10_000 && report.solved > 100, "{report:?}");
 }
 
 #[test]
-fn exchanging_the_directions_changes_nothing() {
-    // Rounding of the places in double precision, next to square roots.
+fn reflectance_is_reciprocal() {
+    // Rounding of t and a in double precision, next to square roots.
     const RELATIVE: f64 = 1e-6;
-    let surface = made(5.0);
+    let surface = tabulated(5.0);
     let mut asked = 0;
     for i in 0..400 {
         let x = f64::from(i);
@@ -72,17 +74,17 @@ fn exchanging_the_directions_changes_nothing() {
 
 /// On either side of the line where an order leaves along the surface, and on it.
 #[test]
-fn orders_pass_off_as_they_should() {
-    // Nodes are even in the root of what is missing to the line, of which these orders go as the root: a straight line between
-    // the first two of 17 nodes misses a root by 1/16, of orders of at most 0.3.
+fn efficiencies_are_accurate_at_the_horizon() {
+    // These orders vary as the square root of the distance to the line, in whose fourth root linear interpolation
+    // between the first two of 17 nodes errs by at most 1/16. Efficiencies are at most 0.3.
     const ABSOLUTE: f64 = 0.3 / 16.0;
-    let surface = made(65.0);
+    let surface = tabulated(65.0);
     let mut passed = 0;
     for nm in [450.0, 523.0, 650.0] {
         for phi in [0.0, 0.4] {
             for order in [-3_i32, -2, -1, 1, 2, 3] {
                 for apart in [-1e-4, -1e-7, 0.0, 1e-7, 1e-4] {
-                    // The light for which this order lies so far beyond the line, across the grooves or beside.
+                    // The incident wave for which this order has `|a| − t = apart`.
                     let periods = 1e3 * PERIOD_UM / nm;
                     let y = 0.3 * f64::sin(phi);
                     let t = periods * f64::sqrt(1.0 - y * y);
@@ -106,7 +108,7 @@ fn orders_pass_off_as_they_should() {
                             let wo = [x, -y, squared.sqrt()];
                             let (there, back) = (surface.eval(wi, wo, nm), surface.eval(wo, wi, nm));
                             assert!(there.is_finite() && there >= 0.0 && surface.pdf(wi, wo, &[nm]).is_finite());
-                            // On the line itself rounding decides whether the order is there.
+                            // On the line itself rounding decides whether the order propagates.
                             let same = (there - back).abs() <= 1e-6 * there.max(1e-3);
                             assert!(same || apart == 0.0, "{nm} {phi} {order} {apart} {m}: {there} {back}");
                         }
@@ -118,7 +120,7 @@ fn orders_pass_off_as_they_should() {
     assert!(passed > 300, "{passed}");
 }
 
-/// The integral over a hemisphere of a function of direction cosines, by the midpoint rule about the orders.
+/// Integral of a function over the direction cosines of the hemisphere, by the midpoint rule around the orders.
 fn over_orders(wi: Vec3, nm: f64, sigma: f64, f: impl Fn(Vec3) -> f64) -> f64 {
     let spread = nm * 1e-3 * sigma;
     let mut sum = 0.0;
@@ -139,10 +141,10 @@ fn over_orders(wi: Vec3, nm: f64, sigma: f64, f: impl Fn(Vec3) -> f64) -> f64 {
 }
 
 #[test]
-fn the_albedo_is_the_sum_of_the_orders() {
-    // Across the width of an order its efficiency changes by a share of this, and the table is off by its own error.
+fn albedo_is_the_sum_of_the_efficiencies() {
+    // The efficiency varies over the width of an order, and the table has its own error.
     const ABSOLUTE: f64 = 5e-3;
-    let surface = made(65.0);
+    let surface = tabulated(65.0);
     for (theta, phi, nm) in [(0.3f64, 0.2f64, 450.0), (0.9, 1.0, 620.0), (0.1, 3.0, 540.0)] {
         let wi = direction(theta, phi);
         let periods = 1e3 * PERIOD_UM / nm;
@@ -155,13 +157,13 @@ fn the_albedo_is_the_sum_of_the_orders() {
 }
 
 #[test]
-fn samples_have_the_density_that_is_told() {
-    let (surface, wi, nm) = (made(20.0), direction(0.5, 0.4), 550.0);
+fn samples_follow_their_density() {
+    let (surface, wi, nm) = (tabulated(20.0), direction(0.5, 0.4), 550.0);
     let sigma = surface.layout().sigma_per_um;
-    // The density integrates to one but for what is lost beyond the horizon, which here is nothing but the even share's.
-    let told = over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * 0.125) / wo[2]);
-    assert!((told - (1.0 - UNIFORM_FRACTION)).abs() < 2e-3, "{told}");
-    // The mean of 1/pdf over the samples in a region is the region's solid angle; the mean of the weights is the albedo.
+    // The density integrates to one; no order lies near the horizon, where samples would be lost.
+    let integral = over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * 0.125) / wo[2]);
+    assert!((integral - (1.0 - UNIFORM_FRACTION)).abs() < 2e-3, "{integral}");
+    // The mean of the weights is the albedo.
     let expected = over_orders(wi, nm, sigma, |wo| surface.eval(wi, wo, nm));
     let (mut sum, mut squares, count) = (0.0, 0.0, 40_000);
     for i in 0..count {
@@ -173,13 +175,13 @@ fn samples_have_the_density_that_is_told() {
     }
     let n = f64::from(count);
     let (mean, spread) = (sum / n, (squares / n - (sum / n).powi(2)).max(0.0).sqrt());
-    // Four standard errors of independent samples; these are more even than such.
+    // Four standard errors of independent samples; these are stratified.
     assert!((mean - expected).abs() < 4.0 * spread / n.sqrt() + 1e-3, "{mean} {expected} {spread}");
-    // Sampling is exact but for the width of orders: the weight is the albedo.
+    // Samples follow the efficiencies, so that weights hardly vary.
     assert!(spread < 0.2 * mean, "{mean} {spread}");
 }
 
-/// Coloured by the sum over every nm.
+/// Linear sRGB by the sum over every nm.
 fn summed(surface: &GratingSurface, wi: Vec3, wo: Vec3) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for (i, weight) in WavelengthWeights::per_nm().iter().enumerate() {
@@ -192,15 +194,15 @@ fn summed(surface: &GratingSurface, wi: Vec3, wo: Vec3) -> [f64; 3] {
 }
 
 #[test]
-fn colours_are_the_sum_over_wavelengths() {
-    // Efficiencies are taken at the middle of an order's line, which over its width is off by what they change there.
+fn colours_match_the_sum_over_wavelengths() {
+    // The colour lobe takes one efficiency for the whole width of an order.
     const OF_LARGEST: f64 = 0.02;
-    let surface = GratingColourSurface::new(made(65.0));
+    let surface = GratingColourSurface::new(tabulated(65.0));
     let (mut largest, mut worst) = (0.0_f64, 0.0_f64);
     for (theta, phi) in [(0.0, 0.0), (0.5, 0.3), (0.9, 2.0), (1.2, 1.5)] {
         let wi = direction(theta, phi);
         for i in 0..160 {
-            // Along the plane of the orders, and a little beside it.
+            // Along the plane of the orders, and close to it.
             let (x, y) = (-1.0 + f64::from(i) / 80.0 - wi[0], -wi[1] + 0.002 * f64::from(i % 5));
             if x * x + y * y >= 1.0 {
                 continue;
@@ -219,8 +221,8 @@ fn colours_are_the_sum_over_wavelengths() {
 }
 
 #[test]
-fn coloured_samples_bring_the_colour_that_is_reflected() {
-    let surface = GratingColourSurface::new(made(65.0));
+fn mean_weights_of_colours_are_the_albedo() {
+    let surface = GratingColourSurface::new(tabulated(65.0));
     for (theta, phi) in [(0.3, 0.4), (1.0, 2.2)] {
         let wi = direction(theta, phi);
         let lobe = surface.lobe::<f64>();
@@ -247,7 +249,7 @@ fn coloured_samples_bring_the_colour_that_is_reflected() {
             let n = f64::from(count);
             let mean = sums[c] / n;
             let error = ((squares[c] / n - mean * mean) / n).sqrt();
-            // Four standard errors, and that orders are taken to be above the horizon as a whole.
+            // Four standard errors, and the parts of orders below the horizon.
             assert!(
                 (mean - expected[c]).abs() < 4.0 * error + 0.005 * expected[c],
                 "{c}: {mean} ± {error}, {expected:?}"

@@ -1,0 +1,129 @@
+//! Position of an incident wave in the cells of a grating's tables (symbols: `mod.rs`).
+//!
+//! The lines `t − a = integer` and `t + a = integer` divide the plane of (t, a) into cells. On each line one order
+//! appears at the horizon. Within a cell the propagating orders are the same ones and their efficiencies are smooth;
+//! towards a line they change as the square root of the distance. A position within a cell is therefore given by the
+//! fractional parts p of `t − a` and q of `t + a`, mapped so that nodes at equal steps crowd towards both lines.
+
+use crate::numeric::{Index, Number, Numbers, Real};
+
+/// Position of one incident wave in the cells.
+#[derive(Clone, Copy)]
+pub(super) struct CellPosition<N: Numbers> {
+    /// Index s of the cell: the number of propagating orders less one.
+    pub cell: N::Index,
+    /// Number of the incident wave's own order, 0 to s, counted from the order with the least x component.
+    pub incident: N::Index,
+    /// [`node_coordinate`] of p and of q.
+    pub coordinates: [N::Real; 2],
+    /// Whether the wave propagates, `|a| < t`.
+    pub propagates: N::Mask,
+}
+
+impl<N: Numbers> CellPosition<N> {
+    /// Position of the wave with these `t` and `a`.
+    #[inline(always)]
+    pub fn new(t: N::Double, a: N::Double) -> Self {
+        let zero = N::Double::lit(0.0);
+        let sums = [t - a, t + a];
+        let propagates = zero.lt(sums[0]) & zero.lt(sums[1]);
+        let sums = sums.map(|sum| sum.max(zero));
+        let whole = sums.map(Real::floor);
+        Self {
+            cell: N::index_of_double(whole[0] + whole[1]),
+            incident: N::index_of_double(whole[1]),
+            coordinates: [0, 1].map(|i| node_coordinate(N::narrow(sums[i] - whole[i]))),
+            propagates,
+        }
+    }
+
+    /// Number of order `m` among the orders of the cell, and whether it propagates; number 0 where it does not.
+    #[inline(always)]
+    pub fn outgoing(&self, m: N::Double) -> (N::Index, N::Mask) {
+        let number = N::widen(N::real(self.incident)) + m;
+        let propagates = N::Double::lit(0.0).le(number) & number.le(N::widen(N::real(self.cell)));
+        let index = N::index_of_double(number.max(N::Double::lit(0.0)));
+        (N::Index::select(propagates, index, N::Index::lit(0)), propagates)
+    }
+}
+
+/// `t = (d/λ)·√(1 − y²)`, from `periods = d/λ` and the direction cosine `y` along the grooves.
+#[inline(always)]
+pub(super) fn groove_t<N: Numbers>(periods: N::Double, y: N::Double) -> N::Double {
+    let one = N::Double::lit(1.0);
+    periods * ((one - y) * (one + y)).max(N::Double::lit(0.0)).sqrt()
+}
+
+/// Coordinate of a fractional part in which nodes have equal steps: [0, 1] to [0, 1], as the square root of the
+/// distance from either end.
+#[inline(always)]
+pub(super) fn node_coordinate<R: Real>(fraction: R) -> R {
+    let (low, high) = (fraction.max(R::lit(0.0)).sqrt(), (R::lit(1.0) - fraction).max(R::lit(0.0)).sqrt());
+    low / (low + high)
+}
+
+/// Inverse of [`node_coordinate`].
+pub(super) fn fraction_at(coordinate: f64) -> f64 {
+    let (low, high) = (coordinate * coordinate, (1.0 - coordinate) * (1.0 - coordinate));
+    low / (low + high)
+}
+
+/// `(t, a)` of a point of cell `cell` with the fractional parts p and q, for the incident order in the middle of the
+/// cell.
+pub(super) fn wave_at(cell: usize, [p, q]: [f64; 2]) -> (f64, f64) {
+    let (difference, sum) = ((cell / 2) as f64 + p, (cell - cell / 2) as f64 + q);
+    (0.5 * (difference + sum), 0.5 * (sum - difference))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numeric::Plain;
+
+    type Double = Plain<'static, f64>;
+
+    #[test]
+    fn fraction_at_inverts_node_coordinate() {
+        for i in 0..=100 {
+            let x = f64::from(i) / 100.0;
+            assert!((fraction_at(node_coordinate(x)) - x).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn waves_of_a_cell_have_its_index_and_fractions() {
+        for cell in 0..6 {
+            let (t, a) = wave_at(cell, [0.3, 0.6]);
+            let position = CellPosition::<Double>::new(t, a);
+            assert_eq!(position.cell as usize, cell);
+            for (found, fraction) in position.coordinates.into_iter().zip([0.3, 0.6]) {
+                assert!((found - node_coordinate(fraction)).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn reversed_waves_have_mirrored_positions() {
+        // Reversed, order m becomes the incident wave: a → −(a + m). Rounding only.
+        for (t, a, m) in [(3.3, 0.4, 1.0), (3.3, -1.7, 2.0), (0.4, 0.1, 0.0), (6.6, -6.1, 12.0)] {
+            let (there, back) = (CellPosition::<Double>::new(t, a), CellPosition::<Double>::new(t, -a - m));
+            assert_eq!(there.cell, back.cell);
+            assert_eq!(there.incident + back.incident + m as u32, there.cell);
+            for i in 0..2 {
+                assert!((there.coordinates[i] - back.coordinates[1 - i]).abs() < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn orders_propagate_below_t() {
+        let (t, a) = (2.7, 0.5);
+        let position = CellPosition::<Double>::new(t, a);
+        for m in -8..=8 {
+            let (number, propagates) = position.outgoing(f64::from(m));
+            assert_eq!(propagates, (a + f64::from(m)).abs() < t, "{m}");
+            assert!(!propagates || f64::from(number) == f64::from(position.incident) + f64::from(m));
+        }
+        assert!(!CellPosition::<Double>::new(1.0, 1.2).propagates);
+    }
+}
