@@ -1,6 +1,6 @@
-//! Little-endian numbers out of a file's bytes, never beyond their end.
+//! Reader of little-endian numbers from bytes; it never reads beyond their end.
 
-/// Reads on from a place in a file.
+/// The unread rest of a file's bytes.
 #[derive(Clone, Copy)]
 pub(super) struct Bytes<'a> {
     rest: &'a [u8],
@@ -25,7 +25,7 @@ impl<'a> Bytes<'a> {
         Ok(taken)
     }
 
-    /// All that is left.
+    /// All remaining bytes.
     pub fn take_all(&mut self) -> &'a [u8] {
         std::mem::take(&mut self.rest)
     }
@@ -56,7 +56,7 @@ impl<'a> Bytes<'a> {
         Ok(f64::from_le_bytes(self.array()?))
     }
 
-    /// Up to the next NUL, which is skipped.
+    /// The bytes up to the next NUL, which is skipped.
     pub fn string(&mut self) -> Result<&'a [u8], String> {
         let end = self.rest.iter().position(|b| *b == 0).ok_or("it ends within a string")?;
         let string = &self.rest[..end];
@@ -65,7 +65,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Types of number that heights are stored as, little-endian.
+/// Type of the stored heights; all are little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     U8,
@@ -79,7 +79,7 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// Bytes of one.
+    /// Size of one number in bytes.
     pub const fn size(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
@@ -89,7 +89,7 @@ impl Number {
         }
     }
 
-    /// All numbers in `bytes`; what is left over at the end is not one.
+    /// All numbers in `bytes`; an incomplete number at the end is ignored.
     pub fn decode(self, bytes: &[u8]) -> Vec<f64> {
         fn all<const N: usize>(bytes: &[u8], convert: impl Fn([u8; N]) -> f64) -> Vec<f64> {
             bytes.chunks_exact(N).filter_map(|chunk| chunk.try_into().ok()).map(convert).collect()
@@ -107,10 +107,10 @@ impl Number {
     }
 }
 
-/// Bytes of `nx × ny` numbers.
+/// Size of `nx × ny` numbers in bytes.
 ///
 /// # Errors
-/// Where either is 0 or the product is beyond what a machine can address.
+/// A count of 0, or a size that does not fit into a `usize`.
 pub(super) fn data_length(nx: usize, ny: usize, number: Number) -> Result<usize, String> {
     if nx == 0 || ny == 0 {
         return Err(format!("its size is {nx} × {ny}; at least one point is needed"));

@@ -1,4 +1,5 @@
-//! Gwyddion simple field: a text header, NUL padding to a multiple of four, 32-bit little-endian floats.
+//! Gwyddion simple field (`.gsf`): a text header `key = value`, NUL padding to a multiple of four bytes, and 32-bit
+//! little-endian floats, from the top row on.
 
 use super::raw::First;
 use super::units::micrometres;
@@ -25,7 +26,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     };
     let (nx, ny) = (count("XRes")?, count("YRes")?);
     let text = MAGIC.len() + end;
-    // One to four NUL bytes: at least one, up to the next multiple of four.
+    // One to four NUL bytes, up to a multiple of four.
     let start = (text / 4 + 1) * 4;
     let length = nx.checked_mul(ny).and_then(|n| n.checked_mul(4)).ok_or("XRes × YRes is too large")?;
     let data = bytes.get(start..).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! NumPy arrays: floats in µm, or integers whose largest value is full scale.
+//! NumPy arrays (`.npy`): floats in µm, or unsigned integers whose largest value is full scale; from the bottom row on.
 
 use super::raw::First;
 use super::{Parsed, Raw, Values, channel};
@@ -6,14 +6,14 @@ use crate::HeightField;
 use ndarray::Array2;
 use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement, WriteNpyExt};
 
-/// `None` if the file holds another type of element.
+/// Elements of type T as floats; `None` if the file holds another type.
 fn try_type<T>(bytes: &[u8], convert: fn(T) -> f64) -> Option<Result<Array2<f64>, String>>
 where
     T: ReadableElement,
 {
     match Array2::<T>::read_npy(bytes) {
         Ok(array) => {
-            // Fortran order is laid out anew, so that rows are contiguous for everyone downstream.
+            // Arrays in Fortran order are copied, so that rows are contiguous.
             let size = array.dim();
             let convert_all = |array: Array2<T>| array.into_iter().map(convert).collect();
             Some(Array2::from_shape_vec(size, convert_all(array)).map_err(|error| error.to_string()))

@@ -1,11 +1,11 @@
-//! Small files of every format, made by hand.
+//! Small sample files of all formats.
 
 use std::io::{Cursor, Write};
 
-/// Heights of all samples in µm, from the bottom row to the top; different under every flip.
+/// Heights of all samples in µm, from the bottom row on; different from all reflections.
 pub const HEIGHTS: [[f64; 3]; 2] = [[0.5, -0.25, 1.0], [0.125, 0.75, 0.25]];
 
-/// Heights in metres, row after row, from the bottom or the top.
+/// Heights in metres, from the bottom or the top row on.
 fn metres(top_down: bool) -> Vec<f64> {
     let mut rows = HEIGHTS;
     if top_down {
@@ -33,7 +33,7 @@ fn unit(name: &str) -> Vec<u8> {
     object("GwySIUnit", &[component("unitstr", b's', &[name.as_bytes(), &[0]].concat())])
 }
 
-/// A field of 3 × 2 values that is 1.5 by 0.5 of `xy`.
+/// A field of 3 × 2 values with an extent of 1.5 by 0.5 in the unit `xy`.
 pub fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
     let real = |value: f64| value.to_le_bytes();
     let parts = [
@@ -49,7 +49,7 @@ pub fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
     object("GwyDataField", &parts)
 }
 
-/// Three channels: 0 a phase, 2 heights in metres of 0.5 × 0.25 µm pixels, 11 the same in nm, upside down in value.
+/// Three channels: 0 is a phase; 2 are heights in metres with pixels of 0.5 × 0.25 µm; 11 are negative heights in nm.
 pub fn gwy(with_mask: bool) -> Vec<u8> {
     let title = |text: &str| [text.as_bytes(), &[0]].concat();
     let heights = metres(true);
@@ -75,7 +75,7 @@ pub fn gwy(with_mask: bool) -> Vec<u8> {
     [b"GWYP".to_vec(), object("GwyContainer", &parts)].concat()
 }
 
-/// ISO 25178-71 in binary, heights as 16-bit integers of 1 nm, or as doubles; a missing point at the second place.
+/// ISO 25178-71 in binary, with heights as 16-bit integers of 1 nm or as doubles; the second point is missing.
 pub fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
     let mut bytes = format!("b{revision}Sunbeam   010120260000010120260000").into_bytes();
     let counts = [3_u32, 2];
@@ -100,12 +100,13 @@ pub fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
     bytes
 }
 
-/// The same as text, with heights in µm.
+/// ISO 25178-71 as text, with heights in µm.
 pub fn sdf_text(second: &str) -> String {
     let heights: Vec<String> = metres(false).iter().map(|h| format!("{}", h * 1e6)).collect();
     format!(
         "aISO-1.0\r\nManufacID = Sunbeam\r\nCreateDate = 010120260000\r\nModDate = 010120260000\r\nNumPoints = 3\r\n\
-         NumProfiles = 2\r\nXscale = 5.0e-7\r\nYscale = 2.5E-07\r\nZscale = 1.0E-6\r\nZresolution = -1\r\nCompression = 0\r\n\
+         NumProfiles = 2\r\nXscale = 5.0e-7\r\nYscale = 2.5E-07\r\nZscale = 1.0E-6\r\nZresolution = -1\r\n\
+         Compression = 0\r\n\
          DataType = 7\r\nCheckType = 0\r\n*\r\n{} {second} {}\r\n{}\r\n*\r\nOperator = nobody\r\n*",
         heights[0],
         heights[2],
@@ -123,7 +124,8 @@ pub fn x3p_description(axis: &str, z: &str, layers: usize, data: &str) -> String
         <CX><AxisType>{axis}</AxisType><DataType>D</DataType><Increment>5e-7</Increment><Offset>0</Offset></CX>
         <CY><AxisType>I</AxisType><Increment>2.5E-7</Increment></CY>
         <CZ><AxisType>A</AxisType>{z}</CZ></Axes></Record1>
-        <Record3><MatrixDimension><SizeX>3</SizeX><SizeY>2</SizeY><SizeZ>{layers}</SizeZ></MatrixDimension>{data}</Record3>
+        <Record3><MatrixDimension><SizeX>3</SizeX><SizeY>2</SizeY><SizeZ>{layers}</SizeZ>\
+        </MatrixDimension>{data}</Record3>
         <Record4><ChecksumFile>md5checksum.hex</ChecksumFile></Record4></p:ISO5436_2>"#
     )
 }
@@ -138,7 +140,7 @@ pub fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
     archive.finish().unwrap().into_inner()
 }
 
-/// X3P of 16-bit integers of 1 nm about an offset of 0.25 µm; the second point is not valid where there is a mask.
+/// X3P with heights as 16-bit integers of 1 nm and an offset of 0.25 µm; with a mask the second point is not valid.
 pub fn x3p(with_mask: bool) -> Vec<u8> {
     let z = "<DataType>I</DataType><Increment>1e-9</Increment><Offset>2.5e-7</Offset>";
     let stored: Vec<u8> =
@@ -149,10 +151,11 @@ pub fn x3p(with_mask: bool) -> Vec<u8> {
     archive(&[("main.xml", xml.as_bytes()), ("bindata/data.bin", &stored), ("bindata/valid.bin", &[0b0011_1101])])
 }
 
-/// Step of heights of [`nanoscope`].
+/// Step of the heights of [`nanoscope`].
 pub const NANOSCOPE_STEP_UM: f64 = 10.0 / 65536.0;
 
-/// Nanoscope of three channels: a phase, heights, and heights of the way back; `wide` stores four bytes a number.
+/// NanoScope file of three channels: a phase, heights, and heights of the backward scan; `wide` stores four bytes a
+/// number.
 pub fn nanoscope(wide: bool) -> Vec<u8> {
     let rows = metres(false);
     let size = if wide { 4 } else { 2 };
@@ -189,7 +192,7 @@ pub fn nanoscope(wide: bool) -> Vec<u8> {
     bytes
 }
 
-/// A TIFF page of 16-bit grey of the heights over −0.25 µm, in steps of 0.125 µm, with what else it says.
+/// A TIFF page of 16-bit grey: heights above −0.25 µm in steps of 0.125 µm, with optional description and resolution.
 pub fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8> {
     use tiff::encoder::{Rational, TiffEncoder, colortype::Gray16};
     use tiff::tags::{ResolutionUnit, Tag};
@@ -210,7 +213,7 @@ pub fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8
     file.into_inner()
 }
 
-/// The points of the grid out of order, without the second.
+/// The points of the grid in mixed order, without the second one.
 pub fn xyz() -> String {
     let mut lines = Vec::new();
     for (iy, row) in HEIGHTS.iter().enumerate() {
@@ -223,7 +226,7 @@ pub fn xyz() -> String {
     format!("# x y z in µm\n{}\n", lines.join("\n"))
 }
 
-/// Texts as programs write them: a bare matrix with a hole, decimal commas, and headers of Gwyddion, SPIP, a geographer,
+/// Texts: a bare matrix with a missing point, one with decimal commas, and some with headers of Gwyddion, SPIP, ESRI,
 /// NanoScope and WSxM.
 pub fn texts() -> Vec<Vec<u8>> {
     let rows = "0.1 0.2 0.3 0.5\n0.4 0.1 0.2 0.6\n0.3 0.2 0.1 0.7\n";
@@ -232,7 +235,8 @@ pub fn texts() -> Vec<Vec<u8>> {
     let column = rows.split_whitespace().collect::<Vec<_>>().join("\n");
     let gwyddion = format!("# Channel: Z\n# Width: 2.4 µm\n# Height: 1600 nm\n# Value units: µm\n{tabs}");
     let utf16 = gwyddion.encode_utf16().flat_map(u16::to_le_bytes).collect();
-    let spip = "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 2400\n# y-length = 1600\n# z-unit = µm\n\
+    let spip = "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 2400\n# y-length = 1600\n\
+        # z-unit = µm\n\
                 # voidpixels = 0\n# Start of Data:\n";
     let esri = "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 0.5\nNODATA_value -9999\n";
     let nanoscope = "\\*File list\n\\*Ciao image list\n\\Scan Size: 2 1.5 ~m\n\\Samps/line: 4\n\\Number of lines: 3\n\
