@@ -165,7 +165,8 @@ pub fn nanoscope(wide: bool) -> Vec<u8> {
     let image = |place: usize, title: &str, soft: &str, direction: &str| {
         format!(
             "\\*Ciao image list\r\n\\Data offset: {}\r\n\\Data length: {}\r\n\\Bytes/pixel: 2\r\n\\Samps/line: 3\r\n\
-             \\Number of lines: 2\r\n\\Aspect ratio: 1:1\r\n\\Scan Size: 1.5 0.5 ~m\r\n\\Line Direction: {direction}\r\n\
+             \\Number of lines: 2\r\n\\Aspect ratio: 1:1\r\n\
+             \\Scan Size: 1.5 0.5 ~m\r\n\\Line Direction: {direction}\r\n\
              \\@2:Image Data: S [{title}] \"{title}\"\r\n\\@Z magnify: C [2:Z scale] 1.000000\r\n\
              \\@2:Z scale: V [{soft}] (0.000305 V/LSB) 200.0000 V\r\n",
             offset + place * 6 * size,

@@ -191,8 +191,10 @@ fn geographic_grids_are_read() {
 
 #[test]
 fn nanoscope_exports_are_read() {
-    let header = "\\*File list\n\\Version: 0x09700204\n\\*Ciao scan list\n\\Scan Size: 0.35 0.4 ~m\n\\*Ciao image list\n\
-                  \\Samps/line: 7\n\\Number of lines: 5\n\\Aspect Ratio: 1:1\n\\Scan Size: 0.35 0.4 ~m\n\\*File list end\n";
+    let header = "\\*File list\n\\Version: 0x09700204\n\\*Ciao scan list\n\
+                  \\Scan Size: 0.35 0.4 ~m\n\\*Ciao image list\n\
+                  \\Samps/line: 7\n\\Number of lines: 5\n\
+                  \\Aspect Ratio: 1:1\n\\Scan Size: 0.35 0.4 ~m\n\\*File list end\n";
     let heights: Vec<String> = relief().iter().map(|h| format!("{:.8e}", h * 1e3)).collect();
     let column = format!("{header}Height(nm)\n{}\n", heights.join("\n"));
     assert_eq!(check("skin.txt", column.as_bytes()).channel.as_deref(), Some("Height"));

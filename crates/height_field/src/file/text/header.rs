@@ -326,10 +326,9 @@ impl Header {
         // Gwyddion's points: the unit of x and y, then that of the values.
         let units: Vec<usize> =
             (0..lines.len()).filter(|&at| !used[at] && micrometres(&lines[at].value).is_ok()).collect();
-        if let [lateral, value] = units[..]
-            && self.lateral_um.is_none()
-            && self.height == HeightUnit::Unsaid
-        {
+        let are_unsaid = self.lateral_um.is_none() && self.height == HeightUnit::Unsaid;
+        if let ([lateral, value], true) = (&units[..], are_unsaid) {
+            let (lateral, value) = (*lateral, *value);
             self.lateral_um = Some([micrometres(&lines[lateral].value)?; 2]);
             self.height = height_unit(&lines[value].value)?;
             used[lateral] = true;
