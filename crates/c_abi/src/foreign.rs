@@ -47,19 +47,19 @@ impl Input {
     ///
     /// # Safety
     /// The floats of all `count` items that are passed to [`Input::at`] must be readable until the call ends.
-    pub unsafe fn new(argument: &'static str, floats: Floats, count: usize) -> Result<Self, CallError> {
+    pub(super) unsafe fn new(argument: &'static str, floats: Floats, count: usize) -> Result<Self, CallError> {
         check_pointer(argument, floats.data, count)?;
         Ok(Self { data: floats.data, stride: floats.stride })
     }
 
     /// Float `k` of item `i`.
-    pub fn at(&self, i: usize, k: usize) -> f32 {
+    pub(super) fn at(&self, i: usize, k: usize) -> f32 {
         // SAFETY: by the contract of `new`, item i < count is readable, and lies in the array of the caller.
         unsafe { self.data.offset(i as isize * self.stride).add(k).read() }
     }
 
     /// The three floats of item `i`.
-    pub fn three(&self, i: usize) -> [f64; 3] {
+    pub(super) fn three(&self, i: usize) -> [f64; 3] {
         std::array::from_fn(|k| f64::from(self.at(i, k)))
     }
 }
@@ -69,7 +69,7 @@ impl Output {
     ///
     /// # Safety
     /// All `count` items must be writable until the call ends, and not be accessed by anyone else.
-    pub unsafe fn new(
+    pub(super) unsafe fn new(
         argument: &'static str,
         floats: FloatsOut,
         width: usize,
@@ -83,14 +83,14 @@ impl Output {
     }
 
     /// Writes float `k` of item `i`.
-    pub fn set(&self, i: usize, k: usize, value: f32) {
+    pub(super) fn set(&self, i: usize, k: usize, value: f32) {
         debug_assert!(k < self.width);
         // SAFETY: as for `Input::at`.
         unsafe { self.data.offset(i as isize * self.stride).add(k).write(value) }
     }
 
     /// Writes zeros to item `i`.
-    pub fn clear(&self, i: usize) {
+    pub(super) fn clear(&self, i: usize) {
         (0..self.width).for_each(|k| self.set(i, k, 0.0));
     }
 }

@@ -216,8 +216,8 @@ fn read(path: &Path, number: usize) -> Outcome {
 
 /// Levels the field as a file's, and returns it with options if the estimate allows a build.
 fn estimated(field: &HeightField, number: usize) -> Option<(HeightField, Options)> {
-    let model = if number.is_multiple_of(2) { Model::Ensemble } else { Model::Patch };
-    let tiling = if number.is_multiple_of(3) { Tiling::Periodic } else { Tiling::Aperiodic };
+    let model = if number % 2 == 0 { Model::Ensemble } else { Model::Patch };
+    let tiling = if number % 3 == 0 { Tiling::Periodic } else { Tiling::Aperiodic };
     let options = Options {
         model,
         tiling,

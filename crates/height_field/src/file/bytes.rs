@@ -7,16 +7,16 @@ pub(super) struct Bytes<'a> {
 }
 
 impl<'a> Bytes<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes }
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
 
     /// The next `count` bytes.
-    pub fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+    pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = self
             .rest
             .split_at_checked(count)
@@ -26,7 +26,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// All remaining bytes.
-    pub fn take_all(&mut self) -> &'a [u8] {
+    pub(super) fn take_all(&mut self) -> &'a [u8] {
         std::mem::take(&mut self.rest)
     }
 
@@ -36,28 +36,28 @@ impl<'a> Bytes<'a> {
         Ok(array)
     }
 
-    pub fn u8(&mut self) -> Result<u8, String> {
+    pub(super) fn u8(&mut self) -> Result<u8, String> {
         Ok(self.array::<1>()?[0])
     }
 
-    pub fn u16(&mut self) -> Result<u16, String> {
+    pub(super) fn u16(&mut self) -> Result<u16, String> {
         Ok(u16::from_le_bytes(self.array()?))
     }
 
-    pub fn u32(&mut self) -> Result<u32, String> {
+    pub(super) fn u32(&mut self) -> Result<u32, String> {
         Ok(u32::from_le_bytes(self.array()?))
     }
 
-    pub fn i32(&mut self) -> Result<i32, String> {
+    pub(super) fn i32(&mut self) -> Result<i32, String> {
         Ok(i32::from_le_bytes(self.array()?))
     }
 
-    pub fn f64(&mut self) -> Result<f64, String> {
+    pub(super) fn f64(&mut self) -> Result<f64, String> {
         Ok(f64::from_le_bytes(self.array()?))
     }
 
     /// The bytes up to the next NUL, which is skipped.
-    pub fn string(&mut self) -> Result<&'a [u8], String> {
+    pub(super) fn string(&mut self) -> Result<&'a [u8], String> {
         let end = self.rest.iter().position(|b| *b == 0).ok_or("it ends within a string")?;
         let string = &self.rest[..end];
         self.rest = &self.rest[end + 1..];
@@ -80,7 +80,7 @@ pub(super) enum Number {
 
 impl Number {
     /// Size of one number in bytes.
-    pub const fn size(self) -> usize {
+    pub(super) const fn size(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
             Self::U16 | Self::I16 => 2,
@@ -90,7 +90,7 @@ impl Number {
     }
 
     /// All numbers in `bytes`; an incomplete number at the end is ignored.
-    pub fn decode(self, bytes: &[u8]) -> Vec<f64> {
+    pub(super) fn decode(self, bytes: &[u8]) -> Vec<f64> {
         fn all<const N: usize>(bytes: &[u8], convert: impl Fn([u8; N]) -> f64) -> Vec<f64> {
             bytes.chunks_exact(N).filter_map(|chunk| chunk.try_into().ok()).map(convert).collect()
         }

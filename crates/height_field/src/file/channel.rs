@@ -51,7 +51,7 @@ pub(super) struct Channel {
 
 impl Channel {
     /// A channel whose kind follows from its unit.
-    pub fn new(number: usize, title: String, unit: String) -> Self {
+    pub(super) fn new(number: usize, title: String, unit: String) -> Self {
         let holds = match micrometres(&unit) {
             Ok(_) => Holds::Lengths,
             Err(_) if unit.trim().is_empty() => Holds::Numbers,
@@ -61,7 +61,7 @@ impl Channel {
     }
 
     /// Name in reports: the title, or the number of a channel without one.
-    pub fn name(&self) -> String {
+    pub(super) fn name(&self) -> String {
         if self.title.is_empty() { self.number.to_string() } else { self.title.clone() }
     }
 

@@ -22,7 +22,7 @@ pub(super) struct Section<'a> {
 
 impl<'a> Section<'a> {
     /// Whether the section describes an image rather than a force curve.
-    pub fn is_image(&self) -> bool {
+    pub(super) fn is_image(&self) -> bool {
         self.title.to_ascii_lowercase().ends_with("ciao image list")
     }
 
@@ -32,7 +32,7 @@ impl<'a> Section<'a> {
     }
 
     /// A positive integer.
-    pub fn count(&self, key: &str) -> Result<usize, String> {
+    pub(super) fn count(&self, key: &str) -> Result<usize, String> {
         let text = self.text(key)?;
         text.parse().ok().filter(|count| *count > 0).ok_or_else(|| format!("{key} is \"{text}\", not a count"))
     }

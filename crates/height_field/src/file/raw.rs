@@ -24,12 +24,12 @@ pub(super) enum Values {
 
 impl Values {
     /// Heights in a unit named by the file, of `um` µm.
-    pub fn in_unit(unit: &str, um: f64) -> Self {
+    pub(super) fn in_unit(unit: &str, um: f64) -> Self {
         Self::Lengths { um, unit: Understood::new(Source::File, unit) }
     }
 
     /// Heights in µm by definition of the format.
-    pub fn micrometres() -> Self {
+    pub(super) fn micrometres() -> Self {
         Self::Lengths { um: 1.0, unit: Understood::new(Source::Format, "µm") }
     }
 }
@@ -78,13 +78,13 @@ pub(super) fn rounded(value: f64) -> f64 {
 
 impl Raw {
     /// Contents of a format that fixes the first row, with an unknown pixel size and a single channel.
-    pub fn new(values: Array2<f64>, meaning: Values, first: First) -> Self {
+    pub(super) fn new(values: Array2<f64>, meaning: Values, first: First) -> Self {
         let (first, pixel_source) = ((first, Source::Format), Source::File);
         Self { values, meaning, first, pixel: Pixel::Open("pixel size".to_owned()), pixel_source, channel: None }
     }
 
     /// Sets the pixel size in µm along x and y, if the file says it.
-    pub fn pixel(self, pixel_um: Option<(f64, f64)>) -> Self {
+    pub(super) fn pixel(self, pixel_um: Option<(f64, f64)>) -> Self {
         match pixel_um {
             Some((dx, dy)) => self.pixel_or_reason(Pixel::Um(dx, dy)),
             None => self,
@@ -92,28 +92,28 @@ impl Raw {
     }
 
     /// Sets the pixel size, or the reason why it is unknown.
-    pub fn pixel_or_reason(self, pixel: Pixel) -> Self {
+    pub(super) fn pixel_or_reason(self, pixel: Pixel) -> Self {
         Self { pixel, ..self }
     }
 
     /// Sets the origin of the pixel size; the default is the file.
-    pub fn pixel_from(self, pixel_source: Source) -> Self {
+    pub(super) fn pixel_from(self, pixel_source: Source) -> Self {
         Self { pixel_source, ..self }
     }
 
     /// Sets the origin of the order of rows; the default is the format.
-    pub fn rows_from(self, source: Source) -> Self {
+    pub(super) fn rows_from(self, source: Source) -> Self {
         Self { first: (self.first.0, source), ..self }
     }
 
     /// Sets the name of the channel; `wanted` is the option that chose it, or `None` for the default channel.
-    pub fn channel(self, name: impl Into<String>, wanted: Option<&str>) -> Self {
+    pub(super) fn channel(self, name: impl Into<String>, wanted: Option<&str>) -> Self {
         let source = if wanted.is_some() { Source::Option } else { Source::Default };
         Self { channel: Some(Understood::new(source, name)), ..self }
     }
 
     /// Refuses empty contents and impossible pixel sizes.
-    pub fn check(&self) -> Result<(), String> {
+    pub(super) fn check(&self) -> Result<(), String> {
         if self.values.is_empty() {
             return Err("it holds no points".to_owned());
         }
@@ -126,7 +126,7 @@ impl Raw {
     }
 
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
-    pub fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
+    pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         let um = if let Values::Lengths { um, .. } = self.meaning { um } else { 1.0 };
         let holes = Holes::mark(&mut self.values, um);
         let total = self.values.len();

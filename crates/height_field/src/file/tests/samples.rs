@@ -3,7 +3,7 @@
 use std::io::{Cursor, Write};
 
 /// Heights of all samples in µm, from the bottom row on; different from all reflections.
-pub const HEIGHTS: [[f64; 3]; 2] = [[0.5, -0.25, 1.0], [0.125, 0.75, 0.25]];
+pub(crate) const HEIGHTS: [[f64; 3]; 2] = [[0.5, -0.25, 1.0], [0.125, 0.75, 0.25]];
 
 /// Heights in metres, from the bottom or the top row on.
 fn metres(top_down: bool) -> Vec<f64> {
@@ -15,11 +15,11 @@ fn metres(top_down: bool) -> Vec<f64> {
 }
 
 /// A component of a Gwyddion object: name, letter and value.
-pub fn component(name: &str, letter: u8, value: &[u8]) -> Vec<u8> {
+pub(crate) fn component(name: &str, letter: u8, value: &[u8]) -> Vec<u8> {
     [name.as_bytes(), &[0, letter], value].concat()
 }
 
-pub fn object(type_name: &str, components: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn object(type_name: &str, components: &[Vec<u8>]) -> Vec<u8> {
     let body = components.concat();
     [type_name.as_bytes(), &[0], &(body.len() as u32).to_le_bytes(), &body].concat()
 }
@@ -34,7 +34,7 @@ fn unit(name: &str) -> Vec<u8> {
 }
 
 /// A field of 3 × 2 values with an extent of 1.5 by 0.5 in the unit `xy`.
-pub fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
+pub(crate) fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
     let real = |value: f64| value.to_le_bytes();
     let parts = [
         component("xres", b'i', &3_i32.to_le_bytes()),
@@ -50,7 +50,7 @@ pub fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
 }
 
 /// Three channels: 0 is a phase; 2 are heights in metres with pixels of 0.5 × 0.25 µm; 11 are negative heights in nm.
-pub fn gwy(with_mask: bool) -> Vec<u8> {
+pub(crate) fn gwy(with_mask: bool) -> Vec<u8> {
     let title = |text: &str| [text.as_bytes(), &[0]].concat();
     let heights = metres(true);
     let in_nm: Vec<f64> = heights.iter().map(|h| -1e9 * h).collect();
@@ -76,7 +76,7 @@ pub fn gwy(with_mask: bool) -> Vec<u8> {
 }
 
 /// ISO 25178-71 in binary, with heights as 16-bit integers of 1 nm or as doubles; the second point is missing.
-pub fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
+pub(crate) fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
     let mut bytes = format!("b{revision}Sunbeam   010120260000010120260000").into_bytes();
     let counts = [3_u32, 2];
     for count in counts {
@@ -101,7 +101,7 @@ pub fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
 }
 
 /// ISO 25178-71 as text, with heights in µm.
-pub fn sdf_text(second: &str) -> String {
+pub(crate) fn sdf_text(second: &str) -> String {
     let heights: Vec<String> = metres(false).iter().map(|h| format!("{}", h * 1e6)).collect();
     format!(
         "aISO-1.0\r\nManufacID = Sunbeam\r\nCreateDate = 010120260000\r\nModDate = 010120260000\r\nNumPoints = 3\r\n\
@@ -114,9 +114,9 @@ pub fn sdf_text(second: &str) -> String {
     )
 }
 
-pub const X3P_LINK: &str = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>";
+pub(crate) const X3P_LINK: &str = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>";
 
-pub fn x3p_description(axis: &str, z: &str, layers: usize, data: &str) -> String {
+pub(crate) fn x3p_description(axis: &str, z: &str, layers: usize, data: &str) -> String {
     format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
         <p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"><Record1><Revision>ISO5436 - 2000</Revision>
@@ -130,7 +130,7 @@ pub fn x3p_description(axis: &str, z: &str, layers: usize, data: &str) -> String
     )
 }
 
-pub fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
+pub(crate) fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in files {
         let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
@@ -141,7 +141,7 @@ pub fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
 }
 
 /// X3P with heights as 16-bit integers of 1 nm and an offset of 0.25 µm; with a mask the second point is not valid.
-pub fn x3p(with_mask: bool) -> Vec<u8> {
+pub(crate) fn x3p(with_mask: bool) -> Vec<u8> {
     let z = "<DataType>I</DataType><Increment>1e-9</Increment><Offset>2.5e-7</Offset>";
     let stored: Vec<u8> =
         metres(false).iter().flat_map(|h| (((h - 2.5e-7) * 1e9).round() as i16).to_le_bytes()).collect();
@@ -152,11 +152,11 @@ pub fn x3p(with_mask: bool) -> Vec<u8> {
 }
 
 /// Step of the heights of [`nanoscope`].
-pub const NANOSCOPE_STEP_UM: f64 = 10.0 / 65536.0;
+pub(crate) const NANOSCOPE_STEP_UM: f64 = 10.0 / 65536.0;
 
 /// NanoScope file of three channels: a phase, heights, and heights of the backward scan; `wide` stores four bytes a
 /// number.
-pub fn nanoscope(wide: bool) -> Vec<u8> {
+pub(crate) fn nanoscope(wide: bool) -> Vec<u8> {
     let rows = metres(false);
     let size = if wide { 4 } else { 2 };
     // 200 V at 50 nm/V over the full range of 16 bits.
@@ -194,7 +194,7 @@ pub fn nanoscope(wide: bool) -> Vec<u8> {
 }
 
 /// A TIFF page of 16-bit grey: heights above −0.25 µm in steps of 0.125 µm, with optional description and resolution.
-pub fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8> {
+pub(crate) fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8> {
     use tiff::encoder::{Rational, TiffEncoder, colortype::Gray16};
     use tiff::tags::{ResolutionUnit, Tag};
     let mut file = Cursor::new(Vec::new());
@@ -215,7 +215,7 @@ pub fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8
 }
 
 /// The points of the grid in mixed order, without the second one.
-pub fn xyz() -> String {
+pub(crate) fn xyz() -> String {
     let mut lines = Vec::new();
     for (iy, row) in HEIGHTS.iter().enumerate() {
         for (ix, height) in row.iter().enumerate() {
@@ -229,7 +229,7 @@ pub fn xyz() -> String {
 
 /// Texts: a bare matrix with a missing point, one with decimal commas, and some with headers of Gwyddion, SPIP, ESRI,
 /// NanoScope and WSxM.
-pub fn texts() -> Vec<Vec<u8>> {
+pub(crate) fn texts() -> Vec<Vec<u8>> {
     let rows = "0.1 0.2 0.3 0.5\n0.4 0.1 0.2 0.6\n0.3 0.2 0.1 0.7\n";
     let tabs = rows.replace(' ', "\t");
     let points: String = (0..12).map(|at| format!("{} {} {}\n", 3 * (at % 4), 2 * (at / 4), 5 * at % 7)).collect();
@@ -256,6 +256,6 @@ pub fn texts() -> Vec<Vec<u8>> {
 }
 
 /// A text grid of Surfer of 4 × 3 nodes.
-pub fn surfer() -> String {
+pub(crate) fn surfer() -> String {
     "DSAA\n4 3\n0 1.5\n0 1\n0.1 0.7\n0.1 0.2 0.3 0.5\n\n0.4 0.1 0.2 0.6\n\n0.3 0.2 1.70141e38 0.7\n".to_owned()
 }

@@ -29,7 +29,7 @@ impl Table {
     ///
     /// # Errors
     /// Lines with different counts.
-    pub fn columns(&self) -> Result<usize, String> {
+    pub(super) fn columns(&self) -> Result<usize, String> {
         let (first, columns) = *self.rows.first().ok_or("it holds no numbers")?;
         match self.rows.iter().find(|(_, count)| *count != columns) {
             Some((line, count)) => Err(format!("line {line} has {count} numbers, line {first} has {columns}")),

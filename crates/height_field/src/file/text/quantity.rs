@@ -14,20 +14,20 @@ pub(super) struct Quantity {
 
 impl Quantity {
     /// The numbers in µm; `None` unless the unit is a length.
-    pub fn lengths_um(&self) -> Option<Vec<f64>> {
+    pub(super) fn lengths_um(&self) -> Option<Vec<f64>> {
         let um = micrometres(&self.unit).ok()?;
         Some(self.numbers.iter().map(|value| value * um).collect())
     }
 
     /// The numbers in µm for each point; `None` unless the unit is of the form `µm/pixel`.
-    pub fn per_point_um(&self) -> Option<Vec<f64>> {
+    pub(super) fn per_point_um(&self) -> Option<Vec<f64>> {
         let (unit, point) = self.unit.split_once('/')?;
         let is_point = ["pixel", "px", "point", "pt", "sample"].contains(&point.to_lowercase().as_str());
         Self { numbers: self.numbers.clone(), unit: unit.to_owned() }.lengths_um().filter(|_| is_point)
     }
 
     /// The numbers as counts of points; `None` for fractions, or for a unit other than points.
-    pub fn counts(&self) -> Option<Vec<usize>> {
+    pub(super) fn counts(&self) -> Option<Vec<usize>> {
         const POINTS: [&str; 10] = ["", "px", "pix", "pixel", "pixels", "pt", "pts", "points", "samples", "lines"];
         if !POINTS.contains(&self.unit.to_lowercase().as_str()) {
             return None;
