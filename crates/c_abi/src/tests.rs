@@ -169,7 +169,7 @@ fn null_and_misaligned_pointers_are_errors() {
             assert_eq!(outcome.0, Status::BadPointer);
             assert!(outcome.1.contains(&format!("`{name}`")), "{}", outcome.1);
         }
-        // Nothing is asked, so nothing needs to be anywhere.
+        // A batch without items needs no arrays.
         assert_eq!(sunbeam_surface_eval(surface, 0, nothing, nothing, 1, nothing, nowhere), Status::Ok);
         assert_eq!(sunbeam_surface_eval(surface, 1, good, good, 0, nm, to), Status::BadValue);
         assert_eq!(sunbeam_surface_eval(surface, 1, good, good, usize::MAX, nm, to), Status::BadValue);
@@ -193,7 +193,7 @@ fn configurations_are_refused_by_kind() {
         (r#"{"coherence_length":-1}"#, Status::BadConfig, "[1e-3, 1e5]"),
         (r#"{"k":1}"#, Status::BadConfig, "\"eta\""),
         (r#"{"filename":"no/such.gsf"}"#, Status::BadHeightField, "no/such.gsf"),
-        // Whatever a build may take: no time would do.
+        // Refused with any build limit.
         (
             r#"{"preset":"lamellar","period":50,"eta":1.5,"theory":"rigorous","build_limit":1e6}"#,
             Status::BadTables,

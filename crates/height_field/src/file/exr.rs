@@ -1,7 +1,7 @@
 //! OpenEXR: one channel of floats, heights in µm, with the pixel size in attributes.
 
-use super::raw::First;
-use super::{Parsed, Raw, Values, channel};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, channel};
 use crate::HeightField;
 use exr::prelude::*;
 use ndarray::Array2;
@@ -63,7 +63,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         (None, None) => None,
         _ => return Err(format!("it has only one of the attributes {} and {}", PIXEL_SIZE[0], PIXEL_SIZE[1])),
     };
-    Ok(Raw::new(values, Values::micrometres(), First::Top).pixel(pixel_um))
+    Ok(Raw::new(values, Meaning::micrometres(), FirstRow::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {

@@ -7,9 +7,9 @@
 
 use super::bytes::{Bytes, Number, data_length};
 use super::channel::{self, Channel};
-use super::raw::First;
+use super::raw::FirstRow;
 use super::units::micrometres;
-use super::{Parsed, Raw, Values, encoding};
+use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::BTreeMap;
 
@@ -186,9 +186,9 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (field, mask) = &fields[at];
     let (nx, ny) = field.size;
     let meaning = if field.unit_z.is_empty() {
-        Values::Unknown
+        Meaning::Unknown
     } else {
-        Values::in_unit(&field.unit_z, micrometres(&field.unit_z)?)
+        Meaning::in_unit(&field.unit_z, micrometres(&field.unit_z)?)
     };
     let mut values = Number::F64.decode(field.data);
     if let Some(mask) = mask {
@@ -209,5 +209,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Some((field.real.0 * unit / nx as f64, field.real.1 * unit / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um).channel(channels[at].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[at].name(), wanted))
 }

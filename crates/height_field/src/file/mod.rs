@@ -28,7 +28,7 @@ pub use formats::{FORMATS, Format, READABLE};
 pub use provenance::{Provenance, Source, Understood};
 
 use super::{Fill, HeightField, HeightFieldError};
-use raw::{Parsed, Raw, Values};
+use raw::{Meaning, Parsed, Raw};
 use std::path::Path;
 
 /// Extensions of files that the Python library SurfaceTopography reads; equal to `convert.EXTENSIONS` of the Python

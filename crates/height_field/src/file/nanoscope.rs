@@ -8,9 +8,9 @@
 use super::bytes::{Bytes, Number};
 use super::channel::{self, Channel, Holds};
 use super::provenance::{Source, Understood};
-use super::raw::{First, Pixel};
+use super::raw::{FirstRow, Pixel};
 use super::units::micrometres;
-use super::{Parsed, Raw, Values, encoding};
+use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::HashMap;
 
@@ -207,6 +207,6 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let lines = image.count("Number of lines")?;
     let pixel = pixel(image, &all, (nx, lines))?;
-    let meaning = Values::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
-    Ok(Raw::new(values, meaning, First::Bottom).pixel_or_reason(pixel).channel(channels[at].name(), wanted))
+    let meaning = Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
+    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[at].name(), wanted))
 }

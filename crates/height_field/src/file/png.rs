@@ -1,7 +1,7 @@
 //! PNG: 8- or 16-bit grey, black at height 0 and white at full scale; from the top row on.
 
-use super::raw::First;
-use super::{Parsed, Raw, Values, channel};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, channel};
 use crate::HeightField;
 use ndarray::Array2;
 use png::{BitDepth, ColorType, PixelDimensions, Unit};
@@ -58,8 +58,8 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         (Some(dx), Some(dy)) => Some((dx, dy)),
         _ => resolution.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
     };
-    let meaning = Values::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
-    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um))
+    let meaning = Meaning::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {

@@ -13,7 +13,7 @@ use std::path::Path;
 const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
-pub(super) enum Values {
+pub(super) enum Meaning {
     /// Heights in a unit of `um` µm; `unit` is its name and origin.
     Lengths { um: f64, unit: Understood },
     /// Fractions of full scale: 0 is height 0, `full` is the largest height, which the file may give in µm.
@@ -22,7 +22,7 @@ pub(super) enum Values {
     Unknown,
 }
 
-impl Values {
+impl Meaning {
     /// Heights in a unit named by the file, of `um` µm.
     pub(super) fn in_unit(unit: &str, um: f64) -> Self {
         Self::Lengths { um, unit: Understood::new(Source::File, unit) }
@@ -36,7 +36,7 @@ impl Values {
 
 /// First row of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum First {
+pub(super) enum FirstRow {
     Top,
     Bottom,
 }
@@ -53,9 +53,9 @@ pub(super) enum Pixel {
 /// Contents of a file, in the order of its rows. Missing points are NaN, however the format marks them.
 pub(super) struct Raw {
     values: Array2<f64>,
-    meaning: Values,
+    meaning: Meaning,
     /// First row, and the origin of this property.
-    first: (First, Source),
+    first: (FirstRow, Source),
     pixel: Pixel,
     pixel_source: Source,
     channel: Option<Understood>,
@@ -78,7 +78,7 @@ pub(super) fn rounded(value: f64) -> f64 {
 
 impl Raw {
     /// Contents of a format that fixes the first row, with an unknown pixel size and a single channel.
-    pub(super) fn new(values: Array2<f64>, meaning: Values, first: First) -> Self {
+    pub(super) fn new(values: Array2<f64>, meaning: Meaning, first: FirstRow) -> Self {
         let (first, pixel_source) = ((first, Source::Format), Source::File);
         Self { values, meaning, first, pixel: Pixel::Open("pixel size".to_owned()), pixel_source, channel: None }
     }
@@ -127,7 +127,7 @@ impl Raw {
 
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
     pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
-        let um = if let Values::Lengths { um, .. } = self.meaning { um } else { 1.0 };
+        let um = if let Meaning::Lengths { um, .. } = self.meaning { um } else { 1.0 };
         let holes = Holes::mark(&mut self.values, um);
         let total = self.values.len();
         let filled = holes.count;
@@ -138,12 +138,12 @@ impl Raw {
         }
         let (dx, dy) = self.pixel_size(path, &options.scale)?;
         let height_unit = self.scale_heights(path, &options.scale)?;
-        if self.first.0 == First::Top {
+        if self.first.0 == FirstRow::Top {
             self.values.invert_axis(Axis(0));
             self.values = self.values.as_standard_layout().into_owned();
         }
         options.fill.apply(&mut self.values, dx, dy);
-        let first = if self.first.0 == First::Top { "first row at the top" } else { "first row at the bottom" };
+        let first = if self.first.0 == FirstRow::Top { "first row at the top" } else { "first row at the bottom" };
         let pixel_source = if let Pixel::Um(..) = self.pixel { self.pixel_source } else { Source::Option };
         let provenance = Provenance {
             pixel_size: Understood::new(pixel_source, format!("{} × {} µm", rounded(dx), rounded(dy))),
@@ -190,13 +190,13 @@ impl Raw {
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
         };
         match &self.meaning {
-            Values::Lengths { um, unit } => {
+            Meaning::Lengths { um, unit } => {
                 self.values.mapv_inplace(|value| value * um);
                 let (low, high) = range(&self.values);
                 check(&[high, high - low])?;
                 Ok(unit.clone())
             }
-            Values::FullScale { full, max_height_um } => {
+            Meaning::FullScale { full, max_height_um } => {
                 if let Some(own) = max_height_um {
                     check(&[*own])?;
                 }
@@ -205,7 +205,7 @@ impl Raw {
                 self.values.mapv_inplace(|v| v / full * top);
                 Ok(Understood::new(source, format!("full scale is {top} µm")))
             }
-            Values::Unknown => {
+            Meaning::Unknown => {
                 let top = scale.max_height_um.ok_or_else(|| missing("unit of height"))?;
                 let (low, high) = range(&self.values);
                 let range = if high > low { high - low } else { 1.0 };

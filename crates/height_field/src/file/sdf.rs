@@ -6,8 +6,8 @@
 //! largest number of the type.
 
 use super::bytes::{Bytes, Number, data_length};
-use super::raw::First;
-use super::{Parsed, Raw, Values, channel, encoding};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, channel, encoding};
 use crate::holes::known;
 use ndarray::Array2;
 use std::collections::HashMap;
@@ -54,14 +54,14 @@ impl Header {
     /// Contents from the stored numbers.
     fn raw(self, stored: Vec<f64>) -> Parsed {
         let unit = format!("{} m", self.z_m);
-        let meaning = Values::in_unit(&unit, self.z_m * UM_PER_M);
+        let meaning = Meaning::in_unit(&unit, self.z_m * UM_PER_M);
         let heights = stored.iter().map(|&value| if self.is_missing(value) { f64::NAN } else { value });
         let values =
             Array2::from_shape_vec((self.ny, self.nx), heights.collect()).map_err(|error| error.to_string())?;
         // A single profile has no spacing along y.
         let dy_m = if self.ny == 1 && self.dy_m == 0.0 { self.dx_m } else { self.dy_m };
         let pixel_um = Some((self.dx_m * UM_PER_M, dy_m * UM_PER_M));
-        let first = if self.revision == Revision::Bcr { First::Top } else { First::Bottom };
+        let first = if self.revision == Revision::Bcr { FirstRow::Top } else { FirstRow::Bottom };
         Ok(Raw::new(values, meaning, first).pixel(pixel_um))
     }
 }

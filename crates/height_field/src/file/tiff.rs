@@ -2,9 +2,9 @@
 
 use super::channel::{self, Channel, Holds};
 use super::provenance::{Source, Understood};
-use super::raw::First;
+use super::raw::FirstRow;
 use super::units::micrometres;
-use super::{Parsed, Raw, Values};
+use super::{Meaning, Parsed, Raw};
 use ndarray::Array2;
 use std::io::Cursor;
 use tiff::ColorType;
@@ -192,9 +192,9 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
     }
     let (first, rows) = match integer(&mut pages, Tag::Orientation)? {
-        None => (First::Top, Source::Format),
-        Some(1) => (First::Top, Source::File),
-        Some(4) => (First::Bottom, Source::File),
+        None => (FirstRow::Top, Source::Format),
+        Some(1) => (FirstRow::Top, Source::File),
+        Some(4) => (FirstRow::Bottom, Source::File),
         Some(found) => return Err(format!("its Orientation is {found}; 1 and 4, rows from top or bottom, are read")),
     };
     let description = Description::of(&mut pages, bytes.len());
@@ -223,10 +223,10 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let meaning = match (description.and_then(|description| description.heights()), full) {
         (Some((c0, c1)), _) => {
             values.mapv_inplace(|value| c0 + c1 * value);
-            Values::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
+            Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
         }
-        (None, Some(full)) => Values::FullScale { full, max_height_um: None },
-        (None, None) => Values::micrometres(),
+        (None, Some(full)) => Meaning::FullScale { full, max_height_um: None },
+        (None, None) => Meaning::micrometres(),
     };
     let raw = Raw::new(values, meaning, first).pixel(pixel_um).rows_from(rows);
     Ok(match page {

@@ -5,8 +5,8 @@
 
 use super::bytes::{Number, data_length};
 use super::channel::{self, Channel, Holds};
-use super::raw::First;
-use super::{Parsed, Raw, Values, encoding};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, encoding};
 use crate::holes::known;
 use ndarray::Array2;
 use roxmltree::{Document, Node};
@@ -158,7 +158,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         (first..first + points).map(|at| if is_valid(at) { known(stored[at]) * scale_m + offset_m } else { f64::NAN });
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let raw =
-        Raw::new(values, Values::in_unit("m", UM_PER_M), First::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
+        Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
     Ok(if nz > 1 { raw.channel(layer.to_string(), wanted) } else { raw })
 }
 

@@ -67,8 +67,8 @@ fn changed_bytes_and_truncated_files_do_not_panic() {
                 read_anyhow(name, &damaged);
             }
             let is_text = ["txt", "xyz", "grd"].iter().any(|end| name.ends_with(end));
-            // What follows the heights of a surface data file, the directory's end of a TIFF, and other channels are
-            // not needed.
+            // Truncation may lose bytes that are not needed: the trailer of a surface data file, the end of a TIFF's
+            // directory, and other channels.
             let has_trailer = ["d.sdf", "a.tif", "a.spm"].contains(&name);
             if !is_text && !has_trailer {
                 assert!(is_refused(name, &bytes[..at], NO_SCALE), "{name} cut to {at} bytes");

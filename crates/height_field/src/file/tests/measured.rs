@@ -7,7 +7,7 @@ use super::*;
 const ROUNDING_UM: f64 = 1e-12;
 
 /// Reads with [`Fill::Laplace`], and checks size, pixels and all heights but the missing ones.
-pub fn check(
+pub(super) fn check(
     name: &str,
     bytes: &[u8],
     channel: Option<&str>,

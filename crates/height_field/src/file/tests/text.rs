@@ -253,7 +253,7 @@ fn headers_of_keys_and_values_are_read_or_refused() {
         let message = refusal("skin.txt", format!("{header}{body}").as_bytes(), &scale(0.05, None));
         assert!(message.contains(word), "{header}: {message}");
     }
-    // Words that say nothing of size or unit.
+    // Header lines without a size or a unit.
     for header in
         ["# made on 2026-11-26\n", "# heights\n", "Instrument: AFM 3\nSerial: 12 m\n", "# Number of points: 35\n"]
     {

@@ -5,7 +5,7 @@
 //! translates its keys into the user's language; its lines are recognised by order: the second and third are width and
 //! height, the fourth is the unit of the values.
 
-use super::super::raw::First;
+use super::super::raw::FirstRow;
 use super::super::units::micrometres;
 use super::columns::{Columns, columns};
 use super::keys::{Along, Role, role};
@@ -59,7 +59,7 @@ pub(super) struct Header {
     /// Units of x and y of points, in µm.
     pub lateral_um: Option<[f64; 2]>,
     /// First row of the file.
-    pub first: Option<First>,
+    pub first: Option<FirstRow>,
     /// Name of the channel.
     pub channel: Option<String>,
     /// Number of missing points.
@@ -122,9 +122,9 @@ pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
         return Err(reason);
     }
     header.first = match program {
-        Program::Other if header.is_gwyddion() => Some(First::Top),
+        Program::Other if header.is_gwyddion() => Some(FirstRow::Top),
         Program::Other => None,
-        _ => Some(First::Top),
+        _ => Some(FirstRow::Top),
     };
     Ok(header)
 }

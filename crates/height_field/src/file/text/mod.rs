@@ -20,8 +20,8 @@ mod quantity;
 mod surfer;
 
 use super::provenance::{Source, Understood};
-use super::raw::{First, rounded};
-use super::{Parsed, Raw, Values, channel, encoding};
+use super::raw::{FirstRow, rounded};
+use super::{Meaning, Parsed, Raw, channel, encoding};
 use header::{Header, HeightUnit};
 use ndarray::Array2;
 use numbers::{Line, Table};
@@ -216,11 +216,11 @@ fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
 }
 
 /// Meaning of the heights according to a header; µm where it does not mention a unit.
-fn meaning(header: &Header) -> Values {
+fn meaning(header: &Header) -> Meaning {
     match &header.height {
-        HeightUnit::Unsaid => Values::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
-        HeightUnit::Length(unit, um) => Values::in_unit(unit, *um),
-        HeightUnit::Empty | HeightUnit::Other(_) => Values::Unknown,
+        HeightUnit::Unsaid => Meaning::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
+        HeightUnit::Length(unit, um) => Meaning::in_unit(unit, *um),
+        HeightUnit::Empty | HeightUnit::Other(_) => Meaning::Unknown,
     }
 }
 
@@ -245,7 +245,7 @@ fn points(header: &Header, table: &Table) -> Parsed {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
-    let raw = Raw::new(grid.values, meaning(header), First::Bottom).pixel(grid.pixel_um).pixel_from(source);
+    let raw = Raw::new(grid.values, meaning(header), FirstRow::Bottom).pixel(grid.pixel_um).pixel_from(source);
     Ok(finish(header, raw.rows_from(Source::File)))
 }
 
@@ -278,7 +278,7 @@ fn matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed
     mark_missing(header, values.iter_mut());
     let (pixel_um, source) = pixel(header, nx, ny)?;
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    let first = header.first.unwrap_or(First::Bottom);
+    let first = header.first.unwrap_or(FirstRow::Bottom);
     let rows = if header.first.is_some() { Source::Format } else { Source::Default };
     let raw = Raw::new(values, meaning(header), first).pixel(pixel_um).pixel_from(source).rows_from(rows);
     Ok(finish(header, raw))

@@ -3,9 +3,9 @@
 
 use super::super::channel::{self, Channel};
 use super::super::nanoscope::{pixel, sections};
-use super::super::raw::First;
+use super::super::raw::FirstRow;
 use super::super::units::micrometres;
-use super::super::{Parsed, Raw, Values};
+use super::super::{Meaning, Parsed, Raw};
 use super::numbers::{Line, is_numeric, table};
 use super::quantity::bracketed;
 use ndarray::Array2;
@@ -50,12 +50,12 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     };
     let (name, unit) = title(titles, at);
     let meaning = match micrometres(&unit) {
-        Ok(um) => Values::in_unit(&unit, um),
-        Err(_) if unit.is_empty() => Values::Unknown,
+        Ok(um) => Meaning::in_unit(&unit, um),
+        Err(_) if unit.is_empty() => Meaning::Unknown,
         Err(error) => return Err(format!("its channel \"{name}\" has {error}")),
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    let raw = Raw::new(values, meaning, First::Bottom).pixel_or_reason(pixel);
+    let raw = Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel);
     Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
 }
 

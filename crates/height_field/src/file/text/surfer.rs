@@ -3,8 +3,8 @@
 //! Missing points are 1.70141e38.
 
 use super::super::provenance::{Source, Understood};
-use super::super::raw::First;
-use super::super::{Parsed, Raw, Values};
+use super::super::raw::FirstRow;
+use super::super::{Meaning, Parsed, Raw};
 use super::numbers::{Line, table};
 use ndarray::Array2;
 
@@ -41,5 +41,5 @@ pub(super) fn parse(lines: &[Line]) -> Parsed {
     let pixel_um = Some((step(x, nx), step(y, ny)));
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let unit = Understood::new(Source::Default, "µm");
-    Ok(Raw::new(values, Values::Lengths { um: 1.0, unit }, First::Bottom).pixel(pixel_um))
+    Ok(Raw::new(values, Meaning::Lengths { um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
 }
