@@ -101,6 +101,19 @@ impl<T: Precision> TermTransform<T> {
 /// All transforms of [`TermTransform`] up to some term, from which `c_j(κ)` follows for any κ.
 ///
 /// `T` is `f64`, or `f32` as in the GPU textures of Single 2014.
+///
+/// ```
+/// use sunbeam::Preset;
+/// use sunbeam::transform::{Expansion, OrderTransform, Series, chebyshev_terms};
+///
+/// let field = Preset::Sinusoidal.build(None, None)?;
+/// // H is 0.125 µm: κ up to 25 rad/µm.
+/// let terms = chebyshev_terms(25.0 * 0.125, 1e-12);
+/// let expansion = Expansion::<f64>::new(&field, Series::Chebyshev, terms);
+/// let exact = OrderTransform::new(&field).amplitudes(20.0);
+/// assert!((expansion.amplitude(20.0, 1) - exact[1]).norm() < 1e-11);
+/// # Ok::<(), sunbeam::height_field::HeightFieldError>(())
+/// ```
 pub struct Expansion<T: Precision> {
     series: Series,
     half_range_um: f64,

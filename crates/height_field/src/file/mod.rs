@@ -161,6 +161,20 @@ impl HeightField {
 
     /// [`HeightField::read`] with a choice of channel and of heights for missing points.
     ///
+    /// ```
+    /// use sunbeam_height_field::{FileScale, Fill, HeightField, ReadOptions, Source};
+    ///
+    /// let folder = tempfile::tempdir()?;
+    /// let path = folder.path().join("scan.txt");
+    /// std::fs::write(&path, "0.0 0.1 0.2 0.3\n0.1 nan 0.3 0.4\n0.2 0.3 0.4 0.5\n")?;
+    /// let scale = FileScale { pixel_size_um: Some(0.05), max_height_um: None };
+    /// let read = HeightField::read_with(&path, &ReadOptions { scale, fill: Fill::Laplace, channel: None })?;
+    /// assert_eq!((read.field.size(), read.filled), ((4, 3), 1));
+    /// assert!(read.doubts.is_empty());
+    /// assert_eq!(read.provenance.unwrap().pixel_size.source, Source::Option);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`HeightField::read`]; a channel that does not exist, is not a height, or is given for a format with a single
     /// channel; missing points with [`Fill::None`], or a file without any height.
