@@ -157,10 +157,10 @@ impl SurfaceConfig {
     /// As [`SurfaceConfig::height_field`], and a relief that varies along y or has no profile that is served.
     pub fn profile(&self) -> Result<Profile, BuildError> {
         self.validate()?;
-        if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level())
-            && let Some(profile) = preset_profile(preset, self.period, self.height)?
-        {
-            return Ok(profile);
+        if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
+            if let Some(profile) = preset_profile(preset, self.period, self.height)? {
+                return Ok(profile);
+            }
         }
         Ok(profile_of(&self.height_field()?, self.tolerance)?)
     }
