@@ -6,7 +6,7 @@ use super::output::{Output, output};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use crate::benchmarks::INCIDENT_DEG;
-use crate::benchmarks::methods::{self, Adapter, SurfaceFigures};
+use crate::benchmarks::methods::{self, SurfaceFigures};
 use crate::benchmarks::sampler::{SamplerRow, sampler};
 use crate::benchmarks::stability::{self, StabilityFigures};
 use clap::ValueEnum;
@@ -16,6 +16,7 @@ use std::time::Instant;
 use sunbeam::cache::Cache;
 use sunbeam::config::{Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
+use sunbeam_realtime::{Gpu, GpuError};
 
 /// The surfaces that are measured unless one is given: with every method, and by the sampler.
 const PRESETS: [Preset; 3] = [Preset::Blazed, Preset::Elaphe, Preset::Xenopeltis];
@@ -160,7 +161,7 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
     };
     if let Some(file) = &args.plot {
         let panels: Vec<_> = report.surfaces.iter().map(|s| (s.name.as_str(), s.figures.entries.as_slice())).collect();
-        file.write(plot::svg(&panels)?.as_bytes())?;
+        file.write(plot::svg(&panels).as_bytes())?;
     }
     write_json(&args.json, &report)
 }
@@ -207,8 +208,7 @@ fn name(config: &SurfaceConfig) -> String {
 }
 
 /// The adapter, or why there is none.
-fn adapter() -> Result<(Option<Adapter>, Option<String>), Box<dyn Error>> {
-    use sunbeam_realtime::GpuError;
+fn adapter() -> Result<(Option<Gpu>, Option<String>), Box<dyn Error>> {
     match super::realtime::open(None) {
         Ok(gpu) => Ok((Some(gpu), None)),
         Err(error) => match error.downcast_ref::<GpuError>() {
@@ -218,7 +218,7 @@ fn adapter() -> Result<(Option<Adapter>, Option<String>), Box<dyn Error>> {
     }
 }
 
-fn adapter_report(gpu: &Adapter) -> AdapterReport {
+fn adapter_report(gpu: &Gpu) -> AdapterReport {
     AdapterReport { name: gpu.adapter(), software: gpu.is_software() }
 }
 

@@ -156,7 +156,7 @@ pub fn run(args: &EvaluateArgs) -> Outcome {
     let grating = |nm: &f64| (nm / mean_nm - sin_i).clamp(-1.0, 1.0).asin().to_degrees();
     let grating_deg: Vec<f64> = response.wavelengths_nm.iter().map(grating).collect();
     if let Some(file) = &args.plot {
-        file.write(plot::svg(&response, &peaks_deg, &grating_deg)?.as_bytes())?;
+        file.write(plot::svg(&response, &peaks_deg, &grating_deg).as_bytes())?;
     }
     if let Some(file) = &args.response {
         file.write(&encode::npy(&response.array())?)?;

@@ -10,6 +10,7 @@ mod adapter;
 mod bench;
 pub mod benchmarks;
 pub mod brdf_map;
+mod chart;
 mod compare;
 pub mod comparison;
 pub mod encode;

@@ -120,7 +120,7 @@ pub fn run(args: &OrdersArgs) -> Outcome {
     })?;
     let curve = Curve { over, points };
     if let Some(file) = &args.plot {
-        file.write(plot::svg(&curve)?.as_bytes())?;
+        file.write(plot::svg(&curve).as_bytes())?;
     }
     print_json(&curve)
 }

@@ -3,7 +3,7 @@
 //! from surfaces drawn at random.
 
 use std::sync::LazyLock;
-use sunbeam_cli::benchmarks::stability::{DeepPoint, GrazingSurface, deep_relief, grazing, questions};
+use sunbeam_cli::benchmarks::stability::{DeepPoint, GrazingSurface, deep_relief, grazing, random_queries};
 
 /// Sums of up to 400 bounded terms in single precision: a random walk of roundings of 6e-8, of which an order amplitude is a
 /// mean over pixels.
@@ -106,9 +106,9 @@ fn ten_million_random_questions_break_nothing() {
 }
 
 fn judge(count: u64) {
-    let found = questions(count).unwrap();
+    let found = random_queries(count).unwrap();
     println!("{found:?}");
-    assert_eq!(found.asked, count);
+    assert_eq!(found.queries, count);
     assert_eq!((found.not_finite, found.negative, found.without_density), (0, 0, 0), "{found:?}");
     assert!(found.reciprocity <= RECIPROCITY, "{found:?}");
     // Negative control: there were albedos to judge, and samples.
