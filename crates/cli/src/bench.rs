@@ -133,7 +133,7 @@ pub fn run(args: &BenchArgs) -> Outcome {
 
 fn bench_methods(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
-    args.surface.refuse_what_methods_differ_in()?;
+    args.surface.refuse_bench_choices()?;
     let effort = if args.quick { methods::Effort::QUICK } else { methods::Effort::FULL };
     let (adapter, no_adapter) = if args.cpu_only { (None, Some("left out".to_owned())) } else { adapter()? };
     if let Some(reason) = &no_adapter {
