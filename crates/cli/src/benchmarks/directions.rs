@@ -6,7 +6,7 @@ use sunbeam::lobe::Surface;
 use sunbeam::scattering::Vec3;
 
 /// Directions of incidence: angle with the normal and azimuth, in degrees.
-pub const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)];
+pub(crate) const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)];
 
 /// Steps of the additive low-discrepancy sequence R₂ in the unit square (M. Roberts 2018): the reciprocals of the real
 /// root of x³ = x + 1 and of its square.
@@ -18,23 +18,23 @@ const COSINE_MIN: f64 = 1.7e-3;
 
 /// A pair of directions. Components are rounded to single precision, so that every method gets the same ones.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DirectionPair {
+pub(crate) struct DirectionPair {
     /// Unit vector towards the light.
-    pub wi: Vec3,
+    pub(crate) wi: Vec3,
     /// Unit vector towards the viewer.
-    pub wo: Vec3,
+    pub(crate) wo: Vec3,
     /// Index of `wi` in [`INCIDENT_DEG`].
-    pub incident: usize,
+    pub(crate) incident: usize,
 }
 
 impl DirectionPair {
     /// `[wi, wo]` in single precision.
-    pub fn single(&self) -> [[f32; 3]; 2] {
+    pub(crate) fn single(&self) -> [[f32; 3]; 2] {
         [self.wi, self.wo].map(|direction| direction.map(|c| c as f32))
     }
 
     /// `wi + wo` in single precision.
-    pub fn sum(&self) -> [f32; 3] {
+    pub(crate) fn sum(&self) -> [f32; 3] {
         std::array::from_fn(|c| (self.wi[c] + self.wo[c]) as f32)
     }
 }
@@ -43,7 +43,7 @@ impl DirectionPair {
 ///
 /// Half of the outgoing directions are uniform over the hemisphere, half are drawn by the sampler of `surface`: a
 /// grating's orders cover so little of the hemisphere that uniform directions alone would be black.
-pub fn directions(surface: &Surface, count: usize) -> Vec<DirectionPair> {
+pub(crate) fn directions(surface: &Surface, count: usize) -> Vec<DirectionPair> {
     let mut random = Random::new(1);
     (0..count)
         .map(|i| {

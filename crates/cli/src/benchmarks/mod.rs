@@ -1,19 +1,19 @@
 //! Benchmarks: speed against error of every method, numerical stability, and the sampler's weights.
 //!
-//! - [`methods`]: time, memory, build time and error of the published methods, the colour table and the spectral
+//! - `methods`: time, memory, build time and error of the published methods, the colour table and the spectral
 //!   tables, over their parameters.
 //! - [`sampler`]: statistics of the weights of importance sampling.
 //! - [`stability`]: the sweeps of docs/model.md#hard-cases: deep relief, grazing directions, random queries.
 //!
-//! [`Truth`] computes the reference spectra.
+//! `Truth` computes the reference spectra.
 
 mod directions;
 mod error;
-pub mod methods;
+pub(crate) mod methods;
 pub mod sampler;
 pub mod stability;
 mod truth;
 
-pub use directions::{DirectionPair, INCIDENT_DEG, directions};
+pub(crate) use directions::{DirectionPair, INCIDENT_DEG, directions};
 pub use error::BenchError;
-pub use truth::{Truth, TruthCheck};
+pub(crate) use truth::{Truth, TruthCheck};

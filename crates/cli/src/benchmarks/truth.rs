@@ -27,7 +27,7 @@ const REMAINDER: f64 = 1e-12;
 const NEGLIGIBLE_EXPONENT: f64 = 29.0;
 
 /// `S/λ²` in 1/sr of both models, for a periodic tile.
-pub struct Truth {
+pub(crate) struct Truth {
     step_nm: f64,
     wavelengths: usize,
     /// Values of the patch model, `[pair][wavelength]`.
@@ -41,11 +41,11 @@ pub struct Truth {
 
 /// The deviation of [`Truth`] from [`Exact`].
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct TruthCheck {
+pub(crate) struct TruthCheck {
     /// Number of values compared, for each model.
-    pub compared: usize,
+    pub(crate) compared: usize,
     /// Largest deviation, relative to the largest of both models' values and the density floor.
-    pub largest: f64,
+    pub(crate) largest: f64,
 }
 
 /// The orders along one axis.
@@ -77,7 +77,7 @@ impl Axis {
 
 impl Truth {
     /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 to 780 nm in steps of `step_nm`.
-    pub fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
+    pub(crate) fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
         let transform = OrderTransform::new(field);
         let s = coherence_length_um / 4.0;
         let (nx, ny) = field.size();
@@ -127,18 +127,18 @@ impl Truth {
     }
 
     /// Step between wavelengths in nm.
-    pub fn step_nm(&self) -> f64 {
+    pub(crate) fn step_nm(&self) -> f64 {
         self.step_nm
     }
 
     /// The spectrum of a pair by its index, `S/λ²` in 1/sr, from 380 nm on in steps of [`Truth::step_nm`].
-    pub fn spectrum(&self, model: Model, pair: usize) -> &[f64] {
+    pub(crate) fn spectrum(&self, model: Model, pair: usize) -> &[f64] {
         let all = if model == Model::Patch { &self.patch } else { &self.ensemble };
         &all[pair * self.wavelengths..][..self.wavelengths]
     }
 
     /// Compares `count` values, spread over pairs and wavelengths, with the direct sum over `field`.
-    pub fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
+    pub(crate) fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
         let mut largest = 0.0f64;
         for i in 0..count {
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;

@@ -23,17 +23,17 @@ const DELTA_E_OF_NAN: f64 = 100.0;
 /// A relative error is the root of the summed squared deviations over the summed squared reference, so bright directions
 /// count most. For ΔE₂₀₀₀, colours are exposed for each direction of incidence so that a tenth of the lit directions clips.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct Errors {
+pub(crate) struct Errors {
     /// Relative error of `f_r` at every 5 nm; `None` from methods that know colours only.
-    pub spectral_rmse: Option<f64>,
+    pub(crate) spectral_rmse: Option<f64>,
     /// Relative error of the CIE XYZ of `f_r`.
-    pub xyz_rmse: f64,
+    pub(crate) xyz_rmse: f64,
     /// Relative error of the linear sRGB of `f_r`.
-    pub rgb_rmse: f64,
+    pub(crate) rgb_rmse: f64,
     /// Mean ΔE₂₀₀₀.
-    pub delta_e_mean: f64,
+    pub(crate) delta_e_mean: f64,
     /// The smallest ΔE₂₀₀₀ that 99 % of the directions do not exceed.
-    pub delta_e_p99: f64,
+    pub(crate) delta_e_p99: f64,
 }
 
 /// The reference spectra and colours at all directions.

@@ -1,13 +1,13 @@
 //! The front: the points that no other point beats in both time and error.
 
 /// Relative difference of time or error below which a point counts as equal; repeated runs differ by as much.
-pub const FRONT_MARGIN: f64 = 0.05;
+const FRONT_MARGIN: f64 = 0.05;
 
 /// Smallest ΔE₂₀₀₀ that counts on a front: a twentieth of a just noticeable difference, 1.
 const DELTA_E_MIN: f64 = 0.05;
 
 /// A ΔE₂₀₀₀ as it counts on a front: small ones count alike.
-pub fn noticed(delta_e: f64) -> f64 {
+pub(crate) fn noticed(delta_e: f64) -> f64 {
     delta_e.clamp(DELTA_E_MIN, f64::INFINITY)
 }
 
@@ -15,7 +15,7 @@ pub fn noticed(delta_e: f64) -> f64 {
 ///
 /// Another point beats a point if it is no worse by any error, and is either faster, or better by one error and no
 /// slower. "Faster" and "better" mean by more than [`FRONT_MARGIN`]. A NaN counts as an infinite error.
-pub fn front<const ERRORS: usize>(points: &[(f64, [f64; ERRORS])]) -> Vec<bool> {
+pub(crate) fn front<const ERRORS: usize>(points: &[(f64, [f64; ERRORS])]) -> Vec<bool> {
     let finite_or_infinite = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
     let points: Vec<_> = points.iter().map(|(time, errors)| (*time, errors.map(finite_or_infinite))).collect();
     let keep = 1.0 - FRONT_MARGIN;

@@ -11,9 +11,9 @@ mod front;
 mod on_gpu;
 mod timing;
 
-pub use errors::Errors;
-pub use front::{FRONT_MARGIN, front, noticed};
-pub use timing::Timing;
+pub(crate) use errors::Errors;
+pub(crate) use front::{front, noticed};
+pub(crate) use timing::Timing;
 
 use super::{BenchError, Truth, TruthCheck, directions};
 use serde::Serialize;
@@ -31,24 +31,24 @@ const ORACLE_CHECKS: usize = 12;
 
 /// The size of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Effort {
+pub(crate) struct Effort {
     /// Pairs of directions over which errors are computed.
-    pub directions: usize,
+    pub(crate) directions: usize,
     /// Step between wavelengths of the reference, in nm.
-    pub truth_step_nm: f64,
+    pub(crate) truth_step_nm: f64,
     /// Pairs of directions over which methods are timed.
-    pub timed_directions: usize,
+    pub(crate) timed_directions: usize,
     /// Repetitions of each timing.
-    pub repetitions: usize,
+    pub(crate) repetitions: usize,
     /// Intended length of one repetition of one candidate, in ms.
-    pub repetition_ms: f64,
+    pub(crate) repetition_ms: f64,
     /// Whether each method is measured with a few of its parameter sets only.
-    pub few: bool,
+    pub(crate) few: bool,
 }
 
 impl Effort {
     /// The run behind the figures of the documentation: minutes.
-    pub const FULL: Self = Self {
+    pub(crate) const FULL: Self = Self {
         directions: 1024,
         truth_step_nm: 0.5,
         timed_directions: 8192,
@@ -57,7 +57,7 @@ impl Effort {
         few: false,
     };
     /// A run of seconds.
-    pub const QUICK: Self = Self {
+    pub(crate) const QUICK: Self = Self {
         directions: 128,
         truth_step_nm: 2.5,
         timed_directions: 512,
@@ -69,48 +69,48 @@ impl Effort {
 
 /// The measurements on one surface.
 #[derive(Clone, Debug, Serialize)]
-pub struct SurfaceFigures {
+pub(crate) struct SurfaceFigures {
     /// Pixels along x and y.
-    pub pixels: [usize; 2],
+    pub(crate) pixels: [usize; 2],
     /// Width and height of the tile in µm.
-    pub extent_um: [f64; 2],
+    pub(crate) extent_um: [f64; 2],
     /// Largest κH: half the range of heights times κ = 4π/λ at 380 nm, both directions along the normal.
-    pub kappa_h: f64,
+    pub(crate) kappa_h: f64,
     /// Coherence length in µm.
-    pub coherence_length_um: f64,
+    pub(crate) coherence_length_um: f64,
     /// Deviation of the reference spectra from the direct sum.
-    pub oracle: TruthCheck,
+    pub(crate) oracle: TruthCheck,
     /// One entry for each candidate.
-    pub entries: Vec<Entry>,
+    pub(crate) entries: Vec<Entry>,
 }
 
 /// One method with one set of parameters.
 #[derive(Clone, Debug, Serialize)]
-pub struct Entry {
+pub(crate) struct Entry {
     /// `flss`, `nmm`, `pq`, `stam`, `colour-table` or `spectral-table`.
-    pub method: &'static str,
+    pub(crate) method: &'static str,
     /// The model that the method answers for, and whose reference it is compared with.
-    pub model: Model,
+    pub(crate) model: Model,
     /// Parameters by name.
-    pub parameters: Map<String, Value>,
+    pub(crate) parameters: Map<String, Value>,
     /// Whether the parameters are the library's defaults.
-    pub is_default: bool,
+    pub(crate) is_default: bool,
     /// Size in bytes of the data that the method looks up.
-    pub bytes: u64,
+    pub(crate) bytes: u64,
     /// Seconds to compute the data.
-    pub build_seconds: f64,
+    pub(crate) build_seconds: f64,
     /// Time per colour on one core.
-    pub cpu: Timing,
+    pub(crate) cpu: Timing,
     /// Time per colour on the GPU; absent without an adapter, and for methods without a shader.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub gpu: Option<Timing>,
+    pub(crate) gpu: Option<Timing>,
     /// Errors against the reference.
-    pub errors: Errors,
+    pub(crate) errors: Errors,
     /// Whether no other entry beats this one in time on the CPU, mean ΔE and its 99th percentile (see [`front()`]).
     /// Entries of this method with the other model do not count.
-    pub on_front: bool,
+    pub(crate) on_front: bool,
     /// Whether no other entry of this method and model beats this one in time, both ΔE and the error of its spectrum.
-    pub on_front_of_method: bool,
+    pub(crate) on_front_of_method: bool,
 }
 
 /// Measures every candidate on `field`, a periodic tile.
@@ -120,7 +120,7 @@ pub struct Entry {
 ///
 /// # Errors
 /// A method that cannot be built, or reference spectra that deviate from the direct sum.
-pub fn measure(
+pub(crate) fn measure(
     field: &HeightField,
     options: &Options,
     effort: &Effort,

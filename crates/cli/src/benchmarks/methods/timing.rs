@@ -16,15 +16,15 @@ const TIMED_FRACTION: f64 = 0.2;
 ///
 /// On the CPU it is a thread's own time; on a GPU that of its clock, on a software adapter that of the wall clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Timing {
+pub(crate) struct Timing {
     /// Median in µs.
-    pub microseconds: f64,
+    pub(crate) microseconds: f64,
     /// Shortest in µs.
-    pub least_us: f64,
+    pub(crate) least_us: f64,
     /// Longest in µs.
-    pub most_us: f64,
+    pub(crate) most_us: f64,
     /// Median ratio to the first candidate's time in the same repetition: `flss` with the library's defaults.
-    pub ratio: f64,
+    pub(crate) ratio: f64,
 }
 
 impl Timing {
