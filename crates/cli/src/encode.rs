@@ -45,7 +45,7 @@ pub fn png(size: (usize, usize), colour: png::ColorType, pixels: &[u8]) -> Resul
 /// The radiance is multiplied by 2^`exposure`, and highlights are compressed.
 ///
 /// # Errors
-/// Those of [`png`].
+/// Those of [`png()`].
 pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], exposure: f64) -> Result<Vec<u8>, Box<dyn Error>> {
     let shown = |pixel: &[f32; 3]| srgb_bytes(tone_map(pixel.map(f64::from), exposure));
     let bytes: Vec<u8> = picture.iter().flat_map(shown).collect();

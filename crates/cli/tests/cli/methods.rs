@@ -59,7 +59,7 @@ fn what_a_method_does_not_know_or_heed_is_refused() {
         for command in ["render", "brdf-map", "eval"] {
             let output: &[&str] = if command == "eval" { &[] } else { &["-o", "a.exr"] };
             let message = refused(&[&[command, "--method", method, "--theory", "rigorous"], output].concat());
-            let said = format!("--method {method} knows a phase screen: --theory must be scalar");
+            let said = format!("--method {method} assumes a phase screen: --theory must be scalar");
             assert!(message.contains(&said), "{command}: {message}");
         }
     }

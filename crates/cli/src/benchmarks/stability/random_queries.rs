@@ -93,7 +93,7 @@ impl RandomQueries {
     }
 }
 
-/// Asks `count` random queries, [`QUERIES_PER_SURFACE`] of each random surface.
+/// Asks `count` random queries, 25,000 of each random surface.
 ///
 /// # Errors
 /// A published method that refuses a surface for another reason than its size or depth.
