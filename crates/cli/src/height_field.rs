@@ -210,8 +210,7 @@ impl HeightFieldArgs {
         match config.theory {
             Theory::Scalar => {
                 let options = config.options();
-                let (surface, origin) =
-                    with_bar(BUILDING, |progress| cache.surface_watched(field, &options, progress))?;
+                let (surface, origin) = with_bar(BUILDING, |progress| cache.surface(field, &options, progress))?;
                 Ok(Tables::Scalar { origin, report: surface.report().clone() })
             }
             Theory::Rigorous => {

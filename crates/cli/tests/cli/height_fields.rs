@@ -9,7 +9,7 @@ use sunbeam::height_field::{FileScale, HeightField, Preset};
 const ROUNDING: f64 = 1e-12;
 
 #[test]
-fn a_height_field_written_is_the_one_read() {
+fn written_height_fields_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let original = Preset::Blazed.build(Some(2.0), Some(0.3)).unwrap();
     for (name, tolerance_um) in [("f.exr", 1e-7), ("f.gsf", 1e-7), ("f.png", 0.3 / 65535.0)] {
@@ -34,13 +34,13 @@ fn a_height_field_written_is_the_one_read() {
 }
 
 #[test]
-fn a_term_is_the_transform_of_a_power_with_order_0_in_the_middle() {
-    // cos³φ = 3/4 cos φ + 1/4 cos 3φ, half of each in either direction of the wave; 0.25 µm drops out of h/H.
+fn a_term_is_the_transform_of_a_power() {
+    // cos³φ = 3/4 cos φ + 1/4 cos 3φ, with half of each amplitude in orders ±1 and ±3. The height cancels in h/H.
     const AT_ONE: f64 = 3.0 / 8.0;
     const AT_THREE: f64 = 1.0 / 8.0;
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
-    // One even and one odd side: the middle lies at half the side, rounded down.
+    // One even and one odd side: order 0 is at half the side, rounded down.
     let (nx, ny) = (16, 15);
     let wave =
         |(iy, ix): (usize, usize)| 0.25 * (2.0 * PI * (ix as f64 / nx as f64 + 2.0 * iy as f64 / ny as f64)).cos();
@@ -52,7 +52,7 @@ fn a_term_is_the_transform_of_a_power_with_order_0_in_the_middle() {
     };
     let report = term(&path("term.npy"));
     assert_eq!(report["n"], json!(3));
-    // Row 0 of the wave has its crest and its trough.
+    // Row 0 contains the crest and the trough of the wave.
     assert!((report["half_range_um"].as_f64().unwrap() - 0.25).abs() < ROUNDING, "{report}");
     let magnitudes: ndarray::Array2<f64> = ndarray_npy::read_npy(path("term.npy")).unwrap();
     assert_eq!(magnitudes.dim(), (ny, nx));
@@ -69,7 +69,7 @@ fn a_term_is_the_transform_of_a_power_with_order_0_in_the_middle() {
     assert_eq!((width, height), (nx, ny));
     for (row, greys) in pixels.chunks(width).enumerate() {
         for (ix, &grey) in greys.iter().enumerate() {
-            // The first row is the highest order along y; five decades are 255 steps.
+            // The first row is the highest order along y. Five decades are 255 steps.
             let magnitude = expected(ny - 1 - row, ix);
             let shown = if magnitude > 0.0 { 255.0 + 51.0 * (magnitude / AT_ONE).log10() } else { 0.0 };
             assert_eq!(grey, shown.round() as u8, "row {row}, column {ix}");
@@ -78,7 +78,7 @@ fn a_term_is_the_transform_of_a_power_with_order_0_in_the_middle() {
 }
 
 #[test]
-fn a_height_field_shows_its_preview_and_its_tables() {
+fn previews_and_tables_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("preview.png");
     let arguments = ["height-field", "--preset", "blazed", "--tables", "--preview", path.to_str().unwrap()];
@@ -86,7 +86,7 @@ fn a_height_field_shows_its_preview_and_its_tables() {
     let tables = &report["tables"];
     assert!(tables["bytes"].as_u64().unwrap() > 0 && tables["build_seconds"].as_f64().unwrap() > 0.0);
     assert!(tables["table"]["relative_error"].as_f64().unwrap() <= 1e-3, "{tables}");
-    // The estimate knows nothing of refinement, which closes knots to 0.4 of their spacing at most.
+    // The estimate ignores refinement, which narrows knots to 0.4 of their spacing at most.
     let built = tables["table"]["bytes"].as_f64().unwrap();
     let estimate = report["table_bytes_estimate"].as_f64().unwrap();
     assert!((0.4 * built..=built).contains(&estimate), "{estimate} for {built}");
@@ -98,7 +98,7 @@ fn a_height_field_shows_its_preview_and_its_tables() {
 }
 
 #[test]
-fn the_snake_has_the_counts_it_reports() {
+fn the_mesh_has_the_reported_counts() {
     let folder = tempfile::tempdir().unwrap();
     let (mesh, pigment) = (folder.path().join("snake.ply"), folder.path().join("pigment.png"));
     let arguments = ["snake", "-o", mesh.to_str().unwrap(), "--pigment", pigment.to_str().unwrap()];
@@ -110,7 +110,7 @@ fn the_snake_has_the_counts_it_reports() {
     let arguments = ["snake", "-o", mesh.to_str().unwrap(), "--resolution", "0.5"];
     let report: Value = serde_json::from_str(&succeeded(run(&arguments, ""))).unwrap();
     let vertices = report["vertices"].as_u64().unwrap();
-    // Four cells along each edge of a scale, for six.
+    // Four cells along each edge of a scale in place of six.
     assert!((5200..5400).contains(&vertices) && header(&mesh).contains(&format!("element vertex {vertices}\n")));
 }
 

@@ -4,7 +4,7 @@ use super::support::{run, succeeded};
 use serde_json::{Value, json};
 
 #[test]
-fn a_blaze_lit_along_the_normal_is_bright_on_the_left() {
+fn a_blazed_grating_is_bright_at_its_facets_mirror_direction() {
     // A facet that rises along +x by tanα = 0.25/2.5 mirrors the normal to wo.x = −sin 2α = −0.198 (docs/model.md#the-phase-screen); the
     // orders lie at multiples of λ/2.5 µm, so the middle of the visible, 500 nm in the first order, is right there.
     let expected = -(2.0 * 0.1f64.atan()).sin();
@@ -12,7 +12,7 @@ fn a_blaze_lit_along_the_normal_is_bright_on_the_left() {
     let (map, picture) = (folder.path().join("map.exr"), folder.path().join("map.png"));
     let size = 61;
     for method in ["table", "exact", "flss", "pq", "nmm"] {
-        // nmm takes its wavelengths by the direction.
+        // The directions determine the wavelengths of nmm.
         let own: &[&str] = if method == "nmm" { &["--weighted"] } else { &["--lambda-step", "20"] };
         let (map, picture) = (map.to_str().unwrap(), picture.to_str().unwrap());
         let arguments = ["brdf-map", "--preset", "blazed", "--coherence-length", "20", "-o", map, "--png", picture];
@@ -47,7 +47,7 @@ fn a_blaze_lit_along_the_normal_is_bright_on_the_left() {
 
 #[test]
 fn a_map_has_y_upwards() {
-    // Light from azimuth 90° (+y) is mirrored to −y: the lower half of the picture.
+    // Light from azimuth 90° (+y) is mirrored to −y, in the lower half of the picture.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("map.exr");
     let path = path.to_str().unwrap();
@@ -59,7 +59,7 @@ fn a_map_has_y_upwards() {
     assert!((19..=20).contains(&column) && (29..=30).contains(&row), "column {column}, row {row}");
 }
 
-/// Pixels from the top row on.
+/// The pixels, by rows from the top.
 fn read_exr(path: &str) -> Vec<[f32; 3]> {
     use exr::prelude::*;
     let create = |size: Vec2<usize>, _: &RgbaChannels| (size.width(), vec![[0.0f32; 3]; size.area()]);

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 const ROUNDING: f64 = 1e-12;
 
 #[test]
-fn a_bad_line_is_refused_in_its_place() {
+fn a_bad_line_has_an_error_in_its_place() {
     let good = r#"{"wi":[0,0,1],"wo":[0,0.6,0.8],"wavelength":550}"#;
     let bad = [
         ("not json", "not JSON"),
@@ -35,14 +35,14 @@ fn a_bad_line_is_refused_in_its_place() {
         assert!(pair[0]["f"].as_f64().unwrap() >= 0.0);
         assert!(pair[1]["error"].as_str().unwrap_or_else(|| panic!("{line}: {}", pair[1])).contains(reason), "{line}");
     }
-    // Bytes that are not text, and a last line without its end.
+    // Bytes that are not UTF-8, and a last line without a line end.
     let output = succeeded(run(&["eval", "--preset", "flat"], b"\xff\xfe\n{\"wi\":[0,0,1]" as &[u8]));
     assert_eq!(output.lines().filter(|line| line.contains("error")).count(), 2, "{output}");
-    // The direct sum answers beyond the tables, whose sampler does not serve there.
+    // The direct sum answers outside the range of the tables, where the sampler has no density.
     let line = r#"{"wi":[0,0,1],"wo":[0,0,1],"wavelength":1000}"#;
     let answer = &eval(&["--preset", "flat", "--method", "exact"], &[line])[0];
     assert!(answer["f"].as_f64().unwrap() > 0.0 && answer["pdf"].is_null(), "{answer}");
-    // 0.9998 is unit length as printed numbers go.
+    // 0.9998 is of unit length within the tolerance.
     let line = r#"{"wi":[0,0,0.9998],"wo":[0,0,1],"wavelength":550}"#;
     let exact = r#"{"wi":[0,0,1],"wo":[0,0,1],"wavelength":550}"#;
     let answers = eval(&["--preset", "flat"], &[line, exact]);
@@ -50,15 +50,15 @@ fn a_bad_line_is_refused_in_its_place() {
 }
 
 #[test]
-fn answers_keep_the_order_of_many_lines() {
-    // More than one read's worth; each wavelength has its own value at the mirror direction of a plane.
+fn answers_keep_the_order_of_the_lines() {
+    // Several buffers of lines; the value at a plane's mirror direction differs with each wavelength.
     let count = 20_000;
     let nm = |i: usize| 400.0 + 300.0 * i as f64 / count as f64;
     let lines: Vec<String> =
         (0..count).map(|i| json!({"wi": [0, 0, 1], "wo": [0, 0, 1], "wavelength": nm(i)}).to_string()).collect();
     let answers = eval(&["--preset", "flat"], &lines);
     assert_eq!(answers.len(), count);
-    // Ensemble kernel at its peak, 4πs²/λ² with s = 16.25 µm.
+    // The peak of the ensemble's kernel, 4πs²/λ² with s = 16.25 µm.
     for (i, answer) in answers.iter().enumerate() {
         let expected = 4.0 * PI * (16.25 / (nm(i) * 1e-3)).powi(2);
         let found = answer["f"].as_f64().unwrap();
@@ -68,7 +68,7 @@ fn answers_keep_the_order_of_many_lines() {
 }
 
 #[test]
-fn an_array_of_wavelengths_is_answered_by_an_array_and_the_mean_density() {
+fn an_array_of_wavelengths_gives_an_array_and_the_mean_density() {
     let line =
         |nm: Value| json!({"wi": [0.6, 0, 0.8], "wo": [-0.5, 0.1, 0.74f64.sqrt()], "wavelength": nm}).to_string();
     let lines = [line(json!(450.0)), line(json!(610.0)), line(json!([450.0, 610.0])), line(json!([450.0]))];
@@ -80,7 +80,7 @@ fn an_array_of_wavelengths_is_answered_by_an_array_and_the_mean_density() {
 }
 
 #[test]
-fn swapping_the_directions_changes_nothing() {
+fn the_reflectance_is_reciprocal() {
     let pairs: Vec<_> = directions(200).zip(directions(400).skip(200)).collect();
     let line = |a: &[f64; 3], b: &[f64; 3]| json!({"wi": a, "wo": b, "wavelength": 520}).to_string();
     let forth: Vec<_> = pairs.iter().map(|(a, b)| line(a, b)).collect();
@@ -101,7 +101,7 @@ fn swapping_the_directions_changes_nothing() {
 }
 
 #[test]
-fn fresnel_reflectance_multiplies_the_value_and_not_the_density() {
+fn the_fresnel_factor_multiplies_the_value_alone() {
     let line = [r#"{"wi":[0.6,0,0.8],"wo":[-0.6,0,0.8],"wavelength":550}"#];
     let bare = &eval(&["--preset", "flat"], &line)[0];
     let metal = &eval(&["--preset", "flat", "--eta", "0.2", "--k", "3"], &line)[0];
@@ -113,7 +113,7 @@ fn fresnel_reflectance_multiplies_the_value_and_not_the_density() {
 }
 
 #[test]
-fn samples_agree_with_eval() {
+fn samples_match_eval() {
     let arguments = ["--preset", "blazed", "--coherence-length", "8", "--conserve-energy", "false", "--eta", "1.5"];
     let queries: Vec<Value> = directions(300)
         .zip(directions(600).skip(300))
@@ -141,7 +141,7 @@ fn samples_agree_with_eval() {
     assert!(kept.len() > queries.len() / 2 && kept.len() < queries.len(), "{}", kept.len());
     for (sample, answer) in kept.iter().zip(eval(&arguments, &back)) {
         let (pdf, cos) = (sample["pdf"].as_f64().unwrap(), sample["wo"][2].as_f64().unwrap());
-        // Normalising wo again moves it by a rounding, and the kernel's slope makes more of that.
+        // Normalising wo again moves it by a rounding, which the slope of the kernel amplifies.
         assert!((answer["pdf"].as_f64().unwrap() / pdf - 1.0).abs() < 1e-9, "{sample} {answer}");
         let list = |v: &Value| v.as_array().cloned().unwrap_or_else(|| vec![v.clone()]);
         for (weight, f) in list(&sample["weight"]).iter().zip(list(&answer["f"])) {
