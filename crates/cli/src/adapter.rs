@@ -22,9 +22,10 @@ const WINDOW_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Check the GPU adapter: compile every shader on it, then lose its device
 ///
-/// Opens the adapter that `sunbeam render` and `sunbeam view` open, and compiles each of their shaders. Then destroys the
-/// device, as a driver's reset does, and submits work to it. Prints as JSON the adapter, its driver, the compilation time
-/// of each shader in ms, and the error of the lost device. A shader that does not compile is an error that names it.
+/// Opens the adapter that `sunbeam render` and `sunbeam view` open, and compiles each of their shaders. Then destroys
+/// the device, as a driver's reset does, and submits work to it. Prints as JSON the adapter, its driver, the
+/// compilation time of each shader in ms, and the error of the lost device. A shader that does not compile is an error
+/// that names it.
 #[derive(clap::Args)]
 pub(crate) struct AdapterArgs {
     /// Adapter: any prefers a GPU, software is the software adapter [default: SUNBEAM_ADAPTER, else any]

@@ -49,8 +49,8 @@ enum Subject {
 /// --what stability measures errors as the relief grows deep and the directions graze, and checks the answers to random
 /// queries of random surfaces.
 ///
-/// --what sampler measures the standard deviation, the 99.9th percentile and the largest of the weight f_r·cosθo/pdf, for
-/// incidences from 0° to 85°, three azimuths and three wavelengths.
+/// --what sampler measures the standard deviation, the 99.9th percentile and the largest of the weight f_r·cosθo/pdf,
+/// for incidences from 0° to 85°, three azimuths and three wavelengths.
 #[derive(clap::Args)]
 pub(crate) struct BenchArgs {
     /// Subject of the measurement

@@ -18,8 +18,8 @@ const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
 
 /// Write a colour map of the reflectance over the outgoing hemisphere
 ///
-/// The hemisphere is seen from above: the pixel at (x, y) of the unit disc is the direction wo = (x, y, √(1−x²−y²)), x to
-/// the right, y up. Pixels outside the disc are black.
+/// The hemisphere is seen from above: the pixel at (x, y) of the unit disc is the direction wo = (x, y, √(1−x²−y²)), x
+/// to the right, y up. Pixels outside the disc are black.
 ///
 /// A pixel is Σ f_r(λ)·w(λ) in 1/sr over 380 to 780 nm. The weights w are those of D65 and the CIE 1931 2° observer in
 /// linear sRGB, and sum to (1, 1, 1). f_r has no cosine, so a white Lambertian surface is 1/π everywhere. Out-of-gamut
@@ -44,7 +44,8 @@ pub(crate) struct BrdfMapArgs {
     /// Processor that computes the map
     #[arg(long, value_enum, default_value_t = Backend::Cpu)]
     backend: Backend,
-    /// Adapter for --backend gpu: any prefers a GPU, software is the software adapter [default: SUNBEAM_ADAPTER, else any]
+    /// Adapter for --backend gpu: any prefers a GPU, software is the software adapter [default: SUNBEAM_ADAPTER, else
+    /// any]
     #[arg(long, value_name = "any|software")]
     adapter: Option<sunbeam_realtime::AdapterChoice>,
     /// Pixels along each side

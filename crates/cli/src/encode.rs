@@ -45,7 +45,7 @@ pub fn png(size: (usize, usize), colour: png::ColorType, pixels: &[u8]) -> Resul
 /// The radiance is multiplied by 2^`exposure`, and highlights are compressed.
 ///
 /// # Errors
-/// Those of [`png()`].
+/// The errors of [`png()`].
 pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], exposure: f64) -> Result<Vec<u8>, Box<dyn Error>> {
     let shown = |pixel: &[f32; 3]| srgb_bytes(tone_map(pixel.map(f64::from), exposure));
     let bytes: Vec<u8> = picture.iter().flat_map(shown).collect();
@@ -55,7 +55,7 @@ pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], exposure: f64
 /// Encodes an array in NumPy's format.
 ///
 /// # Errors
-/// Those of the encoder; none occurs in memory.
+/// The encoder's message; in memory none occurs.
 pub fn npy<A, S, D>(array: &ArrayBase<S, D>) -> Result<Vec<u8>, Box<dyn Error>>
 where
     A: WritableElement,

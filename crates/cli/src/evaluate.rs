@@ -1,7 +1,7 @@
 //! `sunbeam evaluate`: the check of a method in Single 2014, brightest angles against the grating equation.
 //!
-//! Symbols: θi and θr are the angles of incidence and of view with the normal, both in the plane of x; λ the wavelength;
-//! d the spacing of the grating. The first order leaves where λ = d·(sin θi + sin θr).
+//! Symbols: θi and θr are the angles of incidence and of view with the normal, both in the plane of x; λ the
+//! wavelength; d the spacing of the grating. The first order leaves where λ = d·(sin θi + sin θr).
 
 mod plot;
 
@@ -35,7 +35,8 @@ const VALUES_MAX: f64 = 1e8;
 ///
 /// Light comes in at --theta-i in the plane of x; the first order leaves on the other side of the normal. For each
 /// wavelength λ from 380 to below 780 nm, θr is the angle of the largest S/λ², and the grating equation gives the
-/// spacing d = λ/(sin θi + sin θr). Prints the mean and the variance of d over the wavelengths as JSON, with the angles.
+/// spacing d = λ/(sin θi + sin θr). Prints the mean and the variance of d over the wavelengths as JSON, with the
+/// angles.
 ///
 /// The method nmm has values only at the angles at which λ = |u|L/n for a whole n, with the tile's length L and
 /// u = sin θi + sin θr.
@@ -251,7 +252,8 @@ fn nearest(angles_deg: &[f64], step_deg: f64, angle_deg: f64) -> Option<usize> {
     (index >= 0.0 && index < angles_deg.len() as f64).then_some(index as usize)
 }
 
-/// The range of the angles of the first order of a spacing over the visible wavelengths, in whole degrees with a margin.
+/// The range of the angles of the first order of a spacing over the visible wavelengths, in whole degrees with a
+/// margin.
 fn first_order(theta_i_deg: f64, spacing_um: f64) -> (f64, f64) {
     let angle = |nm: f64| {
         let sin = 1e-3 * nm / spacing_um - theta_i_deg.to_radians().sin();

@@ -32,8 +32,8 @@ const SHORTEST_UM: f64 = 0.38;
 ///
 /// periods are the strongest along each axis in the power spectrum of the heights, with the direction of their waves in
 /// degrees from +x and their fraction of the variance. seams compare the step across the tile's edges with the steps
-/// between neighbours inside. chebyshev_terms is the number of transforms that the phase screen needs for --tolerance at
-/// 380 nm. table_bytes_estimate is the size of the table for --coherence-length.
+/// between neighbours inside. chebyshev_terms is the number of transforms that the phase screen needs for --tolerance
+/// at 380 nm. table_bytes_estimate is the size of the table for --coherence-length.
 #[derive(clap::Args)]
 pub(crate) struct HeightFieldArgs {
     #[command(flatten)]
@@ -51,7 +51,7 @@ pub(crate) struct HeightFieldArgs {
     ///
     /// h counts from the middle of the range of heights, which is 2H; order 0 is in the middle of the output. A .png is
     /// logarithmic over five decades, a .npy has 64-bit floats.
-    #[arg(long, value_name = "N", requires = "output", value_parser = RangedU64ValueParser::<usize>::new().range(1..=TERMS_MAX as u64))]
+    #[arg(long, value_name = "N", requires = "output", value_parser = term_numbers())]
     term: Option<usize>,
     /// File for a grey picture of the heights, black the lowest, +x right and +y up (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
@@ -59,6 +59,11 @@ pub(crate) struct HeightFieldArgs {
     /// Build the tables and report their size, build time, measured error and mean albedo
     #[arg(long)]
     tables: bool,
+}
+
+/// A parser for the number of a term.
+fn term_numbers() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=TERMS_MAX as u64)
 }
 
 /// A rectangle in µm from the lower left corner of a field.

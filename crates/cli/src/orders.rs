@@ -24,9 +24,9 @@ const POINTS_MAX: usize = 2000;
 
 /// Compute the orders of a grating: directions, efficiencies and absorption
 ///
-/// The relief must vary along x alone. Light comes from wi = (sinθ cosφ, sinθ sinφ, cosθ), given by --theta-i and --phi-i.
-/// An efficiency is the fraction of the incident power in an order: te for light whose magnetic field has no component
-/// along the grooves, tm for light whose electric field has none, mean for unpolarised light.
+/// The relief must vary along x alone. Light comes from wi = (sinθ cosφ, sinθ sinφ, cosθ), given by --theta-i and
+/// --phi-i. An efficiency is the fraction of the incident power in an order: te for light whose magnetic field has no
+/// component along the grooves, tm for light whose electric field has none, mean for unpolarised light.
 ///
 /// --theory rigorous solves Maxwell's equations. --theory scalar, the default, is the phase screen, which has the mean
 /// only and does not conserve energy.

@@ -15,8 +15,8 @@ use sunbeam_realtime::{AdapterChoice, KERATIN, Query, Renderer, Scene, StageTime
 
 /// Draw the snake on the GPU, without a window
 ///
-/// The snake lies on dark soil in the sun, with camera, light and pigment as in the Mitsuba scenes. One unit is 1 cm, z is
-/// up. The only light is direct sunlight, with sharp shadows. Without --eta the skin is keratin, of index 1.56.
+/// The snake lies on dark soil in the sun, with camera, light and pigment as in the Mitsuba scenes. One unit is 1 cm, z
+/// is up. The only light is direct sunlight, with sharp shadows. Without --eta the skin is keratin, of index 1.56.
 ///
 /// The picture is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, the times and the
 /// method's data as JSON.
@@ -33,8 +33,8 @@ pub(crate) struct RenderArgs {
     exposure: f64,
     /// File for the directions at each pixel's centre, as float32 (height, width, 8) (.npy)
     ///
-    /// The components are the unit vectors to the sun and to the camera in the relief's frame, 1 where the sun is visible
-    /// and 0 in shadow, and the cosine of the sun's angle. They are 0 off the mesh.
+    /// The components are the unit vectors to the sun and to the camera in the relief's frame, 1 where the sun is
+    /// visible and 0 in shadow, and the cosine of the sun's angle. They are 0 off the mesh.
     #[arg(long, value_name = "FILE", value_parser = output(&["npy"]))]
     pairs: Option<Output>,
     /// Width and height in pixels

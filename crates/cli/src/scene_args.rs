@@ -48,7 +48,8 @@ pub struct SceneArgs {
     #[arg(long, value_name = "DEGREES", default_value_t = 40.0, allow_negative_numbers = true)]
     light_elevation: f64,
     /// Direction to the sun, in place of the two angles
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["light_azimuth", "light_elevation"])]
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["light_azimuth", "light_elevation"])]
     light_from: Option<Point>,
 }
 

@@ -42,7 +42,8 @@ pub(crate) fn serve<A: Serialize>(
 
 /// The complete lines of the buffer, with their line ends.
 ///
-/// If the buffer has none, it is refilled until a line is complete or the input ends. No line means the end of the input.
+/// If the buffer has none, it is refilled until a line is complete or the input ends. No line means the end of the
+/// input.
 fn next_lines<R: Read>(input: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     let mut lines = Vec::new();
     loop {

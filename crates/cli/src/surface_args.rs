@@ -25,14 +25,16 @@ pub struct SurfaceArgs {
     /// Height from valley to peak in µm of blazed, sinusoidal and lamellar [default: 0.25, lamellar 0.125]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     height: Option<f64>,
-    /// Edge in µm of the sub-regions of the presets elaphe and xenopeltis; needs --region-spread [default: no sub-regions]
+    /// Edge in µm of the sub-regions of the presets elaphe and xenopeltis; needs --region-spread [default: no
+    /// sub-regions]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     region_size: Option<f64>,
     /// Relative deviation of the spatial frequency, up and down in alternate sub-regions, 0 to 0.1; needs --region-size
     /// [default: no sub-regions]
     #[arg(long, value_name = "FRACTION", allow_negative_numbers = true)]
     region_spread: Option<f64>,
-    /// File with a height field: .gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz, .txt, .csv, .asc, .dat or .grd
+    /// File with a height field: .gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz, .txt, .csv, .asc, .dat or
+    /// .grd
     #[arg(long, value_name = "FILE")]
     height_field: Option<PathBuf>,
     /// Edge of a pixel of the file in µm [default: the file's own]
@@ -41,8 +43,8 @@ pub struct SurfaceArgs {
     /// Height in µm of the file's largest value [default: the file's own]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     max_height: Option<f64>,
-    /// Channel of a file that holds several (.gwy, .spm, .tif, .x3p, NanoScope's text), by number or title [default: the first
-    /// height]
+    /// Channel of a file that holds several (.gwy, .spm, .tif, .x3p, NanoScope's text), by number or title [default:
+    /// the first height]
     #[arg(long, value_name = "CHANNEL")]
     channel: Option<String>,
     /// Heights for the missing points of the file [default: none, a file with missing points is refused]
@@ -61,8 +63,8 @@ pub struct SurfaceArgs {
     /// Obliquity factor; auto is small_slope where --k is at most a tenth of --eta, else stam [default: auto]
     #[arg(long, value_parser = names::<ObliquityChoice, _>(ObliquityChoice::ALL.map(ObliquityChoice::name)))]
     obliquity: Option<ObliquityChoice>,
-    /// Continuation of the tile: periodic repeats it, aperiodic leaves it alone [default: periodic for presets, aperiodic
-    /// for files]
+    /// Continuation of the tile: periodic repeats it, aperiodic leaves it alone [default: periodic for presets,
+    /// aperiodic for files]
     #[arg(long, value_parser = names::<Tiling, 2>(["periodic", "aperiodic"]))]
     tiling: Option<Tiling>,
     /// Form that is subtracted from the heights [default: none for presets, plane for files]

@@ -1,4 +1,5 @@
-//! Limits: builds are estimated before they begin and refused beyond a limit, and implausible lengths are refused by name.
+//! Limits: builds are estimated before they begin and refused beyond a limit, and implausible lengths are refused by
+//! name.
 
 #![allow(clippy::unwrap_used, reason = "helpers of tests are outside of `#[test]` functions")]
 
@@ -22,8 +23,8 @@ use support::{refused, run};
 
 /// Largest time of a refusal on a loaded machine; it takes a few milliseconds.
 const AT_ONCE: Duration = Duration::from_secs(10);
-/// Largest ratio between the estimated and the measured time of a build, either way. The estimate is good to 2; the rest
-/// is the machine's load.
+/// Largest ratio between the estimated and the measured time of a build, either way. The estimate is good to 2; the
+/// rest is the machine's load.
 const FAR_OFF: f64 = 5.0;
 
 #[test]
@@ -208,7 +209,7 @@ fn estimated_times_match_builds() {
         let (whole, table_seconds) = (options.demand(&field).estimate().seconds, table.estimate().seconds);
         let report = surface.report();
         println!(
-            "{json}: the table about {table_seconds:.2} s, all {whole:.2} s, took {on_two_cores:.2} s; {:.3} GB at most, \
+            "{json}: the table in {table_seconds:.2} s, all {whole:.2} s, took {on_two_cores:.2} s; {:.3} GB, \
              tables of {:.1} MB, {} estimated",
             options.demand(&field).estimate().bytes / 1e9,
             report.table.bytes as f64 / 1e6,

@@ -161,7 +161,8 @@ impl Truth {
     }
 }
 
-/// The Lagrange polynomial at `x` in [−1, 1] that is 1 at the Chebyshev node `cos(node_angle)` and 0 at the other nodes.
+/// The Lagrange polynomial at `x` in [−1, 1] that is 1 at the Chebyshev node `cos(node_angle)` and 0 at the other
+/// nodes.
 fn lagrange(node_angle: f64, x: f64, nodes: usize) -> f64 {
     // Σ_n (2 − δ_n0) T_n(cos α) T_n(cos θ)/N: each product is a sum of cosines of n(θ ± α), which add up to the
     // Dirichlet kernels of θ ± α.

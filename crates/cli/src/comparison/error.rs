@@ -11,7 +11,9 @@ pub(crate) enum CompareError {
         found.0, found.1, expected.0, expected.1)]
     Size { what: &'static str, expected: (usize, usize), found: (usize, usize) },
     /// No pixels, more than FLIP can index, or a number that differs from the size.
-    #[error("a picture of {} x {} pixels with {found} values cannot be compared; it must have 1 to 2^28 pixels and a value for each",
+    #[error(
+        "a picture of {} x {} pixels with {found} values cannot be compared; it must have 1 to 2^28 pixels and a value \
+         for each",
         size.0, size.1)]
     Shape { size: (usize, usize), found: usize },
     /// A channel that is NaN or infinite. Columns and rows count from 0 at the top left.

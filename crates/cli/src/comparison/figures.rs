@@ -46,7 +46,7 @@ pub(crate) struct Flip {
 }
 
 impl Figures {
-    /// Of the pixels `chosen`, at least one.
+    /// The figures over the pixels with the indices `chosen`, at least one.
     pub(super) fn new(a: &Picture, b: &Picture, chosen: &[usize], shown: &DisplayPair, flip_map: &[f32]) -> Self {
         let pairs = || {
             let pixels = chosen.iter().map(|&i| (a.pixels()[i], b.pixels()[i]));

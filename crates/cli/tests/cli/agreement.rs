@@ -3,7 +3,8 @@
 use super::service::{directions, eval, reflectance_of};
 use serde_json::json;
 
-/// Tolerance of the tables, which is the 99th percentile of their relative error. Single values may err by twice as much.
+/// Tolerance of the tables, which is the 99th percentile of their relative error. Single values may err by twice as
+/// much.
 const TOLERANCE: f64 = 1e-3;
 
 /// Compares the table's f with the direct sum's at `count` pairs of directions.

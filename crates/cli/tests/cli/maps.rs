@@ -5,8 +5,9 @@ use serde_json::{Value, json};
 
 #[test]
 fn a_blazed_grating_is_bright_at_its_facets_mirror_direction() {
-    // A facet that rises along +x by tanα = 0.25/2.5 mirrors the normal to wo.x = −sin 2α = −0.198 (docs/model.md#the-phase-screen); the
-    // orders lie at multiples of λ/2.5 µm, so the middle of the visible, 500 nm in the first order, is right there.
+    // A facet that rises along +x by tanα = 0.25/2.5 mirrors the normal to wo.x = −sin 2α = −0.198
+    // (docs/model.md#the-phase-screen); the orders lie at multiples of λ/2.5 µm, so the middle of the visible, 500 nm
+    // in the first order, is right there.
     let expected = -(2.0 * 0.1f64.atan()).sin();
     let folder = tempfile::tempdir().unwrap();
     let (map, picture) = (folder.path().join("map.exr"), folder.path().join("map.png"));

@@ -107,8 +107,8 @@ fn published_methods_find_the_spacing_of_the_blazed_grating() {
     for method in ["flss", "nmm", "pq", "exact"] {
         let arguments = ["evaluate", "--method", method, "--model", "patch", "--plot", plot.to_str().unwrap()];
         let found: Value = serde_json::from_str(&succeeded(run(&[&arguments[..], &sources].concat(), ""))).unwrap();
-        // Single 2014 found 2499.997 nm with a variance of 0.377 nm². A step of 0.01° is 0.2 nm² at 50°, and the Gaussian
-        // over λ² has its peak some thousandths of a degree beside the order.
+        // Single 2014 found 2499.997 nm with a variance of 0.377 nm². A step of 0.01° is 0.2 nm² at 50°, and the
+        // Gaussian over λ² has its peak some thousandths of a degree beside the order.
         assert!((found["mean_nm"].as_f64().unwrap() - 2500.0).abs() < 1.0, "{method}: {found}");
         assert!(found["variance_nm2"].as_f64().unwrap() < 0.5, "{method}: {found}");
         assert_eq!(found["peaks_deg"].as_array().unwrap().len(), 80);

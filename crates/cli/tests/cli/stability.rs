@@ -4,8 +4,8 @@
 use std::sync::LazyLock;
 use sunbeam_cli::benchmarks::stability::{DeepPoint, GrazingSurface, deep_relief, grazing, random_queries};
 
-/// Rounding of an order's amplitude in single precision: sums of up to 400 terms of modulus 1, with roundings of 6e-8 each
-/// that add up as a random walk.
+/// Rounding of an order's amplitude in single precision: sums of up to 400 terms of modulus 1, with roundings of 6e-8
+/// each that add up as a random walk.
 const SINGLE: f64 = 2e-6;
 /// Error of an order's amplitude in double precision: the remainder of the series, 1e-8, and a far smaller rounding.
 const DOUBLE: f64 = 1.1e-8;

@@ -54,7 +54,7 @@ impl Candidate {
         }
     }
 
-    /// `f_r` in 1/sr at a wavelength in nm, without the Fresnel factor; `None` from methods that know colours only.
+    /// `f_r` in 1/sr at a wavelength in nm, without the Fresnel factor; `None` from methods without spectra.
     pub(super) fn spectral(&self, pair: &DirectionPair, factor: f64, nm: f64) -> Option<f64> {
         match &self.evaluator {
             Evaluator::Colour(method) => {

@@ -20,11 +20,12 @@ const DELTA_E_OF_NAN: f64 = 100.0;
 
 /// Errors over all directions.
 ///
-/// A relative error is the root of the summed squared deviations over the summed squared reference, so bright directions
-/// count most. For ΔE₂₀₀₀, colours are exposed for each direction of incidence so that a tenth of the lit directions clips.
+/// A relative error is the root of the summed squared deviations over the summed squared reference, so bright
+/// directions count most. For ΔE₂₀₀₀, colours are exposed for each direction of incidence so that a tenth of the lit
+/// directions clips.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(crate) struct Errors {
-    /// Relative error of `f_r` at every 5 nm; `None` from methods that know colours only.
+    /// Relative error of `f_r` at every 5 nm; `None` from methods without spectra.
     pub(crate) spectral_rmse: Option<f64>,
     /// Relative error of the CIE XYZ of `f_r`.
     pub(crate) xyz_rmse: f64,

@@ -9,7 +9,7 @@ use std::hint::black_box;
 
 /// Smallest number of directions of a timing: the mean over fewer depends on which ones they are.
 const DIRECTIONS_MIN: usize = 64;
-/// Fraction of [`Effort::repetition_ms`] that a timing lasts at least, over whole passes: long beside the clock's steps.
+/// Fraction of [`Effort::repetition_ms`] that a timing lasts at least: long compared with the resolution of the clock.
 const TIMED_FRACTION: f64 = 0.2;
 
 /// Time per colour, over the repetitions of one run.

@@ -125,7 +125,8 @@ fn series_error<T: Precision + Into<f64>>(field: &HeightField, series: Series, t
     largest(truth.iter().enumerate().map(|(bin, c)| (double(expansion.amplitude(kappa, bin)) - c).norm()))
 }
 
-/// Errors of S at `count` scattering vectors and wavelengths over the whole range, half of them near the centre of an order.
+/// Errors of S at `count` scattering vectors and wavelengths over the whole range, half of them near the centre of an
+/// order.
 ///
 /// An error is relative to the largest of the patch's value, the ensemble's value and the density floor.
 fn method_errors(field: &HeightField, method: &Flss, count: usize) -> Vec<f64> {

@@ -59,7 +59,8 @@ pub struct RandomQueries {
     pub albedo: f64,
     /// Number of these albedos above 1 by more than their surface's tolerance and 0.001.
     pub albedos_above: u64,
-    /// Largest mean weight of a surface's samples, less four standard errors. The mean weight estimates the mean albedo.
+    /// Largest mean weight of a surface's samples, less four standard errors. The mean weight estimates the mean
+    /// albedo.
     pub mean_weight: f64,
     /// Largest excess of an albedo over 1.001, in units of its surface's tolerance.
     pub albedo_excess: f64,

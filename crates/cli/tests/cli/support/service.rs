@@ -45,8 +45,8 @@ pub fn surface(arguments: &[&str]) -> Surface {
 /// The reflectance that errors of the tables are relative to.
 ///
 /// It is the larger of the mean density over κ and the density floor, times the obliquity factor `stam`. Energy
-/// conservation and shadowing lower both reflectances, and the factor `unit` is at most `stam`, so for them the check is
-/// weaker.
+/// conservation and shadowing lower both reflectances, and the factor `unit` is at most `stam`, so for them the check
+/// is weaker.
 pub fn reflectance_of(mean_density: f64, wi: [f64; 3], wo: [f64; 3], wavelength_nm: f64) -> f64 {
     let dot: f64 = wi.iter().zip(wo).map(|(a, b)| a * b).sum();
     let w = wi[2] + wo[2];
