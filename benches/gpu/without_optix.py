@@ -28,7 +28,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def without(variant: str) -> dict:
-    """Whether the calls work, and the end of the render, which does not decide `passed`."""
+    """Runs the process without OptiX; `passed` is whether the calls work, however the render ends."""
     child = [sys.executable, "-m", __name__, variant]
     done = subprocess.run(
         child, env={**os.environ, VARIABLE: NOWHERE}, cwd=REPOSITORY, capture_output=True, text=True, timeout=60

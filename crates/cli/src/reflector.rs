@@ -25,10 +25,15 @@ const CONCURRENT_PIXELS_MAX: usize = 1 << 16;
 
 /// The evaluator of a method.
 enum Evaluator {
+    /// The direct sum over the relief.
     Exact(Box<Exact>),
+    /// The spectral tables.
     Table(Arc<Surface>),
+    /// A method of colours in single precision.
     Realtime(Box<dyn methods::Method>),
+    /// The tables of a grating by Maxwell's equations.
     Grating(Arc<(GratingSurface, Origin)>),
+    /// A grating by Maxwell's equations that is solved for each query.
     ExactGrating(Box<ExactGrating>),
 }
 
