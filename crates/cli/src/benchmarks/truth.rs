@@ -11,6 +11,7 @@
 //! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`], and [`Truth::check`]
 //! compares with [`Exact`] itself.
 
+use crate::arguments::VISIBLE_NM;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -50,8 +51,6 @@ pub(crate) struct TruthCheck {
 
 /// The orders along one axis.
 struct Axis {
-    /// Length of the tile in µm.
-    extent_um: f64,
     pixels: i64,
     /// Factor a of the amplitude's Gaussian `exp(−a·d²)`, d the distance in orders.
     sharpness: f64,
@@ -75,6 +74,43 @@ impl Axis {
     }
 }
 
+/// The orders of the tile along both axes.
+struct Orders {
+    x: Axis,
+    y: Axis,
+}
+
+impl Orders {
+    /// Adds the weighted amplitudes and powers of the orders around a frequency to `total` (amplitude, power).
+    ///
+    /// `position` is the frequency in orders along x and y, `amplitudes` are those of all orders at one κ. `weight` is
+    /// computed if there are such orders. `gauss` is scratch memory.
+    fn add(
+        &self,
+        position: [f64; 2],
+        amplitudes: &[Complex64],
+        weight: impl FnOnce() -> f64,
+        gauss: &mut [Vec<f64>; 2],
+        total: &mut (Complex64, f64),
+    ) {
+        let [gauss_x, gauss_y] = gauss;
+        let first_x = self.x.gaussians(position[0], gauss_x);
+        let first_y = self.y.gaussians(position[1], gauss_y);
+        if gauss_x.is_empty() || gauss_y.is_empty() {
+            return;
+        }
+        let weight = weight();
+        for (jy, gauss_y) in (first_y..).zip(&*gauss_y) {
+            let row = jy.rem_euclid(self.y.pixels) * self.x.pixels;
+            for (jx, gauss_x) in (first_x..).zip(&*gauss_x) {
+                let c = amplitudes[(row + jx.rem_euclid(self.x.pixels)) as usize] * (gauss_x * gauss_y);
+                total.0 += weight * c;
+                total.1 += weight * c.norm_sqr();
+            }
+        }
+    }
+}
+
 impl Truth {
     /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 to 780 nm in steps of `step_nm`.
     pub(crate) fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
@@ -83,42 +119,29 @@ impl Truth {
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
         let axis = |extent_um: f64, pixels: usize| Axis {
-            extent_um,
             pixels: pixels as i64,
             sharpness: 2.0 * (PI * s / extent_um).powi(2),
         };
-        let (x, y) = (axis(lx, nx), axis(ly, ny));
-        let wavelengths = (400.0 / step_nm + 1e-9).floor() as usize + 1;
-        let wavelength_um = |i: usize| (380.0 + i as f64 * step_nm) * 1e-3;
-        let kappa_max = TAU * sums.iter().map(|q| q[2]).fold(0.0, f64::max) / 0.38;
+        let tile = Orders { x: axis(lx, nx), y: axis(ly, ny) };
+        let (first_nm, last_nm) = (*VISIBLE_NM.start(), *VISIBLE_NM.end());
+        let wavelengths = ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize + 1;
+        let wavelength_um = |i: usize| (first_nm + i as f64 * step_nm) * 1e-3;
+        let kappa_max = TAU * sums.iter().map(|q| q[2]).fold(0.0, f64::max) / wavelength_um(0);
         let nodes = chebyshev_terms(kappa_max * transform.half_range_um(), REMAINDER) + 2;
         let mut totals = vec![(Complex64::ZERO, 0.0f64); sums.len() * wavelengths];
         for node in 0..nodes {
             let node_angle = PI * (node as f64 + 0.5) / nodes as f64;
-            let orders = transform.amplitudes(0.5 * kappa_max * (1.0 + node_angle.cos()));
-            totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(
-                || (Vec::new(), Vec::new()),
-                |(gauss_x, gauss_y), (totals, q)| {
-                    for (i, (amplitude, power)) in totals.iter_mut().enumerate() {
-                        let um = wavelength_um(i);
-                        let first_x = x.gaussians(q[0] * x.extent_um / um, gauss_x);
-                        let first_y = y.gaussians(q[1] * y.extent_um / um, gauss_y);
-                        if gauss_x.is_empty() || gauss_y.is_empty() {
-                            continue;
-                        }
-                        let at = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
-                        let weight = lagrange(node_angle, at, nodes);
-                        for (jy, gauss_y) in (first_y..).zip(&*gauss_y) {
-                            let row = jy.rem_euclid(y.pixels) * x.pixels;
-                            for (jx, gauss_x) in (first_x..).zip(&*gauss_x) {
-                                let c = orders[(row + jx.rem_euclid(x.pixels)) as usize] * (gauss_x * gauss_y);
-                                *amplitude += weight * c;
-                                *power += weight * c.norm_sqr();
-                            }
-                        }
-                    }
-                },
-            );
+            let amplitudes = transform.amplitudes(0.5 * kappa_max * (1.0 + node_angle.cos()));
+            let add_node = |gauss: &mut [Vec<f64>; 2], (totals, q): (&mut [(Complex64, f64)], &[f64; 3])| {
+                for (i, total) in totals.iter_mut().enumerate() {
+                    let um = wavelength_um(i);
+                    // κ from 0 to its largest value, on [−1, 1].
+                    let at = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
+                    let position = [q[0] * lx / um, q[1] * ly / um];
+                    tile.add(position, &amplitudes, || lagrange(node_angle, at, nodes), gauss, total);
+                }
+            };
+            totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
         }
         let peak = |i: usize| 4.0 * PI * s * s / wavelength_um(i % wavelengths).powi(2);
         let patch = totals.iter().enumerate().map(|(i, (amplitude, _))| peak(i) * amplitude.norm_sqr()).collect();
@@ -144,7 +167,7 @@ impl Truth {
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
             // A prime stride reaches every wavelength.
             let wavelength = (i * 7919) % self.wavelengths;
-            let um = (380.0 + wavelength as f64 * self.step_nm) * 1e-3;
+            let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;
             let q = self.sums[pair];
             let value = |model: Model| {
                 let options = Options { model, coherence_length_um: self.coherence_length_um, ..Options::default() };
