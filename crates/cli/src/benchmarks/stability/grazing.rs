@@ -55,6 +55,7 @@ pub struct GrazingPoint {
 /// # Errors
 /// Tables that cannot be built.
 pub fn grazing(directions: usize) -> Result<Vec<GrazingSurface>, BenchError> {
+    // 17 × 13 pixels of 0.11 × 0.23 µm, and heights up to 0.4 µm.
     let rough = rough(&mut Random::new(7), (17, 13), (0.11, 0.23), 0.4)?;
     [
         ("blazed", Preset::Blazed.build(None, None)?),
