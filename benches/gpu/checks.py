@@ -28,7 +28,7 @@ def run(checks: Iterable[Check], results: Path) -> bool:
             row = without_nan(row)
             lines.write(json.dumps(row, allow_nan=False) + "\n")
             lines.flush()
-            print(f"  {told(row)}", flush=True)
+            print(f"  {summary(row)}", flush=True)
             passed = passed and row.get("passed") is not False
     return passed
 
@@ -49,8 +49,8 @@ def without_nan(value):
     return value
 
 
-def told(row: dict) -> str:
-    """A row as one line for people."""
+def summary(row: dict) -> str:
+    """A row as one line of text."""
     mark = {True: "ok    ", False: "FAILED", None: "      "}[row.get("passed")]
     figures = ", ".join(flattened({k: v for k, v in row.items() if k not in ("check", "passed", "seconds")}))
     return f"{mark} {row['check']} ({row['seconds']:.1f} s): {figures}"

@@ -57,13 +57,13 @@ def run_part(name: str, run: Run) -> dict:
         rows, log = folder / "rows", folder / "log"
         rows.touch()
         start = time.monotonic()
-        code = watched(child(name, run, rows), environment(name, folder), log, limit)
+        code = run_with_limit(child(name, run, rows), environment(name, folder), log, limit)
         seconds = round(time.monotonic() - start, 2)
         lines = [json.loads(line) for line in rows.read_text(encoding="utf-8").splitlines()]
-        said = log.read_text(encoding="utf-8", errors="replace").strip()
-    if said:
-        print(said, file=sys.stderr, flush=True)
-    error = None if code in (0, FAILED) else end_of(code, limit, said)
+        stderr = log.read_text(encoding="utf-8", errors="replace").strip()
+    if stderr:
+        print(stderr, file=sys.stderr, flush=True)
+    error = None if code in (0, FAILED) else failure(code, limit, stderr)
     passed = code == 0 and bool(lines)
     return {"status": "passed" if passed else "failed", "error": error, "seconds": seconds, "rows": lines}
 
@@ -88,10 +88,10 @@ def environment(name: str, folder: Path) -> dict[str, str]:
     return {**os.environ, **caches}
 
 
-def watched(words: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
+def run_with_limit(words: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
     """Runs a process with a time limit and returns its exit status, negative for a signal, `None` at the limit."""
-    with log.open("wb") as said:
-        process = subprocess.Popen(words, env=environment, cwd=REPOSITORY, stderr=said, start_new_session=True)
+    with log.open("wb") as stderr:
+        process = subprocess.Popen(words, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
         try:
             return process.wait(timeout=limit)
         except subprocess.TimeoutExpired:
@@ -109,13 +109,13 @@ def end_group(process: subprocess.Popen) -> None:
     process.wait()
 
 
-def end_of(code: int | None, limit: float, said: str) -> str:
+def failure(code: int | None, limit: float, stderr: str) -> str:
     """A message for a process that ended without a result."""
     if code is None:
         return f"ended at its limit of {limit:.0f} s"
     if code < 0:
         return f"ended by {signal.Signals(-code).name}"
-    return said.splitlines()[-1] if said else f"exit status {code}"
+    return stderr.splitlines()[-1] if stderr else f"exit status {code}"
 
 
 def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:

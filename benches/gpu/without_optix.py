@@ -37,11 +37,11 @@ def without(variant: str) -> dict:
     found = {key: value for step in steps for key, value in step.items()}
     if "render" not in found:
         lines = done.stderr.strip().splitlines()
-        found["render"] = f"{ended(done.returncode)}: {lines[-1] if lines else 'no message'}"
+        found["render"] = f"{exit_text(done.returncode)}: {lines[-1] if lines else 'no message'}"
     return {"passed": found.get("value", 0) > 0, **found}
 
 
-def ended(code: int) -> str:
+def exit_text(code: int) -> str:
     """A message for an exit status."""
     return f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
 
