@@ -1,5 +1,6 @@
 //! The directions at which methods are timed and their errors computed.
 
+use crate::arguments::direction_from_degrees;
 use std::f64::consts::TAU;
 use sunbeam::height_field::random::Random;
 use sunbeam::lobe::Surface;
@@ -48,9 +49,8 @@ pub(crate) fn directions(surface: &Surface, count: usize) -> Vec<DirectionPair> 
     (0..count)
         .map(|i| {
             let (incident, round) = (i % INCIDENT_DEG.len(), i / INCIDENT_DEG.len());
-            let (theta, phi) = INCIDENT_DEG[incident];
-            let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
-            let wi = rounded([st * cp, st * sp, ct]);
+            let (theta_deg, phi_deg) = INCIDENT_DEG[incident];
+            let wi = rounded(direction_from_degrees(theta_deg, phi_deg));
             let wo = if round % 2 == 0 { uniform(round / 2) } else { sampled(surface, wi, &mut random) };
             DirectionPair { wi, wo: rounded(wo), incident }
         })

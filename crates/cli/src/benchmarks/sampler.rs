@@ -1,11 +1,11 @@
 //! Statistics of the sampling weight `f_r·cosθo/pdf`, which is constant for a perfect sampler.
 
+use crate::arguments::direction_from_degrees;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use serde::Serialize;
 use sunbeam::lobe::Surface;
-use sunbeam::scattering::Vec3;
 
 /// Incident polar angles in degrees.
 pub const THETAS_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
@@ -53,7 +53,7 @@ pub fn sampler(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
 /// The random numbers are the same in every call.
 pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_nm: f64, samples: usize) -> SamplerRow {
     let mut random = Pcg64::seed_from_u64(31);
-    let wi = direction(theta_deg, phi_deg);
+    let wi = direction_from_degrees(theta_deg, phi_deg);
     let samples = samples.max(1);
     let mut lost = 0;
     let mut weights: Vec<f64> = (0..samples)
@@ -78,10 +78,4 @@ pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_n
         max_to_mean: relative(weights[samples - 1]),
         lost: lost as f64 / count,
     }
-}
-
-/// The unit vector at a polar angle and an azimuth in degrees.
-fn direction(theta_deg: f64, phi_deg: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
-    [st * cp, st * sp, ct]
 }

@@ -1,7 +1,8 @@
 //! Incidence up to 89.99°: errors of the tables against the direct sum, reciprocity and albedo.
 
-use super::relief::{direction, rough, sinusoid, uniform_direction};
+use super::relief::{rough, sinusoid, uniform_direction};
 use super::{largest, percentile_99, table_error};
+use crate::arguments::direction_from_degrees;
 use crate::benchmarks::BenchError;
 use serde::Serialize;
 use sunbeam::height_field::random::Random;
@@ -123,14 +124,19 @@ fn queries(theta_deg: f64, surface: &Surface, count: usize, random: &mut Random)
     let mut queries = Vec::new();
     for nm in WAVELENGTHS_NM {
         for phi in [0.0, 35.0, 90.0, 180.0] {
-            let wi = direction(theta_deg, phi);
-            let others = [direction(theta_deg, phi + 180.0), wi, direction(theta_deg, phi + 90.0), NORMAL];
-            let at_horizon = [direction(89.99, phi + 170.0), direction(89.99, phi)];
+            let wi = direction_from_degrees(theta_deg, phi);
+            let others = [
+                direction_from_degrees(theta_deg, phi + 180.0),
+                wi,
+                direction_from_degrees(theta_deg, phi + 90.0),
+                NORMAL,
+            ];
+            let at_horizon = [direction_from_degrees(89.99, phi + 170.0), direction_from_degrees(89.99, phi)];
             queries.extend(others.into_iter().chain(at_horizon).map(|wo| (wi, wo, nm)));
         }
     }
     while queries.len() < count {
-        let (wi, nm) = (direction(theta_deg, random.between(-180.0, 180.0)), random.between(360.0, 830.0));
+        let (wi, nm) = (direction_from_degrees(theta_deg, random.between(-180.0, 180.0)), random.between(360.0, 830.0));
         let u = [random.unit(), random.unit(), random.unit()];
         let sampled = surface.sample_direction(wi, &[nm], u);
         let is_uniform = queries.len().is_multiple_of(2);

@@ -2,7 +2,8 @@
 //!
 //! A query is a pair of directions and a wavelength, with three random numbers for a sample.
 
-use super::relief::{direction, rough, sinusoid, step, uniform_direction};
+use super::relief::{rough, sinusoid, step, uniform_direction};
+use crate::arguments::direction_from_degrees;
 use crate::benchmarks::BenchError;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -248,7 +249,7 @@ fn wavelength(random: &mut Random) -> f64 {
 /// A random incident direction; a quarter lie within a degree of the horizon, up to 89.99°.
 fn incident(random: &mut Random) -> Vec3 {
     if random.unit() < 0.25 {
-        direction(random.between(89.0, 89.99), random.between(-180.0, 180.0))
+        direction_from_degrees(random.between(89.0, 89.99), random.between(-180.0, 180.0))
     } else {
         uniform_direction(random)
     }
@@ -259,7 +260,7 @@ fn outgoing(random: &mut Random, wi: Vec3, sampled: Option<Vec3>) -> Vec3 {
     match (random.unit() * 8.0) as u32 {
         0 => [-wi[0], -wi[1], wi[2]],
         1 => wi,
-        2 => direction(random.between(89.9, 89.99), random.between(-180.0, 180.0)),
+        2 => direction_from_degrees(random.between(89.9, 89.99), random.between(-180.0, 180.0)),
         3 => uniform_direction(random),
         _ => sampled.unwrap_or_else(|| uniform_direction(random)),
     }

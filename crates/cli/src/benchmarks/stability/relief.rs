@@ -1,5 +1,6 @@
 //! Reliefs and directions for the sweeps.
 
+use crate::arguments::direction_from_degrees;
 use ndarray::Array2;
 use std::f64::consts::TAU;
 use sunbeam::height_field::random::Random;
@@ -35,14 +36,8 @@ pub(super) fn step(
     HeightField::new(Array2::from_shape_fn((ny, nx), height), dx_um, dy_um)
 }
 
-/// The unit vector at the polar angle `theta` and the azimuth `phi`, in degrees.
-pub(super) fn direction(theta: f64, phi: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
-    [st * cp, st * sp, ct]
-}
-
 /// A random direction, uniform in solid angle over the upper hemisphere.
 pub(super) fn uniform_direction(random: &mut Random) -> Vec3 {
     let theta = (1.0 - random.unit()).acos().to_degrees();
-    direction(theta, random.between(-180.0, 180.0))
+    direction_from_degrees(theta, random.between(-180.0, 180.0))
 }
