@@ -5,9 +5,9 @@ use sunbeam_cli::Outcome;
 use sunbeam_cli::method_args::MethodArgs;
 use sunbeam_cli::output::{Output, output};
 use sunbeam_cli::realtime::Realtime;
-use sunbeam_cli::scene_args::{KERATIN, SceneArgs, Size};
+use sunbeam_cli::scene_args::{SceneArgs, Size};
 use sunbeam_cli::surface_args::SurfaceArgs;
-use sunbeam_realtime::{AdapterChoice, Orbit};
+use sunbeam_realtime::{AdapterChoice, KERATIN, Orbit};
 
 /// Where a picture is saved unless the arguments say.
 const SCREENSHOT: &str = "sunbeam.png";

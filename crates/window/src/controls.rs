@@ -51,7 +51,7 @@ fn index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
     switch(ui, "Reflects all", &mut reflects_all);
     match index {
         _ if reflects_all => *index = None,
-        None => *index = Some(sunbeam_cli::scene_args::KERATIN),
+        None => *index = Some(sunbeam_realtime::KERATIN),
         Some(index) => {
             number(ui, "eta", &mut index.eta, INDEX, 0.01, "");
             number(ui, "k", &mut index.k, 0.0..=*INDEX.end(), 0.01, "");
