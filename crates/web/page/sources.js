@@ -5,7 +5,7 @@ import { change, settingsChanged } from "./settings.js";
 import { byId, page } from "./state.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** Largest file in bytes: it has to fit into the memory of a tab twice. A scan of 4096² in double precision has 134e6. */
+/** Largest file in bytes: it has to fit into a tab's memory twice. A scan of 4096² in double precision has 134e6. */
 const FILE_BYTES_MAX = 512e6;
 
 /** The surface without the fields that belong to its source of heights. */
@@ -24,7 +24,8 @@ export function choosePreset(preset) {
 export async function chooseFile(file) {
   showMessage(null);
   if (file.size > FILE_BYTES_MAX) {
-    showMessage(`${file.name} has ${Math.round(file.size / 1e6)} MB, and the page reads files of up to ${FILE_BYTES_MAX / 1e6} MB.`);
+    const [size, most] = [file.size, FILE_BYTES_MAX].map((bytes) => Math.round(bytes / 1e6));
+    showMessage(`${file.name} has ${size} MB, and the page reads files of up to ${most} MB.`);
     return;
   }
   let sha256;
