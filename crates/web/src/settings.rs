@@ -303,7 +303,8 @@ impl Settings {
     pub fn keys(&self) -> Keys {
         let config = self.config();
         // Heights do not depend on how the tile goes on.
-        let relief = ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() };
+        let mut relief = SurfaceConfig::default();
+        relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
         let mut method = config;
         if method.conserve_energy != Some(true) {
             // Then these are the shader's optics, which are set without building anything.

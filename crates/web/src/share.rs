@@ -172,13 +172,12 @@ fn shape(settings: &Settings) -> String {
 
 /// Names and values of the surface's parameters, except those that have the library's default.
 fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
-    let (config, default) = (settings.config(), SurfaceConfig::default());
-    let mut source = config.relief_source();
+    let (mut config, default) = (settings.config(), SurfaceConfig::default());
     if let Source::Preset(preset) = config.source() {
-        source.preset = Some(preset);
+        config.preset = Some(preset);
     }
-    let source = serde_json::to_value(source).unwrap_or_default();
-    let given = |name: &&'static str| Some((*name, plain(source.get(name)?)));
+    let fields = serde_json::to_value(&config).unwrap_or_default();
+    let given = |name: &&'static str| Some((*name, plain(fields.get(name)?)));
     let mut words: Vec<_> = ReliefSource::NAMES.iter().filter_map(given).collect();
     let mut number = |name, value: f64, default: f64| {
         if value != default {
