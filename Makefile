@@ -113,13 +113,13 @@ lint: $(READY)
 	.venv/bin/ruff check
 	.venv/bin/ruff format --check
 	.venv/bin/mypy
-	.venv/bin/clang-format --dry-run -Werror crates/mitsuba/cpp_shim/*.cpp crates/mitsuba/cpp_shim/*.h
+	.venv/bin/clang-format --dry-run -Werror cpp_shim/*.cpp cpp_shim/*.h
 
 format: $(READY)
 	$(CARGO) fmt
 	.venv/bin/ruff check --fix
 	.venv/bin/ruff format
-	.venv/bin/clang-format -i crates/mitsuba/cpp_shim/*.cpp crates/mitsuba/cpp_shim/*.h
+	.venv/bin/clang-format -i cpp_shim/*.cpp cpp_shim/*.h
 
 crosscheck: plugin tool
 	$(PY) -m mitsuba_scenes.crosscheck
@@ -153,7 +153,7 @@ bench-gpu: plugin
 # Those named in PAGES, or all. The page peers stays as it is unless PEER names the program that it needs.
 figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
-	$(PY) -m mitsuba_scenes.evaluation $(PAGES)
+	$(PY) -m docs.figures $(PAGES)
 
 # The site of docs/. Warnings are errors: what they tell of is a page that nobody finds, or a link that leads nowhere.
 docs: $(READY)

@@ -9,12 +9,15 @@ fn main() {
 }
 
 /// Whose sources these are.
-const TABLES_FOLDERS: [&str; 9] = [
+const TABLES_FOLDERS: [&str; 12] = [
     "src/colour",
     "src/colour_table",
     "src/grating",
     "src/numeric",
-    "src/reflectance",
+    "src/energy",
+    "src/lobe",
+    "src/sampling",
+    "src/scattering",
     "src/table",
     "src/transform",
     "crates/fourier/src",

@@ -12,9 +12,9 @@ from pathlib import Path
 REPOSITORY = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(REPOSITORY))
 
+from docs.figures import headline, rgb_against_spectral, time_to_error  # noqa: E402
 from mitsuba_scenes import environment  # noqa: E402 (the line above makes it importable)
 from mitsuba_scenes.environment import SetupError  # noqa: E402
-from mitsuba_scenes.evaluation import headline, rgb_against_spectral, time_to_error  # noqa: E402
 from mitsuba_scenes.outputs import output_file  # noqa: E402
 
 

@@ -6,8 +6,8 @@ copyright = "the sunbeam authors, MIT licence"
 
 extensions = ["myst_parser", "sphinx.ext.mathjax"]
 source_suffix = {".md": "markdown"}
-# Neither the templates of generated pages nor their numbers are pages.
-exclude_patterns = ["templates", "data"]
+# Generators of pages, their templates and their data are not pages.
+exclude_patterns = ["figures", "templates", "data"]
 
 myst_enable_extensions = ["dollarmath"]
 # Headings down to this level can be linked to, by the names that code hosts give them.

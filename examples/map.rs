@@ -3,7 +3,7 @@
 use std::io::Write;
 use sunbeam::colour::srgb_encode;
 use sunbeam::methods::{MethodKind, MethodOptions, build};
-use sunbeam::reflectance::Pair;
+use sunbeam::scattering::Pair;
 use sunbeam::{Options, Preset};
 
 const SIZE: usize = 256;

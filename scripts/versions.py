@@ -53,7 +53,7 @@ VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral")
 
 def releases() -> list[str]:
     """What `RELEASES` in the plugin's build script lists, the newest first."""
-    script = (REPOSITORY / "crates" / "mitsuba" / "build.rs").read_text(encoding="utf-8")
+    script = (REPOSITORY / "cpp_shim" / "build.rs").read_text(encoding="utf-8")
     return re.findall(r'Release \{ mitsuba: "([\d.]+)"', script)
 
 

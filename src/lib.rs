@@ -41,7 +41,7 @@
 //! # Where what is
 //!
 //! What most programs begin with is here at the root; everything else is in its room. Data flows one way:
-//! [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`reflectance`], [`methods`] → whoever asks (a
+//! [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`scattering`], [`sampling`], [`energy`] → [`lobe`], [`methods`] → whoever asks (a
 //! command line, a plugin for Mitsuba, a C interface and a realtime renderer are packages of their own). Nothing here
 //! knows who that is.
 //!
@@ -72,11 +72,14 @@ mod clock;
 pub mod colour;
 pub mod colour_table;
 pub mod config;
+pub mod energy;
 #[cfg(feature = "rigorous")]
 pub mod grating;
+pub mod lobe;
 pub mod methods;
 pub mod numeric;
-pub mod reflectance;
+pub mod sampling;
+pub mod scattering;
 pub mod table;
 pub mod transform;
 
@@ -87,5 +90,6 @@ pub use sunbeam_height_field as height_field;
 pub use cache::Cache;
 pub use config::SurfaceConfig;
 pub use height_field::{HeightField, Preset};
-pub use reflectance::{Options, Surface};
+pub use lobe::Surface;
+pub use scattering::Options;
 pub use table::{Model, Tiling};

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mitsuba_scenes.evaluation import card
-from mitsuba_scenes.evaluation.__main__ import PAGES
-from mitsuba_scenes.evaluation.page import write_page
+from docs.figures import card
+from docs.figures.__main__ import PAGES
+from docs.figures.page import write_page
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 RATIO_VARIANTS = ("llvm_ad_rgb", "scalar_rgb", "llvm_ad_spectral", "scalar_spectral")

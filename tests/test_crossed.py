@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from perturbation import first_order, fresnel
 
-from mitsuba_scenes.crossed.cases import KERATIN, answers
-from mitsuba_scenes.crossed.crops import FADE, Crop, cropped
-from mitsuba_scenes.crossed.model import FORMS, efficiencies, misplaced
-from mitsuba_scenes.crossed.panels import panels
-from mitsuba_scenes.crossed.relief import Relief, synthetic
-from mitsuba_scenes.crossed.solver import Resolution, solve
 from mitsuba_scenes.environment import REPOSITORY
 from mitsuba_scenes.tool import sunbeam
+from tests.judges.crossed.cases import KERATIN, answers
+from tests.judges.crossed.crops import FADE, Crop, cropped
+from tests.judges.crossed.model import FORMS, efficiencies, misplaced
+from tests.judges.crossed.panels import panels
+from tests.judges.crossed.relief import Relief, synthetic
+from tests.judges.crossed.solver import Resolution, solve
 
 GIVEN = REPOSITORY.parent / "shared" / "data" / "maxwell"
 PIXEL_UM = 0.065

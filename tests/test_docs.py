@@ -189,14 +189,14 @@ def test_the_notebook_page_shows_the_example():
 
 def test_parameters_are_documented():
     """Those of the plugin, each once and in its own order, and no others."""
-    source = (REPOSITORY / "crates/mitsuba/cpp_shim/parameters.cpp").read_text(encoding="utf-8")
+    source = (REPOSITORY / "cpp_shim/parameters.cpp").read_text(encoding="utf-8")
     literals = re.search(r"ALL_NAMES =\s*((?:\"[^\"]*\"\s*)+);", source)[1]
     names = "".join(re.findall(r'"([^"]*)"', literals)).split(", ")
     page = (REPOSITORY / "docs" / "plugin.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| ((?:`[a-z_]+`(?:, )?)+) \|", page, re.M)
     documented = [name for row in rows for name in re.findall(r"`([a-z_]+)`", row)]
     assert sorted(documented) == sorted(names)
-    manual = (REPOSITORY / "crates/mitsuba/cpp_shim/diffraction.cpp").read_text(encoding="utf-8").split("Model\n")[0]
+    manual = (REPOSITORY / "cpp_shim/diffraction.cpp").read_text(encoding="utf-8").split("Model\n")[0]
     for name in names:
         assert re.search(rf"^ \* (?:\w+, )*{name}\b", manual, re.M), f"the plugin's own manual lacks {name}"
 

@@ -6,8 +6,8 @@ Bounds are those that the project sets itself, per order and for unpolarised lig
 import numpy as np
 import pytest
 
-from mitsuba_scenes.gratings.drawn import METALS, SETTLED, judged, load
-from mitsuba_scenes.gratings.theories import EXACT, FRESNEL, SCALAR, fresnel, mueller, mueller_errors, powers
+from tests.judges.gratings.drawn import METALS, SETTLED, judged, load
+from tests.judges.gratings.theories import EXACT, FRESNEL, SCALAR, fresnel, mueller, mueller_errors, powers
 
 # Silver has a bound of its own; judges of lamellar gratings in it have settled least.
 BOUNDS = {"none": (0.001, 0.005), "Al": (0.001, 0.005), "Au": (0.001, 0.005), "Ag": (0.004, 0.015)}

@@ -16,7 +16,7 @@ from benches.gpu import agreement, checks, inspection, kernels, machine, questio
 from benches.gpu.parts import PARTS
 from benches.gpu.plan import CARD, DRY_RUN
 from benches.gpu.supervisor import Run
-from mitsuba_scenes.evaluation import card
+from docs.figures import card
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 MODULES = [path.stem for path in (REPOSITORY / "benches" / "gpu").glob("[a-z]*.py")]

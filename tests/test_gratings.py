@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mitsuba_scenes.evaluation.gratings_curves import blaze_angle_deg, echelette, littrow, mirror_curve, preset, vertex
-from mitsuba_scenes.gratings.metals import index, surface_plasmon
+from docs.figures.gratings_curves import blaze_angle_deg, echelette, littrow, mirror_curve, preset, vertex
+from tests.judges.gratings.metals import index, surface_plasmon
 
 PERIOD_UM = 0.8
 

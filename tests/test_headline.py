@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from conftest import use_variant
 
-from mitsuba_scenes.evaluation import bsdf_calls, headline, rgb_against_spectral, sampling, time_to_error
-from mitsuba_scenes.evaluation.benchmark_scenes import REFERENCE, scenes
+from docs.figures import bsdf_calls, headline, rgb_against_spectral, sampling, time_to_error
+from docs.figures.benchmark_scenes import REFERENCE, scenes
 
 NOISE = 0.1
 # Of an error found from n values: 1/√(2n), four times over; n is 30,720 below.

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from mitsuba_scenes.evaluation import map_checks as checks
-from mitsuba_scenes.evaluation.map_surfaces import Surface, cut_out
-from mitsuba_scenes.evaluation.taylor_sums import SIZE, WAVELENGTH_UM, neighbours, sums
+from docs.figures import map_checks as checks
+from docs.figures.map_surfaces import Surface, cut_out
+from docs.figures.taylor_sums import SIZE, WAVELENGTH_UM, neighbours, sums
 
 # Series, transforms and closed forms are all in double precision; what cancels between the parts here is below 1e4.
 TOLERANCE = 1e-10

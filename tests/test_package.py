@@ -124,7 +124,7 @@ def test_versions_are_the_same_everywhere(package):
     packaging = REPOSITORY / "crates/c_abi/package"
     assert f"Version: {package.__version__}\n" in (packaging / "sunbeam.pc").read_text()
     assert f'PACKAGE_VERSION "{package.__version__}"' in (packaging / "sunbeam-config-version.cmake").read_text()
-    script = (REPOSITORY / "crates/mitsuba/build.rs").read_text()
+    script = (REPOSITORY / "cpp_shim/build.rs").read_text()
     newest, *_, oldest = re.findall(r'Release \{ mitsuba: "([\d.]+)"', script)
     assert newest == package.MITSUBA_VERSION
     for text in (project, (REPOSITORY / "requirements.lock").read_text()):

@@ -1,6 +1,6 @@
 """What all pages of figures share."""
 
-from mitsuba_scenes.evaluation.page import named, scans_first
+from docs.figures.page import named, scans_first
 
 
 def test_skins_that_were_not_measured_are_said_to_be_procedural():

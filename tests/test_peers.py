@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from docs.figures import __main__ as command
+from docs.figures import peers
+from docs.figures.peer_program import from_peer, peer_heights, peer_program, peer_words
+from docs.figures.peer_sums import ALL, Approximations, Patch, approximate_sum, direct_sum, hemisphere
 from mitsuba_scenes.environment import SetupError
-from mitsuba_scenes.evaluation import __main__ as command
-from mitsuba_scenes.evaluation import peers
-from mitsuba_scenes.evaluation.peer_program import from_peer, peer_heights, peer_program, peer_words
-from mitsuba_scenes.evaluation.peer_sums import ALL, Approximations, Patch, approximate_sum, direct_sum, hemisphere
 
 PIXEL_UM, SIDE = 0.125, 128
 PATCH = Patch(window_um=0.5, theta_i_deg=20.0, phi_i_deg=50.0, wavelength_um=0.55)

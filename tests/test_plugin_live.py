@@ -13,7 +13,7 @@ PIGMENTED = {**QUICK, "eta": 1.56, "k": 0.3, "diffuse_reflectance": 0.4, "rotati
 # On the slope of the first order, which is 5 degrees wide, so that every parameter counts.
 IN, OUT = direction(40, 20), direction(20, 200)
 # Central differences in single precision: rounding of 1e-7 over steps of about 1e-2 of the value, and the slope's own
-# change over the step. The derivative by directions is off by up to 1e-3 itself (crates/mitsuba/src/bridge.rs).
+# change over the step. The derivative by directions is off by up to 1e-3 itself (cpp_shim/src/bridge.rs).
 DERIVATIVE_RTOL = 1e-2
 
 

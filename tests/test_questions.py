@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import use_variant
 
-from mitsuba_scenes.evaluation.questions import one_surface, questions
+from docs.figures.questions import one_surface, questions
 
 # Values are products of the same factors in another order, each rounded in single precision.
 RECIPROCITY = 1e-5

@@ -21,7 +21,7 @@ def variant():
 
 
 def test_the_camera_of_marks_is_that_of_the_view():
-    from mitsuba_scenes.evaluation.marks import project
+    from docs.figures.marks import project
 
     view = View(400, 200, origin_cm=(0, -10, 0), target_cm=(0, 0, 0), fov_deg=40)
     assert project(view, (0, 0, 0)) == pytest.approx((200, 100), abs=ROUNDING)
@@ -34,7 +34,7 @@ def test_the_camera_of_marks_is_that_of_the_view():
 
 
 def test_chroma_is_that_of_the_cie_inside_the_mask_alone(tmp_path):
-    from mitsuba_scenes.evaluation.appearance import mean_chroma
+    from docs.figures.appearance import mean_chroma
     from mitsuba_scenes.render import EXPOSURE_STOPS
 
     # sRGB red has C*ab 104.55; white has none, and what is brighter than white is white.
@@ -46,8 +46,8 @@ def test_chroma_is_that_of_the_cie_inside_the_mask_alone(tmp_path):
 
 
 def test_a_picture_without_its_colour_is_as_bright():
-    from mitsuba_scenes.evaluation.appearance import greyed
-    from mitsuba_scenes.evaluation.rgb_against_spectral import lab
+    from docs.figures.appearance import greyed
+    from docs.figures.rgb_against_spectral import lab
 
     linear = np.array([[[0.8, 0.1, 0.0], [0.05, 0.2, 0.6]]])
     before, after = lab(linear), lab(greyed(linear))
@@ -57,7 +57,7 @@ def test_a_picture_without_its_colour_is_as_bright():
 
 
 def test_the_captions_of_the_moving_sun_are_directions_in_equal_steps():
-    from mitsuba_scenes.evaluation.renderings import SOUTH_TO_NORTH, SOUTHEAST_TO_WEST, sun_of
+    from docs.figures.renderings import SOUTH_TO_NORTH, SOUTHEAST_TO_WEST, sun_of
 
     for column in (SOUTH_TO_NORTH, SOUTHEAST_TO_WEST):
         suns = np.array([sun_of(travels).to_sun() for travels in column])
@@ -69,7 +69,7 @@ def test_the_captions_of_the_moving_sun_are_directions_in_equal_steps():
 
 
 def test_equal_scenes_are_those_that_differ_in_words_and_method_alone():
-    from mitsuba_scenes.evaluation.studio import Shot
+    from docs.figures.studio import Shot
 
     shot = Shot("a", {"preset": "blazed"}, "flss")
     assert shot.scene() == Shot("b", {"preset": "blazed"}, None, mark=print).scene()

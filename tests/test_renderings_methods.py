@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from conftest import use_variant
 
-from mitsuba_scenes.evaluation import alignment, hues, stam_maps
+from docs.figures import alignment, hues, stam_maps
 
 # Of a scan.
 PIXEL_UM, PIXELS = 0.065, 100

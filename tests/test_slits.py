@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from doc_pages import REPOSITORY
 
-from mitsuba_scenes.evaluation import slits_drawings, slits_space
-from mitsuba_scenes.evaluation.slits import fitted_exponent
-from mitsuba_scenes.evaluation.slits_intensity import (
+from docs.figures import slits_drawings, slits_space
+from docs.figures.slits import fitted_exponent
+from docs.figures.slits_intensity import (
     Slits,
     colour_weights,
     direct_amplitude,

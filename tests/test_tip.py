@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mitsuba_scenes.evaluation.tip import STEPS, seen_profile, seen_tile
-from mitsuba_scenes.evaluation.tour_scan import two_strongest
+from docs.figures.tip import STEPS, seen_profile, seen_tile
+from docs.figures.tour_scan import two_strongest
 
 STEP_UM, PERIOD_UM = 0.0005, 1.0
 X_UM = np.arange(round(PERIOD_UM / STEP_UM)) * STEP_UM

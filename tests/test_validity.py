@@ -4,11 +4,11 @@ forms. Everything here takes seconds."""
 import numpy as np
 import pytest
 
-from mitsuba_scenes.gratings.boundary_integral import Resolution, solve
-from mitsuba_scenes.gratings.green import Lattice
-from mitsuba_scenes.gratings.independent import lamellar_modes, sinusoid_rayleigh
-from mitsuba_scenes.gratings.profile import Sinusoid, blazed, echelette, lamellar
-from mitsuba_scenes.gratings.scalar import STAM, UNIT, Grating, Light, bessel, closed_form, efficiencies, propagating
+from tests.judges.gratings.boundary_integral import Resolution, solve
+from tests.judges.gratings.green import Lattice
+from tests.judges.gratings.independent import lamellar_modes, sinusoid_rayleigh
+from tests.judges.gratings.profile import Sinusoid, blazed, echelette, lamellar
+from tests.judges.gratings.scalar import STAM, UNIT, Grating, Light, bessel, closed_form, efficiencies, propagating
 
 # What the page says of its solver. At the default resolution the sharpest corners cost a few 1e-4.
 SOLVER = 1e-3

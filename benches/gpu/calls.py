@@ -9,8 +9,8 @@ from pathlib import Path
 
 import mitsuba as mi
 
-from mitsuba_scenes.evaluation import bsdf_calls
-from mitsuba_scenes.evaluation.benchmark_scenes import REFERENCE
+from docs.figures import bsdf_calls
+from docs.figures.benchmark_scenes import REFERENCE
 
 from .parts import Check
 from .plan import Plan

@@ -12,7 +12,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from mitsuba_scenes.evaluation.benchmark_scenes import REFERENCE, BenchmarkScene, scenes
+from docs.figures.benchmark_scenes import REFERENCE, BenchmarkScene, scenes
 
 from .parts import Check
 from .plan import Plan

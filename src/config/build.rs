@@ -7,8 +7,9 @@ use crate::grating::{
 use crate::height_field::{
     FileField, FileScale, HeightField, HeightFieldError, Level, MAX_LENGTH_UM, ReadOptions, Regions,
 };
+use crate::lobe::{ColourSurface, Surface};
 use crate::methods::MethodError;
-use crate::reflectance::{ColourSurface, Obliquity, Options, SpectralIndex, Surface};
+use crate::scattering::{Obliquity, Options, SpectralIndex};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
@@ -118,7 +119,7 @@ impl SurfaceConfig {
     /// # Errors
     /// As [`SurfaceConfig::build`].
     pub fn build_watched(&self, cache: &Cache, progress: &Progress) -> Result<(Surface, Origin), BuildError> {
-        Ok(cache.surface_watched(&self.height_field()?, &self.options(), progress)?)
+        Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 
     /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same. The index is
@@ -246,7 +247,7 @@ impl SurfaceConfig {
         let levelled = heights.levelled(as_scan.level());
         let index = self.index();
         if self.theory == Theory::Scalar {
-            let (surface, origin) = cache.surface(&levelled, &as_scan.options())?;
+            let (surface, origin) = cache.surface(&levelled, &as_scan.options(), &Progress::none())?;
             return Ok((BuiltSurface::scalar(surface, index), origin));
         }
         let profile = profile_of(&levelled, self.tolerance)?;

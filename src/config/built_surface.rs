@@ -2,7 +2,8 @@
 
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
-use crate::reflectance::{Answer, ComplexIndex, Pair, Surface, SurfaceReport, Vec3};
+use crate::lobe::{Answer, Surface, SurfaceReport};
+use crate::scattering::{ComplexIndex, Pair, Vec3};
 use serde::Serialize;
 use std::sync::Arc;
 

@@ -4,7 +4,7 @@ use super::{BuildError, SurfaceConfig, Theory};
 use crate::cache::{Cache, Origin};
 use crate::grating::GratingColourSurface;
 use crate::methods::{self, AnswerKind, Method, MethodError, MethodKind, MethodOptions, MethodShader};
-use crate::reflectance::SpectralIndex;
+use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use std::sync::Arc;
 
@@ -59,7 +59,7 @@ impl SurfaceConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reflectance::ComplexIndex;
+    use crate::scattering::ComplexIndex;
 
     #[test]
     fn only_the_table_answers_by_maxwells_equations() {

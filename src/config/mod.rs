@@ -38,7 +38,7 @@ use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use crate::height_field::{Fill, Level, MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
-use crate::reflectance::ComplexIndex;
+use crate::scattering::ComplexIndex;
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,6 @@
 //! The obliquity factor as users choose it.
 
-use crate::reflectance::{Obliquity, SpectralIndex};
+use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};
 
 /// The obliquity factor as users choose it.
@@ -58,7 +58,7 @@ impl From<Obliquity> for ObliquityChoice {
 mod tests {
     use super::*;
     use crate::config::SurfaceConfig;
-    use crate::reflectance::ComplexIndex;
+    use crate::scattering::ComplexIndex;
 
     #[test]
     fn obliquity_follows_the_index_unless_it_is_given() {

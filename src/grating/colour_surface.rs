@@ -3,8 +3,9 @@
 use super::GratingColourLobe;
 use super::colour_tables::ColourTables;
 use super::surface::GratingSurface;
+use crate::lobe::Gamut;
 use crate::numeric::{Numbers, Plain};
-use crate::reflectance::{Gamut, Vec3};
+use crate::scattering::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// A diffracting grating that answers in linear sRGB from tables.

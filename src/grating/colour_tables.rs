@@ -2,8 +2,8 @@
 
 use super::colour_lobe::packets;
 use super::surface::GratingSurface;
+use crate::lobe::WavelengthWeights;
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::reflectance::WavelengthWeights;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};

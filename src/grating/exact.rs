@@ -4,7 +4,7 @@ use super::GratingError;
 use super::lobe::REACH;
 use super::solved::medium;
 use super::surface::sigma_per_um;
-use crate::reflectance::{Pair, SpectralIndex, Vec3};
+use crate::scattering::{Pair, SpectralIndex, Vec3};
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
 

@@ -4,9 +4,9 @@
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
 use super::place::Place;
 use super::polarisation::JonesView;
+use crate::lobe::{UNIFORM_SHARE, above, mixed};
 use crate::numeric::math::{normal_quantile, square_to_hemisphere};
 use crate::numeric::{Index, Number, Numbers, Real};
-use crate::reflectance::{UNIFORM_SHARE, above, mixed};
 use serde::{Deserialize, Serialize};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};

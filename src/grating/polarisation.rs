@@ -259,7 +259,7 @@ mod tests {
     use super::*;
     use crate::grating::lobe::across;
     use crate::numeric::Plain;
-    use crate::reflectance::{ComplexIndex, SpectralIndex};
+    use crate::scattering::{ComplexIndex, SpectralIndex};
     use sunbeam_rigorous::{Medium, Profile, solve_orders};
 
     type Double<'a> = Plain<'a, f64>;

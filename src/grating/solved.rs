@@ -3,7 +3,7 @@
 use super::GratingError;
 use super::build::Orders;
 use super::polarisation::{Shape, shape};
-use crate::reflectance::{ComplexIndex, SpectralIndex};
+use crate::scattering::{ComplexIndex, SpectralIndex};
 use std::sync::OnceLock;
 use sunbeam_rigorous::{Air, Amplitudes, Discretisation, Medium, MetalTable, Profile, Resolution, check_size};
 

@@ -1,4 +1,4 @@
-// What conserves energy in colours; twin of `ColourAlbedoView` in reflectance/albedo/colour.rs, compiled after table.wgsl.
+// What conserves energy in colours; twin of `ColourAlbedoView` in energy/colour.rs, compiled after table.wgsl.
 
 @group(1) @binding(2) var<storage, read> albedos: array<u32>;
 

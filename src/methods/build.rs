@@ -9,8 +9,9 @@ use super::stam_gems::StamGems;
 use super::table::ConservingTable;
 use super::{Method, MethodError, MethodKind, MethodOptions};
 use crate::colour_table::{ColourTable, ColourTableOptions};
+use crate::energy::ColourAlbedoTable;
 use crate::height_field::HeightField;
-use crate::reflectance::{ColourAlbedoTable, Options};
+use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
 /// What the table takes of the time where the albedo is made too.

@@ -5,7 +5,7 @@
 //! the relief alone does. The latter is a [`Relief`], a function of `q = wi + wo = (u, v, w)`:
 //! `∫ S(f; κ)/λ² · weight(λ) dλ`, where a `S/λ²` of 1 at every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of
 //! docs/model.md#the-reflectance) is then the caller's. Single precision throughout, as on the GPU; the oracle is
-//! [`crate::reflectance::Exact`].
+//! [`crate::lobe::Exact`].
 //!
 //! [`build`] makes one of a height field. The published methods evaluate a single window in a fixed place over a tile that repeats
 //! (`model = patch`, `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings, and alone
@@ -141,7 +141,7 @@ pub const COMMON_WGSL: &str = include_str!("common.wgsl");
 
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-/// What a cosine is divided by at least, as in [`crate::reflectance::Pair`].
+/// What a cosine is divided by at least, as in [`crate::scattering::Pair`].
 const COSINE_MIN: f32 = 1e-7;
 
 /// Whether `q` can be a sum of two directions above the surface. Nothing that is not finite can.

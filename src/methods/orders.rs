@@ -33,7 +33,7 @@ const WHOLE: f32 = 12_582_912.0;
 /// The tile always goes on periodically. Terms are `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` with the heights about the middle of
 /// their range, in pairs of an even and an odd n, `[jy][jx][n]` with jy from 0 and jx from −reach: those of a real
 /// function obey `D(−j) = conj D(j)`. In an even number of pixels the bin at half the sampling rate stands for both
-/// signs; each carries `√½` of its amplitude, as in [`crate::reflectance::Exact`].
+/// signs; each carries `√½` of its amplitude, as in [`crate::lobe::Exact`].
 #[derive(Clone)]
 pub(super) struct Orders {
     pub grid: OrderGrid,

@@ -13,7 +13,7 @@ use super::{AnswerKind, COMMON_WGSL, Method, MethodKind, MethodOptions, StamForm
 #[cfg(feature = "rigorous")]
 use crate::grating::{GratingColourSurface, GratingSurface, preset_profile};
 use crate::height_field::Preset;
-use crate::reflectance::Options;
+use crate::scattering::Options;
 use crate::table::Model;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, Expression, Literal, Module, TypeInner};

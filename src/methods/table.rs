@@ -2,7 +2,7 @@
 
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
-use crate::reflectance::ColourAlbedoTable;
+use crate::energy::ColourAlbedoTable;
 use bytemuck::{Pod, Zeroable};
 use std::array;
 use std::borrow::Cow;

@@ -2,7 +2,7 @@
 
 use super::common::Random;
 use rayon::prelude::*;
-use sunbeam::reflectance::Vec3;
+use sunbeam::scattering::Vec3;
 
 /// The least probability of a χ² as large as found: one test of 10⁴ fails by chance, were the seeds not fixed.
 pub const SIGNIFICANCE: f64 = 1e-4;

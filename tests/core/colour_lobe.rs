@@ -7,10 +7,8 @@ use std::sync::{Arc, LazyLock};
 use sunbeam::cache::Origin;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{
-    ColourSurface, ComplexIndex, Gamut, Options, Pair, SpectralIndex, Surface, Vec3, WavelengthWeights,
-    fresnel_unpolarised, luminance,
-};
+use sunbeam::lobe::{ColourSurface, Gamut, Surface, WavelengthWeights, luminance};
+use sunbeam::scattering::{ComplexIndex, Options, Pair, SpectralIndex, Vec3, fresnel_unpolarised};
 use sunbeam::table::{Model, Progress, WAVELENGTH_MIN_NM};
 
 /// What an eye just does not see, and the share of directions that has to stay below.

@@ -8,8 +8,9 @@ use std::sync::OnceLock;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
+use sunbeam::lobe::Exact;
 use sunbeam::methods::{ColourTable, ColourTableOptions, Relief};
-use sunbeam::reflectance::{Exact, Obliquity, Options, Pair};
+use sunbeam::scattering::{Obliquity, Options, Pair};
 use sunbeam::table::{Model, PackedTable, Progress, Spectrum, Tiling, WAVELENGTH_MIN_NM, build};
 
 const TOLERANCE: f64 = 1e-3;

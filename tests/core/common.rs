@@ -7,7 +7,8 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use sunbeam::cache::Cache;
 use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{Exact, Options, Surface, Vec3};
+use sunbeam::lobe::{Exact, Surface};
+use sunbeam::scattering::{Options, Vec3};
 use sunbeam::table::DENSITY_FLOOR_UM2;
 
 /// SplitMix64: the same numbers on every machine.

@@ -3,10 +3,10 @@
 use super::common::{Random, built as build, direction, oracle, preset, relief, sinusoid, waves};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use sunbeam::energy::ColourAlbedoTable;
 use sunbeam::height_field::Preset;
-use sunbeam::reflectance::{
-    ColourAlbedoTable, ComplexIndex, Obliquity, Options, SpectralIndex, Surface, Vec3, WavelengthWeights,
-};
+use sunbeam::lobe::{Surface, WavelengthWeights};
+use sunbeam::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex, Vec3};
 use sunbeam::table::{Progress, Tiling};
 
 /// What the albedo may be and not count as above one: the tables' default tolerance more.

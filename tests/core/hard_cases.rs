@@ -4,7 +4,7 @@
 use super::common::{Random, built, direction, oracle, preset, relief, sinusoid, table_error, waves};
 use ndarray::Array2;
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{Options, Vec3};
+use sunbeam::scattering::{Options, Vec3};
 use sunbeam::table::{Model, Tiling};
 
 /// Reciprocity of a look-up whose arguments are sums of the two directions: rounding only.

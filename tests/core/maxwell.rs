@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 use sunbeam::height_field::{FileScale, HeightField};
-use sunbeam::reflectance::{ComplexIndex, Obliquity, Options, Pair, SpectralIndex};
+use sunbeam::scattering::{ComplexIndex, Obliquity, Options, Pair, SpectralIndex};
 
 /// Pixels of the crops, which are periodic and smooth, and how much more finely the phase has to be sampled.
 const PIXEL_UM: f64 = 0.065;

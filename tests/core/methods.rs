@@ -5,8 +5,9 @@ use std::f64::consts::{PI, TAU};
 use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
+use sunbeam::lobe::Exact;
 use sunbeam::methods::{AnswerKind, Method, MethodError, MethodKind, MethodOptions, Repeats, build};
-use sunbeam::reflectance::{Exact, Options};
+use sunbeam::scattering::Options;
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Tiling};
 use sunbeam::transform::Series;
 

@@ -6,9 +6,10 @@ use ndarray::Array2;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use sunbeam::height_field::{HeightField, Level, Preset};
+use sunbeam::lobe::{SpectralLobe, Surface, UNIFORM_SHARE};
 use sunbeam::numeric::{Lanes, Numbers, Plain};
-use sunbeam::reflectance::sampler::{SamplerLayout, SamplerView};
-use sunbeam::reflectance::{Options, SpectralLobe, Surface, UNIFORM_SHARE, Vec3};
+use sunbeam::sampling::{SamplerLayout, SamplerView};
+use sunbeam::scattering::{Options, Vec3};
 use sunbeam::table::{Model, Tiling};
 use sunbeam::transform::OrderTransform;
 

@@ -4,8 +4,9 @@ use super::common::{Random, preset};
 use std::f64::consts::PI;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::height_field::Preset;
+use sunbeam::lobe::Exact;
 use sunbeam::methods::{AnswerKind, Method, MethodError, MethodKind, MethodOptions, StamForm, build};
-use sunbeam::reflectance::{Exact, Options};
+use sunbeam::scattering::Options;
 use sunbeam::table::Model;
 
 /// Of single precision: a bump falls by 16 a µm, and wavelengths of up to 5 µm are known to 1e-6.

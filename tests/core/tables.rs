@@ -3,7 +3,8 @@
 use super::common::{Random, built, oracle, preset, relief, table_error, waves};
 use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{Exact, Options, Surface};
+use sunbeam::lobe::{Exact, Surface};
+use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Tiling};
 use sunbeam::transform::naive_order_amplitude;
 use sunbeam_fourier::num_complex::Complex64;

@@ -5,7 +5,8 @@ use super::common::{direction, preset, relief, sinusoid};
 use ndarray::Array2;
 use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{Exact, Options, Surface};
+use sunbeam::lobe::{Exact, Surface};
+use sunbeam::scattering::Options;
 use sunbeam::transform::{
     Expansion, OrderTransform, Precision, Series, TermTransform, chebyshev_terms, naive_order_amplitude, taylor_terms,
 };

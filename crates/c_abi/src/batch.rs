@@ -3,7 +3,7 @@
 use super::foreign::{Floats, FloatsOut, Input, Output, reference};
 use super::handle::SurfaceHandle;
 use super::status::{CallError, Status, call};
-use sunbeam::reflectance::{Pair, Vec3, unit_vector};
+use sunbeam::scattering::{Pair, Vec3, unit_vector};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Most wavelengths that an item carries.

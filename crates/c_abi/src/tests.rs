@@ -64,7 +64,7 @@ fn a_batch_answers_what_the_library_does() {
     assert_eq!(pdf, again);
     let mut lit = 0;
     for i in 0..20 {
-        let unit = |v: &[f32]| sunbeam::reflectance::unit_vector([v[0], v[1], v[2]].map(f64::from)).unwrap();
+        let unit = |v: &[f32]| sunbeam::scattering::unit_vector([v[0], v[1], v[2]].map(f64::from)).unwrap();
         let (wi, wo) = (unit(&wi[5 * i..]), unit(&wo[5 * i..]));
         for (k, nm) in wavelengths.into_iter().enumerate() {
             let expected = direct.eval_pdf(wi, wo, f64::from(nm)).f as f32;
@@ -228,15 +228,14 @@ fn heights_from_memory_are_those_of_a_scan() {
     assert_eq!(status, Status::Ok, "{}", message());
     let rows = ndarray::Array2::from_shape_fn((ny, nx), |(iy, ix)| f64::from(heights[10 * iy + ix]));
     let field = sunbeam::height_field::HeightField::new(rows, 0.1, 0.2).unwrap();
-    let options = sunbeam::reflectance::Options {
+    let options = sunbeam::scattering::Options {
         coherence_length_um: 2.0,
         tiling: sunbeam::table::Tiling::Aperiodic,
         conserve_energy: false,
         tolerance: 0.01,
         ..Default::default()
     };
-    let direct =
-        sunbeam::reflectance::Surface::new(&field.levelled(sunbeam::height_field::Level::Plane), &options).unwrap();
+    let direct = sunbeam::lobe::Surface::new(&field.levelled(sunbeam::height_field::Level::Plane), &options).unwrap();
     let mut f = [0.0];
     let nm = [500.0];
     // SAFETY: one item each.
@@ -245,7 +244,7 @@ fn heights_from_memory_are_those_of_a_scan() {
         sunbeam_surface_eval(surface, 1, wi, wo, 1, floats(&nm, 1), out(&mut f, 1))
     };
     assert_eq!(status, Status::Ok);
-    let unit = |v: [f32; 3]| sunbeam::reflectance::unit_vector(v.map(f64::from)).unwrap();
+    let unit = |v: [f32; 3]| sunbeam::scattering::unit_vector(v.map(f64::from)).unwrap();
     let expected = direct.eval_pdf(unit([0.6, 0.0, 0.8]), unit([0.0, 0.28, 0.96]), 500.0).f as f32;
     assert!(expected > 0.0 && f[0] == expected, "{f:?} {expected}");
     // SAFETY: made above, used no more.

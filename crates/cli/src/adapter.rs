@@ -5,7 +5,7 @@ use std::time::Instant;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{Method, MethodKind, MethodOptions, StamForm, build};
-use sunbeam::reflectance::Options;
+use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Query, Renderer, Shader, TonePass};
 

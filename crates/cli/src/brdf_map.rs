@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::error::Error;
 use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_bytes};
-use sunbeam::reflectance::{Vec3, map_direction};
+use sunbeam::scattering::{Vec3, map_direction};
 
 /// Accepted sides of the map in pixels.
 const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;

@@ -12,8 +12,9 @@ use sunbeam::cache::Origin;
 use sunbeam::config::Theory;
 use sunbeam::grating::{GratingReport, profile_of};
 use sunbeam::height_field::{HeightField, Provenance, Roughness, Seams, TileReport};
+use sunbeam::lobe::SurfaceReport;
 use sunbeam::methods::TERMS_MAX;
-use sunbeam::reflectance::{SpectralIndex, SurfaceReport};
+use sunbeam::scattering::SpectralIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
@@ -166,8 +167,7 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         let cache = args.surface.cache()?;
         Some(match config.theory {
             Theory::Scalar => {
-                let (surface, origin) =
-                    with_bar(BUILDING, |progress| cache.surface_watched(&field, &options, progress))?;
+                let (surface, origin) = with_bar(BUILDING, |progress| cache.surface(&field, &options, progress))?;
                 Tables::Scalar { origin, report: surface.report().clone() }
             }
             Theory::Rigorous => {

@@ -2,7 +2,7 @@
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use sunbeam::reflectance::{Vec3, unit_vector};
+use sunbeam::scattering::{Vec3, unit_vector};
 
 /// A number or several, for wavelengths and what is answered for them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,7 +10,7 @@ use sunbeam::cache::Cache;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::methods::{MethodKind, MethodOptions};
-use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
+use sunbeam::scattering::{ComplexIndex, SpectralIndex};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 
 /// The adapter that is asked for, or that the environment names.

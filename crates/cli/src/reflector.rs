@@ -10,8 +10,9 @@ use sunbeam::cache::{Cache, Origin};
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::config::{SurfaceConfig, Theory};
 use sunbeam::grating::{ExactGrating, GratingSurface};
+use sunbeam::lobe::{Exact, Sample, Surface};
 use sunbeam::methods::{self, AnswerKind, MethodOptions};
-use sunbeam::reflectance::{ComplexIndex, Exact, Options, Pair, Sample, SpectralIndex, Surface, Vec3};
+use sunbeam::scattering::{ComplexIndex, Options, Pair, SpectralIndex, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
 /// Largest tile for which direct sums run side by side; those of larger ones are parallel within, and side by side
@@ -61,7 +62,7 @@ impl Reflector {
             return Self::rigorous(&config, method, method_options, &cache, sampler);
         }
         let field = config.height_field()?;
-        let built = || with_bar(BUILDING, |progress| cache.surface_watched(&field, &options, progress));
+        let built = || with_bar(BUILDING, |progress| cache.surface(&field, &options, progress));
         let surface = || built().map(|(surface, _)| Arc::new(surface));
         let (nx, ny) = field.size();
         let (evaluator, surface) = match method {

@@ -6,7 +6,7 @@ use super::service::serve;
 use super::surface_args::SurfaceArgs;
 use serde::{Deserialize, Serialize};
 use sunbeam::methods::MethodOptions;
-use sunbeam::reflectance::Vec3;
+use sunbeam::scattering::Vec3;
 
 /// Sample outgoing directions for JSON lines on stdin
 ///

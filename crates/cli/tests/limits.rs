@@ -17,7 +17,8 @@ use sunbeam::cache::Cache;
 use sunbeam::colour_table::{ColourTable, ColourTableError, ColourTableOptions};
 use sunbeam::config::SurfaceConfig;
 use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::{Options, Surface};
+use sunbeam::lobe::Surface;
+use sunbeam::scattering::Options;
 use sunbeam::table::{BuildDemand, Model, Progress, Purpose, TableError, Tiling};
 use support::{refused, run};
 

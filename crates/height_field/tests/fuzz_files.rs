@@ -15,7 +15,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 use sunbeam::height_field::{FileScale, Fill, HeightField, Level, ReadOptions};
-use sunbeam::reflectance::{Options, Surface};
+use sunbeam::lobe::Surface;
+use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Tiling};
 
 #[global_allocator]

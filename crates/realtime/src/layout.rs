@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
-use sunbeam::reflectance::{ComplexIndex, Obliquity};
+use sunbeam::scattering::{ComplexIndex, Obliquity};
 
 /// A pair of directions to be answered by [`super::Shader`]; twin of `Query` in `query.wgsl`.
 #[repr(C)]

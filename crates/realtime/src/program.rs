@@ -4,7 +4,7 @@ use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{COMMON_WGSL, Method, MethodKind, MethodOptions, MethodShader, StamForm, build};
-use sunbeam::reflectance::Options;
+use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 
 const PAIR: &str = include_str!("wgsl/pair.wgsl");

@@ -6,7 +6,7 @@ use bytemuck::Zeroable;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
-use sunbeam::reflectance::map_direction;
+use sunbeam::scattering::map_direction;
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
 /// second or two, and a window that shares it should not stutter.
@@ -277,7 +277,7 @@ mod tests {
     use crate::AdapterChoice;
     use sunbeam::height_field::Preset;
     use sunbeam::methods::{MethodKind, MethodOptions, StamForm, build};
-    use sunbeam::reflectance::Options;
+    use sunbeam::scattering::Options;
     use sunbeam::table::Model;
 
     /// Roundings of single precision, in another order.

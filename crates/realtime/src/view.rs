@@ -2,7 +2,7 @@ use super::GpuError;
 use super::layout::FrameUniform;
 use glam::DVec3;
 use std::str::FromStr;
-use sunbeam::reflectance::ComplexIndex;
+use sunbeam::scattering::ComplexIndex;
 
 /// Linear reflectance of the ground, as in the Mitsuba scene.
 pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];

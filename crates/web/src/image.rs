@@ -5,7 +5,7 @@ use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Wr
 use std::io::Cursor;
 use sunbeam::colour::{automatic_exposure, srgb_bytes, tone_map};
 use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::map_direction;
+use sunbeam::scattering::map_direction;
 
 /// A grey picture of a relief with its scale.
 pub struct ReliefPicture {

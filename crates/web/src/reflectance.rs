@@ -2,7 +2,7 @@
 
 use crate::settings::Settings;
 use sunbeam::methods::{AnswerKind, Method};
-use sunbeam::reflectance::{ComplexIndex, Options, Pair, Vec3, map_direction};
+use sunbeam::scattering::{ComplexIndex, Options, Pair, Vec3, map_direction};
 use sunbeam::table::Progress;
 
 /// A method with the optics around it.

@@ -6,7 +6,7 @@ use std::path::{Component, Path};
 use sunbeam::config::{ObliquityChoice, ReliefSource, SurfaceConfig, Theory};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{MethodKind, MethodOptions};
-use sunbeam::reflectance::{ComplexIndex, Options, SpectralIndex};
+use sunbeam::scattering::{ComplexIndex, Options, SpectralIndex};
 use sunbeam::table::{Model, Tiling};
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture};
 use sunbeam_realtime::{Blend, Camera, KERATIN, Light, Mesh, Optics, Orbit, Shape, View};

@@ -4,8 +4,9 @@ use crate::error::WebError;
 use crate::reflectance::single;
 use crate::settings::Settings;
 use sunbeam::height_field::HeightField;
+use sunbeam::lobe::Surface;
 use sunbeam::methods::{self, Method, MethodKind};
-use sunbeam::reflectance::{ComplexIndex, Options, Pair, Surface, Vec3};
+use sunbeam::scattering::{ComplexIndex, Options, Pair, Vec3};
 use sunbeam::table::Progress;
 
 /// Wavelengths of a spectrum: 380, 385, …, 780 nm.

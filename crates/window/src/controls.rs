@@ -7,7 +7,7 @@ use sunbeam::methods::{
     GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
     TERMS_MAX,
 };
-use sunbeam::reflectance::ComplexIndex;
+use sunbeam::scattering::ComplexIndex;
 use sunbeam::table::COHERENCE_LENGTH_UM;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;

@@ -3,7 +3,7 @@ use std::time::Instant;
 use sunbeam::cache::Cache;
 use sunbeam::config::{ObliquityChoice, SurfaceConfig, Theory};
 use sunbeam::methods::{Method, MethodKind, MethodOptions};
-use sunbeam::reflectance::{ComplexIndex, SpectralIndex};
+use sunbeam::scattering::{ComplexIndex, SpectralIndex};
 use sunbeam::table::{Model, Progress, Tiling};
 use sunbeam_realtime::{GpuError, Optics, Orbit, View};
 

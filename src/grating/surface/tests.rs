@@ -1,7 +1,7 @@
 use super::*;
 use crate::grating::GratingColourSurface;
-use crate::reflectance::UNIFORM_SHARE;
-use crate::reflectance::WavelengthWeights;
+use crate::lobe::UNIFORM_SHARE;
+use crate::lobe::WavelengthWeights;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 

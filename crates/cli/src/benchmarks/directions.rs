@@ -2,7 +2,8 @@
 
 use std::f64::consts::TAU;
 use sunbeam::height_field::random::Random;
-use sunbeam::reflectance::{Surface, Vec3};
+use sunbeam::lobe::Surface;
+use sunbeam::scattering::Vec3;
 
 /// Directions of incidence: angle with the normal and azimuth in degrees.
 pub const INCIDENT_DEG: [(f64, f64); 4] = [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)];

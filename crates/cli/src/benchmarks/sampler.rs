@@ -4,7 +4,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use serde::Serialize;
-use sunbeam::reflectance::{Surface, Vec3};
+use sunbeam::lobe::Surface;
+use sunbeam::scattering::Vec3;
 
 /// Incident polar angles in degrees at which samplers are measured.
 pub const THETAS_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];

@@ -10,7 +10,8 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::{Exact, Options};
+use sunbeam::lobe::Exact;
+use sunbeam::scattering::Options;
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{OrderTransform, chebyshev_terms};
 

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use sunbeam::config::{BuildError, SurfaceConfig, Theory};
 use sunbeam::grating::{GratingError, Medium, check_size, solve_orders};
-use sunbeam::reflectance::{Pair, Vec3};
+use sunbeam::scattering::{Pair, Vec3};
 use sunbeam::transform::OrderTransform;
 
 /// Light from a direction.

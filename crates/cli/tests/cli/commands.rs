@@ -187,9 +187,9 @@ fn fresnel_reflectance_multiplies_the_value_and_not_the_density() {
     let line = [r#"{"wi":[0.6,0,0.8],"wo":[-0.6,0,0.8],"wavelength":550}"#];
     let bare = &eval(&["--preset", "flat"], &line)[0];
     let metal = &eval(&["--preset", "flat", "--eta", "0.2", "--k", "3"], &line)[0];
-    let index = sunbeam::reflectance::ComplexIndex { eta: 0.2, k: 3.0 };
+    let index = sunbeam::scattering::ComplexIndex { eta: 0.2, k: 3.0 };
     // At the mirror direction the half vector is the normal.
-    let expected = sunbeam::reflectance::fresnel_unpolarised(0.8, index) * bare["f"].as_f64().unwrap();
+    let expected = sunbeam::scattering::fresnel_unpolarised(0.8, index) * bare["f"].as_f64().unwrap();
     assert!((metal["f"].as_f64().unwrap() / expected - 1.0).abs() < ROUNDING);
     assert_eq!(metal["pdf"], bare["pdf"]);
 }

@@ -2,7 +2,8 @@
 
 use super::common::{built as build, direction, preset, waves};
 use sunbeam::height_field::Preset;
-use sunbeam::reflectance::{Options, Surface};
+use sunbeam::lobe::Surface;
+use sunbeam::scattering::Options;
 use sunbeam::table::Tiling;
 use sunbeam_cli::benchmarks::sampler::{sampler, sampler_row};
 

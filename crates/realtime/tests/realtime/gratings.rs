@@ -8,7 +8,7 @@ use sunbeam::cache::Origin;
 use sunbeam::config::SurfaceConfig;
 use sunbeam::grating::GratingColourSurface;
 use sunbeam::methods::{AnswerKind, Method};
-use sunbeam::reflectance::{ComplexIndex, Obliquity, SpectralIndex};
+use sunbeam::scattering::{ComplexIndex, Obliquity, SpectralIndex};
 use sunbeam::table::Progress;
 use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{Blend, Gpu, Mesh, Optics, Query, Renderer, Scene, Shader, Target, View};

@@ -4,7 +4,7 @@ use super::common::{Random, cache, preset};
 use super::support::{gpu, query, worst};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{AnswerKind, Method, MethodKind, MethodOptions, Repeats, StamForm, build};
-use sunbeam::reflectance::{ComplexIndex, Obliquity, Options, Pair};
+use sunbeam::scattering::{ComplexIndex, Obliquity, Options, Pair};
 use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 use sunbeam_realtime::{Gpu, Optics, Query, Shader};

@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::f64::consts::PI;
 use sunbeam::colour::srgb_decode;
 use sunbeam::methods::Method;
-use sunbeam::reflectance::{ComplexIndex, Pair, fresnel_unpolarised};
+use sunbeam::scattering::{ComplexIndex, Pair, fresnel_unpolarised};
 use sunbeam_realtime::snake::{PigmentTexture, SnakeMesh, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{
     Blend, Camera, Gpu, Light, Mesh, Optics, PIGMENT_SCALE, Query, Renderer, SOIL, Scene, SceneData, Shader, Target,

@@ -3,7 +3,7 @@
 use super::common::{Random, direction};
 use super::support::{Lobe, White, gpu, query, worst};
 use sunbeam::methods::{MethodShader, Relief};
-use sunbeam::reflectance::{ComplexIndex, Obliquity, Pair};
+use sunbeam::scattering::{ComplexIndex, Obliquity, Pair};
 use sunbeam_realtime::{Optics, Query, Shader};
 
 /// Some twenty roundings of single precision, and the freedom that graphics interfaces take with division and roots.

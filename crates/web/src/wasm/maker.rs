@@ -4,7 +4,7 @@ use super::quick::read;
 use super::report::{progress, thrown};
 use crate::reflectance::direction;
 use crate::{Reflectance, Relief, Spectra, WebError, image};
-use sunbeam::reflectance::Vec3;
+use sunbeam::scattering::Vec3;
 use sunbeam_realtime::SceneData;
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;

@@ -7,10 +7,11 @@ use std::sync::Arc;
 use std::time::Instant;
 use sunbeam::colour::SpectralToRgb;
 use sunbeam::height_field::HeightField;
+use sunbeam::lobe::Surface;
 use sunbeam::methods::{
     self, ColourTable, ColourTableOptions, Flss, Method, MethodKind, MethodOptions, Nmm, OrderCounts, Pq,
 };
-use sunbeam::reflectance::{Options, Surface};
+use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 

@@ -3,7 +3,7 @@ use crate::benchmarks::{BenchError, DirectionPair, INCIDENT_DEG, Truth};
 use rayon::prelude::*;
 use serde::Serialize;
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab, linear_srgb_to_xyz};
-use sunbeam::reflectance::{Options, Pair};
+use sunbeam::scattering::{Options, Pair};
 use sunbeam::table::Model;
 
 /// Step of the wavelengths at which spectra are compared, in nm.

@@ -19,7 +19,8 @@ use candidates::Candidate;
 use serde::Serialize;
 use serde_json::{Map, Value};
 use sunbeam::height_field::HeightField;
-use sunbeam::reflectance::{Options, Surface};
+use sunbeam::lobe::Surface;
+use sunbeam::scattering::Options;
 use sunbeam::table::Model;
 
 /// Deviation of the oracle over spectra from the direct sum that is taken for rounding.

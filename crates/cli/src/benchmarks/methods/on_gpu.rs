@@ -2,7 +2,7 @@ use super::candidates::{Candidate, Evaluator};
 use super::{Effort, Timing};
 use crate::benchmarks::{BenchError, DirectionPair};
 use sunbeam::methods::Method;
-use sunbeam::reflectance::Options;
+use sunbeam::scattering::Options;
 use sunbeam_realtime::{Gpu, GpuError, Optics, Query, Shader};
 
 /// Queries of the first look at a shader's speed.

@@ -8,8 +8,9 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use sunbeam::height_field::HeightField;
 use sunbeam::height_field::random::Random;
+use sunbeam::lobe::{Exact, Surface};
 use sunbeam::methods::{Flss, MethodError, MethodOptions, Relief};
-use sunbeam::reflectance::{Exact, Options, Surface};
+use sunbeam::scattering::Options;
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model, Progress};
 use sunbeam::transform::{Expansion, OrderTransform, Precision, Series, chebyshev_terms, taylor_terms};
 

@@ -6,7 +6,8 @@ use crate::benchmarks::BenchError;
 use serde::Serialize;
 use sunbeam::height_field::random::Random;
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::reflectance::{Exact, Options, Surface, Vec3};
+use sunbeam::lobe::{Exact, Surface};
+use sunbeam::scattering::{Options, Vec3};
 
 /// Angles of incidence in degrees.
 pub const GRAZING_DEG: [f64; 12] = [0.0, 30.0, 60.0, 75.0, 80.0, 85.0, 88.0, 89.0, 89.5, 89.9, 89.97, 89.99];

@@ -12,7 +12,8 @@ pub use questions::{Questions, questions};
 use super::BenchError;
 use serde::Serialize;
 use std::f64::consts::TAU;
-use sunbeam::reflectance::{Exact, Surface, Vec3};
+use sunbeam::lobe::{Exact, Surface};
+use sunbeam::scattering::Vec3;
 use sunbeam::table::DENSITY_FLOOR_UM2;
 
 /// How many questions are put.

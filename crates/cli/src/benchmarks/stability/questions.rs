@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 use sunbeam::height_field::random::Random;
 use sunbeam::height_field::{HeightField, HeightFieldError};
+use sunbeam::lobe::Surface;
 use sunbeam::methods::{self, Method, MethodKind, MethodOptions};
-use sunbeam::reflectance::{Obliquity, Options, Surface, Vec3};
+use sunbeam::scattering::{Obliquity, Options, Vec3};
 use sunbeam::table::{Model, Tiling};
 
 /// Questions put to one surface: building one costs about as much.

@@ -4,7 +4,7 @@ use ndarray::Array2;
 use std::f64::consts::TAU;
 use sunbeam::height_field::random::Random;
 use sunbeam::height_field::{HeightField, HeightFieldError};
-use sunbeam::reflectance::Vec3;
+use sunbeam::scattering::Vec3;
 
 /// A rough relief whose heights lie evenly between 0 and `height_um` and reach both.
 pub(super) fn rough(

@@ -6,7 +6,7 @@ use crate::support::{run, succeeded};
 use serde_json::Value;
 use std::f64::consts::TAU;
 use sunbeam::config::SurfaceConfig;
-use sunbeam::reflectance::Surface;
+use sunbeam::lobe::Surface;
 use sunbeam::table::DENSITY_FLOOR_UM2;
 
 /// The answers of `sunbeam eval` to the lines.

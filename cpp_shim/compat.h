@@ -1,0 +1,21 @@
+// Differences between the releases of Mitsuba and Dr.Jit that the plugin is compiled against (`RELEASES` in build.rs).
+// All other code is written for the newest release.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "rust/cxx.h"
+
+namespace sunbeam {
+
+// Conversions between C++ and Rust strings. cxx's own conversions are compiled separately with the `std::string` of
+// C++11, which older wheels do not use.
+inline rust::Str rust_str(std::string_view text) {
+    return rust::Str(text.data(), text.size());
+}
+template <typename Text> std::string std_string(const Text &text) {
+    return std::string(text.data(), text.size());
+}
+
+} // namespace sunbeam

@@ -1,0 +1,203 @@
+// The diffracted lobe, evaluated in Rust (src/lobe/ and src/grating/): by value in scalar variants, traced into the
+// kernel in `llvm_*` and `cuda_*` variants.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include <drjit/while_loop.h>
+#include <mitsuba/core/spectrum.h>
+#include <mitsuba/render/bsdf.h>
+
+#include "buffers.h"
+
+namespace sunbeam {
+
+/// Value, density and samples of the diffracted light.
+///
+/// Directions are unit vectors in the relief's frame and point away from the surface. Wavelengths are in nm in spectral
+/// variants and empty in RGB and mono variants. Values contain cosθo. Spectral values leave out the interface's factor
+/// (interface.h); RGB and mono values include it if the surface was made with an index. Everything is zero where
+/// `active` is false or a direction lies below the surface.
+template <typename Float, typename Spectrum> class DiffractionLobe {
+public:
+    using UnpolarizedSpectrum    = mitsuba::unpolarized_spectrum_t<Spectrum>;
+    using Wavelength             = mitsuba::wavelength_t<Spectrum>;
+    using Vector3f               = mitsuba::Vector<Float, 3>;
+    using Point2f                = mitsuba::Point<Float, 2>;
+    using Mask                   = dr::mask_t<Float>;
+    static constexpr bool Traces = dr::is_jit_v<Float>, IsSpectral = mitsuba::is_spectral_v<Spectrum>;
+
+    explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_buffers(*m_surface) {}
+
+    /// Value times cosθo, differentiable by both directions.
+    UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
+                             const Mask &active) const {
+        return value(ask(Question::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
+    }
+
+    /// Density of `sample` in 1/sr. Not differentiable, since it is no part of the integrand.
+    Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
+        return ask(Question::Density, wi, wo, wavelengths, active)[4];
+    }
+
+    std::pair<UnpolarizedSpectrum, Float> eval_pdf(const Vector3f &wi, const Vector3f &wo,
+                                                   const Wavelength &wavelengths, const Mask &active) const {
+        const Answer answer = ask(Question::ValueAndDensity, wi, wo, wavelengths, active);
+        return { value(answer, wo) + first_order(wi, wo, wavelengths, active), answer[4] };
+    }
+
+    /// Mueller matrix of a rigorous surface in a polarised variant, for light from `from` to `to`, without cosθo. Its
+    /// frames of reference have the grooves' direction, made transverse to the light, as first axis. Not
+    /// differentiable.
+    Spectrum matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths, const Mask &active) const {
+        const auto elements = ask_matrix(from, to, wavelengths, active);
+        Spectrum matrix;
+        for (size_t i = 0; i < 4; ++i)
+            for (size_t j = 0; j < 4; ++j)
+                matrix(i, j) = element(elements, 4 * i + j);
+        return matrix;
+    }
+
+    /// A direction from three uniform variates; the zero vector where the draw falls below the horizon.
+    Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
+                    const Mask &active) const {
+        const Vector3f variates(sample1, sample2.x(), sample2.y());
+        const Answer answer = ask(Question::Direction, wi, variates, wavelengths, active);
+        return { answer[0], answer[1], answer[2] };
+    }
+
+    const Surface &surface() const { return *m_surface; }
+
+    /// Shows the tables to frozen functions.
+    void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
+        dr::traverse_1_fn_ro(m_buffers, payload, fn);
+    }
+    void traverse_1_cb_rw(void *payload, dr::detail::traverse_callback_rw fn) const {
+        dr::traverse_1_fn_rw(m_buffers, payload, fn);
+    }
+
+private:
+    /// Values at four wavelengths, or red, green, blue and luminance; then the density in 1/sr.
+    using Answer = std::array<Float, 5>;
+
+    static UnpolarizedSpectrum value(const Answer &answer, const Vector3f &wo) {
+        const Float cos_theta_o = dr::detach(wo.z());
+        if constexpr (IsSpectral)
+            return UnpolarizedSpectrum(answer[0], answer[1], answer[2], answer[3]) * cos_theta_o;
+        else if constexpr (UnpolarizedSpectrum::Size == 1)
+            return UnpolarizedSpectrum(answer[3]) * cos_theta_o;
+        else
+            return UnpolarizedSpectrum(answer[0], answer[1], answer[2]) * cos_theta_o;
+    }
+
+    static std::array<float, 3> by_value(const Vector3f &w) { return { w.x(), w.y(), w.z() }; }
+
+    static std::array<float, 4> by_value([[maybe_unused]] const Wavelength &wavelengths) {
+        if constexpr (IsSpectral)
+            return { wavelengths[0], wavelengths[1], wavelengths[2], wavelengths[3] };
+        else
+            return {};
+    }
+
+    /// Dr.Jit variables of a traced call.
+    Traced arguments(const Vector3f &wi, const Vector3f &other, [[maybe_unused]] const Wavelength &wavelengths,
+                     const Mask &active) const {
+        Traced arguments{};
+        arguments.backend = uint32_t(dr::backend_v<Float>);
+        for (size_t i = 0; i < 3; ++i) {
+            arguments.wi[i]    = wi[i].index();
+            arguments.other[i] = other[i].index();
+        }
+        arguments.active = active.index();
+        arguments.words  = m_buffers.indices();
+        if constexpr (IsSpectral)
+            for (size_t i = 0; i < 4; ++i)
+                arguments.wavelengths_nm[i] = wavelengths[i].index();
+        return arguments;
+    }
+
+    Answer ask(Question question, const Vector3f &wi, const Vector3f &other, const Wavelength &wavelengths,
+               [[maybe_unused]] const Mask &active) const {
+        if constexpr (Traces)
+            return taken(m_surface->trace(question, arguments(wi, other, wavelengths, active)));
+        else
+            return m_surface->ask(question, by_value(wi), by_value(other), by_value(wavelengths));
+    }
+
+    /// Matrix elements in the bridge's order: the four wavelengths of an element lie side by side.
+    auto ask_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
+                    [[maybe_unused]] const Mask &active) const {
+        if constexpr (Traces)
+            return taken(m_surface->trace_matrix(arguments(from, to, wavelengths, active)));
+        else
+            return m_surface->ask_matrix(by_value(from), by_value(to), by_value(wavelengths));
+    }
+
+    /// Takes ownership of variables that the bridge returned.
+    template <size_t N> static std::array<Float, N> taken(const std::array<uint32_t, N> &indices) {
+        std::array<Float, N> answer;
+        std::transform(indices.begin(), indices.end(), answer.begin(), [](uint32_t i) { return Float::steal(i); });
+        return answer;
+    }
+
+    template <size_t N> static UnpolarizedSpectrum element(const std::array<Float, N> &elements, size_t i) {
+        if constexpr (IsSpectral)
+            return UnpolarizedSpectrum(elements[4 * i], elements[4 * i + 1], elements[4 * i + 2], elements[4 * i + 3]);
+        else
+            return UnpolarizedSpectrum(elements[4 * i]);
+    }
+
+    /// Zero, with the derivatives of the value by the components of both directions, from central differences.
+    ///
+    /// Reverse mode cannot differentiate the look-ups, whose loops have a number of steps that depends on the
+    /// directions.
+    UnpolarizedSpectrum first_order(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
+                                    const Mask &active) const {
+        UnpolarizedSpectrum change(0.f);
+        if constexpr (dr::is_diff_v<Float>) {
+            if (!dr::grad_enabled(wi) && !dr::grad_enabled(wo))
+                return change;
+            using UInt32           = dr::uint32_array_t<Float>;
+            using Slopes           = dr::Array<UnpolarizedSpectrum, 6>;
+            const Steps steps      = m_surface->steps();
+            const Vector3f from[2] = { dr::detach(wi), dr::detach(wo) };
+            UInt32 i(0);
+            Slopes slopes(UnpolarizedSpectrum(0.f));
+            dr::tie(i, slopes) = dr::while_loop(
+                dr::make_tuple(i, slopes), [&](const UInt32 &i, const Slopes &) { return active && i < 12u; },
+                [&](UInt32 &i, Slopes &slopes) {
+                    const Float sign = dr::select((i & 1u) == 0u, Float(1.f), Float(-1.f));
+                    Vector3f to[2]   = { from[0], from[1] };
+                    Float distance(0.f);
+                    for (uint32_t c = 0; c < 6; ++c) {
+                        const Float here = from[c / 3][c % 3];
+                        // A quarter of the cosine at most, so that the step does not cross the horizon.
+                        const Float step =
+                            c % 3 < 2 ? Float(steps.across[c % 3]) : dr::minimum(steps.along, .25f * here);
+                        const auto moves = (i >> 1) == c;
+                        to[c / 3][c % 3] += dr::select(moves, sign * step, 0.f);
+                        // The difference of the two positions as rounded to single precision.
+                        distance = dr::select(moves, (here + step) - (here - step), distance);
+                    }
+                    const auto there = value(ask(Question::Value, to[0], to[1], wavelengths, active), to[1]);
+                    for (uint32_t c = 0; c < 6; ++c)
+                        slopes[c] += dr::select((i >> 1) == c, there * (sign / distance), 0.f);
+                    i += 1;
+                },
+                "slopes");
+            for (uint32_t c = 0; c < 6; ++c)
+                change += slopes[c] * ((c < 3 ? wi[c % 3] : wo[c % 3]) - from[c / 3][c % 3]);
+        }
+        return change;
+    }
+
+    struct NoBuffers {
+        explicit NoBuffers(const Surface &) {}
+    };
+
+    rust::Box<Surface> m_surface;
+    std::conditional_t<Traces, Buffers<Float>, NoBuffers> m_buffers;
+};
+
+} // namespace sunbeam

@@ -1,0 +1,234 @@
+#include "parameters.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <vector>
+
+#include <mitsuba/core/filesystem.h>
+#include <mitsuba/core/fresolver.h>
+#include <mitsuba/core/logger.h>
+#include <mitsuba/core/spectrum.h>
+
+using mitsuba::ClassName, mitsuba::Error; // for Throw()
+using mitsuba::Properties;
+
+namespace sunbeam {
+namespace {
+
+// Parameters that Rust reads, by type. src/config/ decides for all interfaces which values are accepted.
+constexpr const char *CHOICES[]  = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
+constexpr const char *NUMBERS[]  = { "period",     "height",           "region_size", "region_spread", "pixel_size",
+                                     "max_height", "coherence_length", "tolerance",   "build_limit" };
+constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
+
+constexpr const char *ALL_NAMES =
+    "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
+    "tiling, theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, build_limit, "
+    "material, eta, k, "
+    "specular_reflectance, diffuse_reflectance, rotation";
+
+/// A JSON string literal.
+std::string json_string(std::string_view text) {
+    std::string result = "\"";
+    for (unsigned char c : text) {
+        char escape[8];
+        if (c == '"' || c == '\\')
+            (result += '\\') += (char) c;
+        else if (c < 0x20)
+            result += (std::snprintf(escape, sizeof escape, "\\u%04x", c), escape);
+        else
+            result += (char) c;
+    }
+    return result + '"';
+}
+
+/// A finite number as JSON.
+std::string number(const Properties &props, const char *name) {
+    const double value = props.get<double>(name);
+    if (!std::isfinite(value))
+        Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
+    // The shortest form that reads back as the same number. printf's decimal point would depend on the locale.
+    char text[32];
+    return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+/// Absolute path of the file that the file resolver finds for `filename`.
+std::string resolved_file(const Properties &props) {
+    namespace fs           = mitsuba::fs;
+    const std::string name = props.get<std::string>("filename");
+    const fs::path path    = mitsuba::file_resolver()->resolve(fs::path(name));
+    if (!fs::is_regular_file(path))
+        Throw("parameter \"filename\": there is no file \"%s\" in any folder of the file resolver", name);
+    return fs::absolute(path).string();
+}
+
+/// Numbers of a property: one, a colour's three, or a spectrum's values. Empty for a texture.
+std::vector<double> plain_values(const Properties &props, const char *name) {
+    switch (props.type(name)) {
+        case Properties::Type::Float:
+        case Properties::Type::Integer:
+            return { props.get<double>(name) };
+        case Properties::Type::Color: {
+            const auto color = props.get<mitsuba::Color<double, 3>>(name);
+            return { color.x(), color.y(), color.z() };
+        }
+        case Properties::Type::Spectrum:
+            return props.get<Properties::Spectrum>(name).values;
+        default:
+            return {};
+    }
+}
+
+/// Refuses numbers of a property outside [low, high], and NaN; `accepted` completes the message "must be …".
+void check_range(const Properties &props, const char *name, double low, double high, const char *accepted) {
+    if (!props.has_property(name))
+        return;
+    for (double value : plain_values(props, name))
+        if (!(std::isfinite(value) && value >= low && value <= high)) // refuses NaN, too
+            Throw("parameter \"%s\" is %f, but must be %s", name, value, accepted);
+}
+
+/// Names of the measured materials that come with Mitsuba.
+std::string known_materials() {
+    std::vector<std::string> names;
+    const auto folder             = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior"));
+    const std::string_view suffix = ".eta.spd";
+    std::error_code error; // an unreadable folder yields an empty list
+    for (const auto &entry : std::filesystem::directory_iterator(folder.string(), error)) {
+        std::string name = entry.path().filename().string();
+        if (name.size() > suffix.size() && name.compare(name.size() - suffix.size(), suffix.npos, suffix) == 0)
+            names.push_back(name.substr(0, name.size() - suffix.size()));
+    }
+    std::sort(names.begin(), names.end());
+    std::string list = "none";
+    for (const auto &name : names)
+        (list += ", ") += name;
+    return list;
+}
+
+} // namespace
+
+std::string surface_json(const Properties &props) {
+    std::string json;
+    auto append = [&](const char *name, const std::string &value) {
+        json += json.empty() ? "{" : ",";
+        json += json_string(name) + ":" + value;
+    };
+    for (const char *name : CHOICES)
+        if (props.has_property(name))
+            append(name, json_string(props.get<std::string>(name)));
+    for (const char *name : NUMBERS)
+        if (props.has_property(name))
+            append(name, number(props, name));
+    for (const char *name : SWITCHES)
+        if (props.has_property(name))
+            append(name, props.get<bool>(name) ? "true" : "false");
+    if (props.has_property("channel")) // by number or title
+        append("channel", props.type("channel") == Properties::Type::Integer
+                              ? std::to_string(props.get<int64_t>("channel"))
+                              : json_string(props.get<std::string>("channel")));
+    if (props.has_property("filename"))
+        append("filename", json_string(resolved_file(props)));
+    return json.empty() ? "{}" : json + "}";
+}
+
+std::string material_name(const Properties &props) {
+    const std::string material = props.get<std::string>("material", "none");
+    const bool has_eta = props.has_property("eta"), has_k = props.has_property("k");
+    if (material != "none" && (has_eta || has_k))
+        Throw("parameter \"material\" contradicts \"%s\": give either a material or eta and k", has_eta ? "eta" : "k");
+    if (has_k && !has_eta)
+        Throw("parameter \"k\" needs \"eta\": give both, or \"eta\" alone for a dielectric");
+    if (material == "none")
+        return material;
+    const auto file = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior/" + material + ".eta.spd"));
+    if (material.find('/') != material.npos || !mitsuba::fs::is_regular_file(file))
+        Throw("parameter \"material\" is \"%s\", but must be one of %s", material, known_materials());
+    return material;
+}
+
+std::optional<IndexSpectrum> index_spectrum(const Properties &props, const std::string &material) {
+    IndexSpectrum index;
+    if (material != "none") {
+        auto read = [&](const char *part, std::vector<double> &nm, std::vector<double> &values) {
+            const auto file = mitsuba::file_resolver()->resolve(mitsuba::fs::path("data/ior/" + material + part));
+            mitsuba::spectrum_from_file<double>(file, nm, values);
+        };
+        read(".eta.spd", index.eta_nm, index.eta);
+        read(".k.spd", index.k_nm, index.k);
+        return index;
+    }
+    if (!props.has_property("eta"))
+        return index;
+    auto known = [&](const char *name, std::vector<double> &nm, std::vector<double> &values) {
+        switch (props.type(name)) {
+            case Properties::Type::Float:
+            case Properties::Type::Integer:
+                values = { props.get<double>(name) };
+                return true;
+            case Properties::Type::Spectrum: {
+                const auto &spectrum = props.get<Properties::Spectrum>(name);
+                nm                   = spectrum.wavelengths;
+                values               = spectrum.values;
+                return true;
+            }
+            default:
+                return false;
+        }
+    };
+    index.k = { 0.0 };
+    if (!known("eta", index.eta_nm, index.eta) || (props.has_property("k") && !known("k", index.k_nm, index.k)))
+        return {};
+    return index;
+}
+
+WavelengthRange range_of(const std::vector<double> &nm) {
+    WavelengthRange range;
+    if (!nm.empty()) {
+        range.low  = std::max(range.low, nm.front());
+        range.high = std::min(range.high, nm.back());
+    }
+    return range;
+}
+
+void tell_ends(const std::string &source, const WavelengthRange &range) {
+    if (range.is_complete())
+        return;
+    if (range.low > range.high)
+        Throw("%s: no wavelength from %g to %g nm has a value", source, MI_CIE_MIN, MI_CIE_MAX);
+    Log(mitsuba::Warn,
+        "%s is given from %g to %g nm only: the values at its ends are taken for the rest of %g to %g nm", source,
+        range.low, range.high, MI_CIE_MIN, MI_CIE_MAX);
+}
+
+Properties::Spectrum continued(std::vector<double> nm, std::vector<double> values) {
+    if (nm.front() > MI_CIE_MIN) {
+        nm.insert(nm.begin(), MI_CIE_MIN);
+        values.insert(values.begin(), values.front());
+    }
+    if (nm.back() < MI_CIE_MAX) {
+        nm.push_back(MI_CIE_MAX);
+        values.push_back(values.back());
+    }
+    return Properties::Spectrum(std::move(nm), std::move(values));
+}
+
+void check_optics(const Properties &props) {
+    const double infinity = std::numeric_limits<double>::infinity();
+    check_range(props, "eta", 0, infinity, "a finite number of at least 0");
+    check_range(props, "k", 0, infinity, "a finite number of at least 0");
+    check_range(props, "specular_reflectance", 0, 1, "in [0, 1]");
+    check_range(props, "diffuse_reflectance", 0, 1, "in [0, 1]");
+    check_range(props, "rotation", -infinity, infinity, "a finite angle in degrees");
+}
+
+void refuse_unknown(const Properties &props) {
+    for (const std::string &name : props.unqueried())
+        Throw("unknown parameter \"%s\"; the plugin \"diffraction\" accepts %s", name, ALL_NAMES);
+}
+
+} // namespace sunbeam

@@ -1,0 +1,144 @@
+//! What a BSDF instance owns on the Rust side, and how it is made.
+
+use super::super::log::logged;
+use super::index::spectral_index;
+use super::{PluginError, ffi};
+use std::any::Any;
+use std::sync::{Arc, Mutex, PoisonError, Weak};
+use sunbeam::cache::{Cache, Origin};
+use sunbeam::config::{BuildError, ObliquityChoice, SurfaceConfig, Theory};
+use sunbeam::grating::{GratingColourSurface, GratingSurface, JonesTable};
+use sunbeam::lobe::{self, ColourSurface};
+use sunbeam::scattering::SpectralIndex;
+
+/// What a BSDF instance owns on the Rust side.
+pub struct Surface {
+    pub(super) recipe: Recipe,
+    pub(super) tables: Tables,
+    /// How the orders of a rigorous surface polarise, where that is carried.
+    pub(super) jones: Option<Arc<(JonesTable, Origin)>>,
+    pub(super) identity: u64,
+}
+
+/// What a surface is made from.
+#[derive(Clone)]
+pub(super) struct Recipe {
+    pub(super) config: SurfaceConfig,
+    /// The index that it was asked for with; `None` reflects everything.
+    pub(super) index: Option<SpectralIndex>,
+    /// Whether colours contain what the interface does to light.
+    pub(super) inside: bool,
+    /// Whether Stokes vectors are carried.
+    pub(super) polarised: bool,
+}
+
+pub(super) enum Tables {
+    Spectral(Arc<(lobe::Surface, Origin)>),
+    Colours(Arc<(ColourSurface, Origin)>),
+    Grating(Arc<(GratingSurface, Origin)>),
+    GratingColours(Arc<(GratingColourSurface, Origin)>),
+}
+
+impl Recipe {
+    /// What JSON and samples amount to. Whatever becomes of the index later, the obliquity factor is that of the one given here.
+    pub(super) fn new(config_json: &str, samples: &ffi::IndexSamples, polarised: bool) -> Result<Self, PluginError> {
+        let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
+        let index = spectral_index(samples)?;
+        let small_slope = config.obliquity == ObliquityChoice::SmallSlope;
+        if !samples.known && config.theory == Theory::Rigorous {
+            return Err(PluginError::UnknownIndex { parameter: "theory", value: "rigorous", other: "scalar" });
+        }
+        if !samples.known && small_slope {
+            return Err(PluginError::UnknownIndex { parameter: "obliquity", value: "small_slope", other: "stam" });
+        }
+        if config.theory == Theory::Scalar {
+            config.obliquity = config.obliquity.resolved(index.as_ref()).into();
+        }
+        Ok(Self { config, index, inside: samples.known, polarised })
+    }
+}
+
+impl Surface {
+    /// For variants that carry wavelengths.
+    pub(super) fn spectral(recipe: Recipe) -> Result<Box<Self>, PluginError> {
+        let cache = Cache::from_env().map_err(BuildError::from)?;
+        let Recipe { config, index, .. } = &recipe;
+        let index = index.as_ref();
+        let tables = match config.theory {
+            Theory::Scalar => Tables::Spectral(logged(|progress| config.build_shared(index, &cache, progress))?),
+            Theory::Rigorous => {
+                Tables::Grating(logged(|progress| config.build_shared_grating(index, &cache, progress))?)
+            }
+        };
+        Self::with_tables(recipe, tables, &cache)
+    }
+
+    /// For variants that carry colours.
+    pub(super) fn colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
+        let cache = Cache::from_env().map_err(BuildError::from)?;
+        let Recipe { config, index, inside, .. } = &recipe;
+        let (index, inside) = (index.as_ref(), index.as_ref().filter(|_| *inside));
+        let tables = match config.theory {
+            Theory::Scalar => {
+                Tables::Colours(logged(|progress| config.build_shared_colours(index, inside, &cache, progress))?)
+            }
+            Theory::Rigorous => {
+                Tables::GratingColours(logged(|progress| config.build_shared_grating_colours(index, &cache, progress))?)
+            }
+        };
+        Self::with_tables(recipe, tables, &cache)
+    }
+
+    fn with_tables(recipe: Recipe, tables: Tables, cache: &Cache) -> Result<Box<Self>, PluginError> {
+        let Recipe { config, index, polarised, .. } = &recipe;
+        let jones = if *polarised && config.theory == Theory::Rigorous {
+            Some(logged(|progress| config.build_shared_jones(index.as_ref(), cache, progress))?)
+        } else {
+            None
+        };
+        let shared: Arc<dyn Any + Send + Sync> = match &tables {
+            Tables::Spectral(tables) => tables.clone(),
+            Tables::Colours(tables) => tables.clone(),
+            Tables::Grating(tables) => tables.clone(),
+            Tables::GratingColours(tables) => tables.clone(),
+        };
+        // The same tables go with the same polarisation, if with any.
+        let identity = 2 * identity(shared) + u64::from(jones.is_some());
+        Ok(Box::new(Self { recipe, tables, jones, identity }))
+    }
+
+    pub(super) fn all_words(&self) -> [&[u32]; 3] {
+        match &self.tables {
+            Tables::Spectral(tables) => tables.0.words(),
+            Tables::Colours(tables) => tables.0.words(),
+            Tables::Grating(tables) => [tables.0.words(), &[], self.jones_words()],
+            Tables::GratingColours(tables) => {
+                let [efficiencies, colours] = tables.0.words();
+                [efficiencies, colours, self.jones_words()]
+            }
+        }
+    }
+
+    pub(super) fn jones_words(&self) -> &[u32] {
+        self.jones.as_ref().map_or(&[], |jones| jones.0.words())
+    }
+
+    pub(super) fn jones(&self) -> Result<&JonesTable, PluginError> {
+        self.jones.as_ref().map(|jones| &jones.0).ok_or(PluginError::NoMatrix)
+    }
+}
+
+/// A number for tables in use, which an address would not be: another's may come to lie there.
+fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
+    type InUse = (u64, Vec<(u64, Weak<dyn Any + Send + Sync>)>);
+    static IN_USE: Mutex<InUse> = Mutex::new((0, Vec::new()));
+    let mut guard = IN_USE.lock().unwrap_or_else(PoisonError::into_inner);
+    let (last, in_use) = &mut *guard;
+    in_use.retain(|(_, weak)| weak.strong_count() > 0);
+    if let Some((number, _)) = in_use.iter().find(|(_, weak)| std::ptr::addr_eq(weak.as_ptr(), Arc::as_ptr(&tables))) {
+        return *number;
+    }
+    *last += 1;
+    in_use.push((*last, Arc::downgrade(&tables)));
+    *last
+}

@@ -1,0 +1,82 @@
+//! One line that tells a surface, for `str(bsdf)`.
+
+use sunbeam::cache::Origin;
+use sunbeam::config::{Source, SurfaceConfig, Theory};
+use sunbeam::grating::GratingSurface;
+use sunbeam::lobe::{ColourSurface, SurfaceReport};
+
+/// The configuration.
+pub fn config(config: &SurfaceConfig) -> String {
+    let source = match config.source() {
+        Source::Preset(preset) => {
+            let size = |name, given: Option<f64>| given.map(|v| format!(", {name} {v} µm")).unwrap_or_default();
+            format!("{}{}{}", preset.name(), size("period", config.period), size("height", config.height))
+        }
+        Source::File(path) => path.display().to_string(),
+    };
+    if config.theory == Theory::Rigorous {
+        return format!("{source}; theory rigorous, over {} µm, level {}", config.coherence_length, config.level());
+    }
+    // The parameters' own spelling.
+    let name = |choice: &dyn std::fmt::Debug| format!("{choice:?}").to_lowercase();
+    format!(
+        "{source}; {} over {} µm, {} tiling, {} obliquity, level {}, conserve_energy {}, shadowing {}, tolerance {:e}",
+        name(&config.model),
+        config.coherence_length,
+        name(&config.tiling()),
+        config.obliquity.name(),
+        config.level(),
+        config.conserve_energy(),
+        config.shadowing,
+        config.tolerance
+    )
+}
+
+/// The tables of a surface and their error.
+pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
+    let table = &report.table;
+    let scaled = report.energy.map_or(String::new(), |energy| {
+        format!(
+            ", mean albedo {:.4} scaled from {:.4} to conserve energy",
+            energy.albedo_mean_scaled, energy.albedo_mean_unscaled
+        )
+    });
+    format!(
+        "tables of {:.2} MB, {origin} ({:.2} s to build), {} x {} look-ups of {} nodes with {} knots, relative error {:.1e}{scaled}",
+        report.bytes as f64 / 1e6,
+        report.build_seconds,
+        table.taps.0,
+        table.taps.1,
+        table.nodes,
+        table.kappa_knots,
+        table.relative_error
+    )
+}
+
+/// The tables of a surface in colours.
+pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
+    let report = surface.report();
+    let bytes = report.table_bytes + report.sampler_bytes + report.albedo_bytes;
+    let inside = if surface.reference().is_some() { "inside" } else { "apart" };
+    format!(
+        "tables of colours of {:.2} MB, {origin} ({:.2} s to build), {} rings over {} µm of coherence, relative error {:.1e} of the \
+         spectra, Fresnel reflectance {inside}",
+        bytes as f64 / 1e6,
+        report.build_seconds,
+        surface.table().report().rings,
+        report.coherence_length_um,
+        surface.table().report().spectral_error,
+    )
+}
+
+/// The table of a grating by Maxwell's equations.
+pub fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
+    let report = grating.report();
+    format!(
+        "Maxwell's orders in tables of {:.2} MB, {origin} ({:.2} s to build), {} places solved, an order off by {:.1e} in root mean square",
+        bytes as f64 / 1e6,
+        report.build_seconds,
+        report.solved,
+        report.rms,
+    )
+}

@@ -1,0 +1,38 @@
+"""How colourful what is seen in a picture is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mitsuba as mi
+import numpy as np
+from PIL import Image
+
+from mitsuba_scenes.crosscheck import realtime
+from mitsuba_scenes.render import EXPOSURE_STOPS
+
+from .rgb_against_spectral import XYZ_OF_SRGB, lab
+
+
+def read_exr(path: Path) -> np.ndarray:
+    """Linear sRGB, (rows, columns, 3)."""
+    bitmap = mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
+    return np.array(bitmap)
+
+
+def mean_chroma(linear: np.ndarray, mask: Path) -> float:
+    """Mean of C*ab, √(a*² + b*²), over the pixels where the mask is white, at the exposure of the pages' pictures."""
+    seen = np.clip(linear * 2.0**EXPOSURE_STOPS, 0, 1)
+    with Image.open(mask) as white:
+        inside = np.array(white) > 0
+    return float(np.hypot(*lab(seen[inside])[:, 1:].T).mean())
+
+
+def greyed(linear: np.ndarray) -> np.ndarray:
+    """The picture without its colour: every pixel as bright as before."""
+    return np.repeat((linear @ XYZ_OF_SRGB[1])[..., None], 3, axis=-1)
+
+
+def mean_delta_e(reference: Path, other: Path, mask: Path) -> float:
+    """Mean CIEDE2000 of two EXR pictures where the mask is white, at the exposure of the pages' pictures."""
+    return realtime.compare(reference, other, exposure=EXPOSURE_STOPS, mask=mask)["delta_e_2000"]["mean"]

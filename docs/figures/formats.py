@@ -1,0 +1,231 @@
+"""The page `formats`: test files of the library SurfaceTopography, converted, beside the native readers and Gwyddion.
+
+It is made only where the environment's `SAMPLES` names their folder, which docs/formats.md says how to get. Gwyddion is
+asked where the program is on `PATH`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from mitsuba_scenes.environment import REPOSITORY, SetupError
+from mitsuba_scenes.tool import sunbeam
+
+from .page import insist
+
+PAGE = "formats"
+# Formats that the native readers read, with an extension that they know them by.
+NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
+# Text, whose headers are without number: the native readers refuse what they do not know, and Gwyddion asks for sizes.
+TEXT = ("asc", "xyz")
+# Largest difference over peak to valley up to which heights are the same: the rounding of doubles,
+# with an offset of up to 1e4 times peak to valley, and of scales that are text of seven digits.
+SAME = 1e-6
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A file with its format, and the relief or the reason why it is refused."""
+
+    path: Path
+    format: str
+    reading: Any
+    refusal: str
+
+
+def figures() -> dict | None:
+    """Converts all files; `None`, with one line printed, where there is no `SAMPLES`."""
+    folder = os.environ.get("SAMPLES")
+    if not folder:
+        print(f"{PAGE}: left as it is, since SAMPLES names no folder (docs/{PAGE}.md says which)", flush=True)
+        return None
+    files = sorted(path for path in Path(folder).iterdir() if path.is_file())
+    if not files:
+        raise SetupError(f"SAMPLES={folder} has no files")
+    samples = [read(path) for path in files]
+    with TemporaryDirectory() as work:
+        maps = [compared(sample, Path(work)) for sample in samples if sample.reading is not None]
+    refused = [{"file": s.path.name, "format": s.format, "reason": s.refusal} for s in samples if s.reading is None]
+    native = [row for row in maps if row["native"] is not None]
+    gwyddion = [row for row in maps if row["gwyddion"] is not None]
+    insist(PAGE, all(row["native"]["same"] for row in native), "the native readers give the same")
+    insist(PAGE, all(row["gwyddion"]["same"] for row in gwyddion), "Gwyddion gives the same, or its mirror image")
+    mirrored = sorted({row["format"] for row in gwyddion if row["gwyddion"]["mirrored"]})
+    insist(PAGE, mirrored == ["sdf", "x3p"], "only X3P and surface data files are upside down in Gwyddion")
+    formats = [format_figures(name, maps, refused) for name in readable()]
+    return {
+        "library": version("SurfaceTopography"),
+        "gwyddion": gwyddion_version() if gwyddion else None,
+        "maps": maps,
+        "refused": refused,
+        "formats": formats,
+        "untried": untried(formats, refused),
+        "reasons": reasons(refused),
+        "native": {"files": len(native), "formats": len({row["format"] for row in native})},
+        "beside_gwyddion": {"files": len(gwyddion), "formats": len({row["format"] for row in gwyddion})},
+    }
+
+
+def untried(formats: list[dict], refused: list[dict]) -> list[str]:
+    """Names of the formats of maps that only the library reads, and of which there was no map."""
+    seen = {row["format"] for row in refused if "profiles" not in row["reason"]}
+    extensions = converter().EXTENSIONS
+    return [
+        row["name"]
+        for row in formats
+        if not row["maps"] and row["format"] not in seen and extensions & set(row["extensions"])
+    ]
+
+
+def reasons(refused: list[dict]) -> dict[str, int]:
+    """How many files were refused as profiles, as bare arrays, by size or unit, or as no format that is known."""
+    kinds = {"profiles": "profiles", "bare arrays": "arrays", "does not tell": "units", "more than the": "sizes"}
+    counts = dict.fromkeys([*kinds.values(), "unreadable"], 0)
+    for row in refused:
+        counts[next((kind for part, kind in kinds.items() if part in row["reason"]), "unreadable")] += 1
+    return counts
+
+
+def read(path: Path) -> Sample:
+    """Converts a file; points, which tell no unit, are taken for µm."""
+    convert = converter()
+    known, options = "", {}
+    try:
+        known = convert.library().detect_format(str(path))
+    except convert.library().CannotDetectFileFormat:
+        known = "unknown"
+    try:
+        if known == "xyz":
+            options = {"unit": "µm"}
+        return Sample(path, known, convert.read(path, **options), "")
+    except convert.SunbeamError as error:
+        return Sample(path, known, None, str(error).removeprefix(f"{path}: "))
+
+
+def converter() -> Any:
+    """The package's module, of the checkout."""
+    if str(REPOSITORY / "python") not in sys.path:
+        sys.path.insert(0, str(REPOSITORY / "python"))
+    import sunbeam_mitsuba.convert as convert
+
+    return convert
+
+
+def readable() -> list[str]:
+    """The formats of SurfaceTopography by their own names, in alphabetical order."""
+    return sorted(reader.format() for reader in converter().library().readers)
+
+
+def compared(sample: Sample, work: Path) -> dict:
+    """Figures of a map: its size, and how far the native reader's and Gwyddion's heights are from it."""
+    relief = sample.reading.relief
+    return {
+        "file": sample.path.name,
+        "format": sample.format,
+        "pixels": list(relief.heights_um.shape[::-1]),
+        "holes": relief.holes,
+        "native": beside_native(sample, work),
+        "gwyddion": beside_gwyddion(sample, work),
+    }
+
+
+def beside_native(sample: Sample, work: Path) -> dict | None:
+    """The largest differences to the native reader's heights and pixels; `None` for what it does not read."""
+    if sample.format not in NATIVE:
+        return None
+    copy, out = work / f"copy{NATIVE[sample.format]}", work / "native.npy"
+    shutil.copy(sample.path, copy)
+    words = ("--height-field", copy, "--level", "none", "--fill", "mean", "-o", out)
+    try:
+        pixel_um = json.loads(sunbeam("height-field", *words))["pixel_um"]
+    except SetupError:
+        if sample.format in TEXT:
+            return None
+        raise
+    return differences(sample.reading.relief, np.load(out), pixel_um)
+
+
+def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
+    """Compares with Gwyddion's heights in metres; `None` where it does not read the file, or is not installed."""
+    if sample.format in TEXT or shutil.which("gwyddion") is None:
+        return None
+    made = work / f"{sample.path.name}.gwy"
+    run_gwyddion(f"--convert-to-gwy={made}", str(sample.path))
+    if not made.exists():
+        return None
+    from gwyfile import load
+
+    relief = sample.reading.relief
+    found = []
+    for key, field in load(str(made)).items():
+        if not key.endswith("/data") or np.shape(field.data) != relief.heights_um.shape:
+            continue
+        unit = field.si_unit_z.unitstr if field.si_unit_z else None
+        if unit != "m":
+            continue
+        # Gwyddion's first row is the top. It has a mask for points without a height, and so has the relief.
+        heights_um = np.array(field.data)[::-1] * 1e6
+        rows, columns = heights_um.shape
+        pixel_um = (field.xreal * 1e6 / columns, field.yreal * 1e6 / rows)
+        for mirrored in (False, True):
+            shown = heights_um[::-1] if mirrored else heights_um
+            found.append({**differences(relief, shown, pixel_um), "mirrored": mirrored})
+    return min(found, key=lambda one: one["heights"], default=None)
+
+
+def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
+    """The largest difference of heights over peak to valley, where the relief has some, and of pixels, relative."""
+    known = np.isfinite(relief.heights_um)
+    apart = heights_um[known] - relief.heights_um[known]
+    # Gwyddion leaves the offset of some surfaces out, on which no light depends.
+    heights = float(np.abs(apart - np.median(apart)).max() / relief.peak_to_valley_um)
+    pixels = float(np.abs(np.array(pixel_um) / relief.pixel_um - 1).max())
+    return {"heights": heights, "pixels": pixels, "same": max(heights, pixels) < SAME}
+
+
+def run_gwyddion(*words: str) -> str:
+    """Runs the program, on an X server of its own where there is one; what it prints."""
+    display = ("xvfb-run", "-a") if shutil.which("xvfb-run") else ()
+    done = subprocess.run([*display, "gwyddion", *words], capture_output=True, text=True, timeout=120)
+    return done.stdout
+
+
+def gwyddion_version() -> str:
+    """The version's number: the line is "Gwyddion 2.62 (date)"."""
+    return run_gwyddion("--version").split()[1]
+
+
+def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
+    """A format's row: its extensions, how many files were maps, and what was compared."""
+    reader = converter().library().lookup_reader_by_format[name]
+    own = [row for row in maps if row["format"] == name]
+    return {
+        "format": name,
+        "name": reader.name(),
+        "extensions": list(reader.file_extensions()),
+        "maps": len(own),
+        "refused": sum(row["format"] == name for row in refused),
+        **{by: summary([row[by] for row in own if row[by] is not None]) for by in ("native", "gwyddion")},
+    }
+
+
+def summary(rows: list[dict]) -> dict | None:
+    """How many files were the same, and the largest difference of heights; `None` for no files."""
+    if not rows:
+        return None
+    return {
+        "files": len(rows),
+        "heights": max(row["heights"] for row in rows),
+        "mirrored": any(row.get("mirrored", False) for row in rows),
+    }

@@ -1,0 +1,107 @@
+"""What the plugin costs in Mitsuba, all in one: time to an error, calls, the first picture, and RGB beside spectral."""
+
+from __future__ import annotations
+
+import time
+
+from mitsuba_scenes.environment import SetupError, use_variant
+
+from . import bsdf_calls, first_render, rgb_against_spectral, time_to_error
+from .benchmark_scenes import scanned_surface, scenes
+from .speed_error import processor
+
+
+def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_against_spectral.BUDGET_S) -> dict:
+    """Everything that is measured, each part with the seconds it took.
+
+    `cell_s` is what a scene in a variant may take, `picture_s` what each of two converged pictures may; neither has in
+    it what compiling takes, and a cell that is slow takes longer, for a least number of rounds.
+    """
+    made = {
+        **about_cells(cell_s),
+        "picture_s": picture_s,
+        "call_names": bsdf_calls.CALLS,
+        "turns": bsdf_calls.TURNS,
+        "first_size": first_render.SIZE,
+        "scanned": scanned_surface()[1],
+        "grey": rgb_against_spectral.GREY,
+        "took_s": {},
+    }
+    parts = {
+        "cells": lambda: cells(cell_s),
+        "calls": bsdf_calls.figures,
+        "first_renders": first_render.figures,
+        "colours": lambda: rgb_against_spectral.figures(picture_s),
+    }
+    for name, part in parts.items():
+        start = time.perf_counter()
+        made[name] = part()
+        made["took_s"][name] = time.perf_counter() - start
+        print(f"{name}: {made['took_s'][name]:.0f} s", flush=True)
+    return made
+
+
+def about_cells(cell_s: float) -> dict:
+    """What the figures of cells are of."""
+    # Scenes are described with transforms, which are the variant's.
+    use_variant(time_to_error.VARIANTS[0], fall_back=False)
+    return {
+        "cpu": processor(),
+        "aim": time_to_error.ERROR,
+        "nominal_pixels": time_to_error.NOMINAL_PIXELS,
+        "noise_size": time_to_error.SIZES[0],
+        "cell_s": cell_s,
+    }
+
+
+def of_cells(cell_s: float, names: list[str] | None = None) -> dict:
+    """The time to an error alone, in the scenes of these names or in all."""
+    return {**about_cells(cell_s), "cells": cells(cell_s, names)}
+
+
+def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
+    """Each scene, of these names if any, in each variant."""
+    all_scenes = {scene.name: scene for scene in scenes()}
+    if unknown := set(names or ()) - set(all_scenes):
+        raise SetupError(f"unknown scene {', '.join(sorted(unknown))}; there are {', '.join(all_scenes)}")
+    found = []
+    for scene in [all_scenes[name] for name in names or all_scenes]:
+        for variant in time_to_error.VARIANTS:
+            print(f"{scene.name}, {variant} ...", flush=True)
+            found.append(time_to_error.measure(scene, variant, cell_s))
+    return found
+
+
+def lines_of_cells(made: dict) -> list[str]:
+    """The times to an error as text."""
+    side = round(made["nominal_pixels"] ** 0.5)
+    found = [f"seconds for {side}x{side} pixels, and until the relative error is down to {made['aim']:.0%}", ""]
+    heads = f"{'s':>10}{'/ rough':>9}{'by cpu':>9}{'error':>9}{'s to aim':>11}{'/ rough':>9}{'rounds':>8}"
+    found.append(f"{'scene':8}{'variant':18}{'material':16}{heads}")
+    for cell in made["cells"]:
+        for way in cell["ways"]:
+            found.append(
+                f"{cell['scene']:8}{cell['variant']:18}{way['name']:16}{way['seconds']:10.3g}"
+                f"{way['time_ratio']['median']:9.2f}{way['cpu_ratio']['median']:9.2f}{way['error']:9.1%}{way['seconds_to_error']:11.3g}"
+                f"{way['error_time_ratio']:9.3g}{cell['rounds']:8}"
+            )
+    return found
+
+
+def lines(made: dict) -> list[str]:
+    """All figures as text."""
+    found = lines_of_cells(made)
+    found += ["", f"{'ns per call':26}{'material':16}" + "".join(f"{call:>10}" for call in bsdf_calls.CALLS)]
+    for row in made["calls"]:
+        numbers = "".join(f"{row['ns'][call]:10.4g}" for call in bsdf_calls.CALLS)
+        found.append(f"{'':8}{row['variant']:18}{row['name']:16}{numbers}")
+    found += ["", f"{'first picture':26}{'material':16}{'load s':>10}{'render s':>10}{'process s':>10}"]
+    for row in made["first_renders"]:
+        numbers = "".join(f"{row[key]:10.2f}" for key in ("load_s", "render_s", "process_s"))
+        found.append(f"{'':8}{row['variant']:18}{row['name']:16}{numbers}")
+    heads = f"{'dE76':>10}{'p95':>10}{'noise':>10}{'energy':>10}"
+    found += ["", f"{'RGB against spectral':26}{'material':16}{heads}"]
+    for row in made["colours"]:
+        keys = ("delta_e_mean", "delta_e_p95", "noise_delta_e_mean", "energy_ratio")
+        found.append(f"{row['scene']:26}{row['material']:16}" + "".join(f"{row[key]:10.3f}" for key in keys))
+    return found

@@ -1,0 +1,214 @@
+"""The numbers behind the sentences about the BRDF maps."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+
+import numpy as np
+from PIL import Image
+
+from mitsuba_scenes.environment import SetupError
+from mitsuba_scenes.tool import sunbeam
+
+from .map_panels import REFERENCE, Maps, Panel, disc
+from .map_surfaces import PERIOD_UM, TILE_UM, Surface
+from .rgb_against_spectral import lab
+from .taylor_sums import SIZE, WAVELENGTH_UM, Sums
+
+# Pairs of directions and wavelengths at which the reference is held against the direct sum.
+CHECKS = 24
+# An eye just notices a difference of 1.
+SEEN = 1.0
+# Of the checks at one wavelength.
+NM = 550.0
+# Radius in direction sines about the mirror direction that counts as the reflection itself.
+MIRROR = 0.15
+
+
+def responses(surface: Surface, lines: list[dict], *way) -> np.ndarray:
+    """f_r in 1/sr of `sunbeam eval`."""
+    asked = "\n".join(map(json.dumps, lines)) + "\n"
+    answered = sunbeam("eval", *surface.words, *way, stdin=asked)
+    return np.array([json.loads(line)["f"] for line in answered.splitlines()])
+
+
+def along_x(surface: Surface, sines: np.ndarray, *way) -> np.ndarray:
+    """f_r at 550 nm in the plane of incidence, the light along the normal."""
+    lines = [{"wi": [0, 0, 1], "wo": [x, 0, math.sqrt(1 - x * x)], "wavelength": NM} for x in map(float, sines)]
+    return responses(surface, lines, *way)
+
+
+def reference(surface: Surface) -> dict:
+    """How far the references' sum is from the direct double-precision sum, relative to the largest of the values."""
+    draw_one = random.Random(1)
+
+    def direction() -> list[float]:
+        # Uniform over the hemisphere's projection, which is what a map shows.
+        radius, azimuth = math.sqrt(draw_one.random()) * 0.99, draw_one.uniform(0, 2 * math.pi)
+        x, y = radius * math.cos(azimuth), radius * math.sin(azimuth)
+        return [x, y, math.sqrt(1 - x * x - y * y)]
+
+    lines = [{"wi": [0, 0, 1], "wo": direction(), "wavelength": draw_one.uniform(380, 780)} for _ in range(CHECKS)]
+    exact = responses(surface, lines, "--method", "exact", "--model", "patch")
+    # A spectrum has no step between wavelengths.
+    found = responses(surface, lines, *REFERENCE[:4])
+    return {"pairs": CHECKS, "worst": float(abs(exact - found).max() / exact.max())}
+
+
+def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
+    """Mean errors in the first orders, over the step between wavelengths, and the least step at which they are seen.
+
+    The first orders are where λ/d lies along x, to a tenth of the radius to either side; `line_nm` is the standard
+    deviation of their power over the wavelength where one looks, λd/(2√2πs).
+    """
+    surface = panels[0].surface
+    period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]
+    place = (np.arange(panels[0].size) + 0.5) * 2 / panels[0].size - 1
+    across = (abs(place) > 0.38 / period_um) & (abs(place) < 0.78 / period_um)
+    orders = across[None, :] & (abs(place) < 0.1)[:, None] & maps.lit(panels[0])
+    errors = [maps.compared(panel, orders)["delta_e_2000"]["mean"] for panel in panels]
+    return {
+        "period_um": period_um,
+        "line_nm": NM * period_um / (2 * math.sqrt(2) * math.pi * surface.coherence_um / 4),
+        "delta_e": dict(zip(map(str, steps_nm), errors)),
+        "first_seen": next((nm for nm, error in zip(steps_nm, errors) if error >= SEEN), None),
+    }
+
+
+def white_spot(maps: Maps, panels: list[Panel]) -> dict:
+    """Mean CIELAB chroma of FLSS and NMM where NMM has no wavelength, the largest value of each map being white."""
+    radius = 0.38 / TILE_UM
+    found = {"radius": radius}
+    for panel in panels:
+        name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
+        if name:
+            _, exposure = maps.drawn(panel.words())
+            # A thousandth of what clips 1 % clips nothing here.
+            exr, _ = maps.drawn(panel.words(), exposure / 1000)
+            linear = decoded(exr.with_suffix(".png"))
+            linear /= linear.max()
+            # Half a pixel less, so that all of them are white by definition.
+            inside = distance(panel.size, 0.0) < radius - 1 / panel.size
+            found[name] = float(np.hypot(*lab(linear[inside])[:, 1:].T).mean())
+    return found
+
+
+def distance(size: int, x: float) -> np.ndarray:
+    """Of each pixel from a place on the x axis, in direction sines."""
+    place = (np.arange(size) + 0.5) * 2 / size - 1
+    return np.hypot(place[None, :] - x, place[:, None])
+
+
+def decoded(png) -> np.ndarray:
+    """The picture in linear sRGB, as shown."""
+    encoded = np.asarray(Image.open(png).convert("RGB")) / 255.0
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def spread(surface: Surface) -> dict:
+    """Share of the first order's light at 550 nm beyond three deviations of the window's lobe, of FLSS and PQ."""
+    sine = NM / 1e3 / PERIOD_UM
+    deviation = NM / 1e3 / (2 * math.sqrt(2) * math.pi * surface.coherence_um / 4)
+    sines = np.linspace(-1.5 * sine, -0.5 * sine, 4001)
+    beyond = abs(sines + sine) > 3 * deviation
+    made = {"deviation": deviation}
+    for name in ("flss", "pq"):
+        response = along_x(surface, sines, "--method", name)
+        made[name] = float(response[beyond].sum() / response.sum())
+    return made
+
+
+def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
+    """The valley between the orders −1 and −2 at 550 nm against the weaker of both, for both readings of σs."""
+    sine = NM / 1e3 / PERIOD_UM
+    sines = np.linspace(-2 * sine, -sine, 401)
+    rows = []
+    for sigma_um in sigmas_um:
+        row = {"sigma_um": sigma_um, "periods": sigma_um / PERIOD_UM}
+        for name, coherence_um in (("window", sigma_um), ("deviation", 4 * sigma_um)):
+            response = along_x(surface.with_coherence(coherence_um), sines, "--method", "flss")
+            row[name] = float(response.min() / min(response[0], response[-1]))
+        rows.append(row)
+    return rows
+
+
+def terms_seen(rows: list[dict]) -> dict:
+    """Of each series, the least number of terms shown from which on no error is seen where it is lit, or `None`."""
+    made = {}
+    for name in ("about the base", "about the middle", "Chebyshev"):
+        least = None
+        for row in reversed([row for row in rows if row["caption"].endswith(name)]):
+            if row["delta_e_lit"] >= SEEN:
+                break
+            least = int(row["caption"].split()[2].rstrip(","))
+        made[name.split()[-1].lower()] = least
+    return made
+
+
+def right_side(maps: Maps, panels: list[Panel]) -> dict:
+    """Per angle: CIELAB chroma of the map's right half over that of the whole disc, without the mirror direction."""
+    rows = []
+    for panel in panels:
+        exr, _ = maps.of(panel)
+        a, b = np.moveaxis(lab(decoded(exr.with_suffix(".png")))[..., 1:], -1, 0)
+        mirror = -math.sin(math.radians(panel.theta_i_deg))
+        chroma = np.where(disc(panel.size) & (distance(panel.size, mirror) > MIRROR), np.hypot(a, b), 0)
+        right = chroma[:, panel.size // 2 :]
+        rows.append(
+            {
+                "theta_i_deg": panel.theta_i_deg,
+                "share": float(right.sum() / chroma.sum()),
+                "mean": float(right.sum() / (disc(panel.size).sum() / 2)),
+            }
+        )
+    return {"rows": rows, "grows": {name: rises([row[name] for row in rows]) for name in ("share", "mean")}}
+
+
+def rises(values: list[float]) -> bool:
+    """Whether each value is above the one before."""
+    return all(after > before for before, after in zip(values, values[1:]))
+
+
+def hold(made: dict) -> None:
+    """Raises where a sentence of the page that has no number of its own is not true of the figures."""
+    errors = {
+        surface: {row["caption"]: row["delta_e_lit"] for row in made["sheets"][f"taylor-{surface}"]["panels"]}
+        for surface in ("blazed", "xenopeltis-procedural")
+    }
+    two = [f"N = {n}, about the base" for n in (24, 26)]
+    parts = [found["parts"] for found in made["sums"]]
+    lines_nm = {name: found["line_nm"] for name, found in made["steps"].items()}
+    sentences = {
+        "the blaze has converged with 24 and 26 terms": all(errors["blazed"][n] < SEEN for n in two),
+        "Xenopeltis has not": all(errors["xenopeltis-procedural"][n] >= SEEN for n in two),
+        "the four partial sums converge within 3 terms": all(max(four) - min(four) <= 3 for four in parts),
+        "the lines of the blaze are wider than those of Elaphe": lines_nm["blazed"] > lines_nm["elaphe-procedural"],
+        "σs as the deviation keeps orders apart": all(row["deviation"] < 0.01 for row in made["valleys"]),
+        "NMM is whiter than FLSS at the centre": made["white_spot"]["nmm"] < made["white_spot"]["flss"],
+        "PQ spreads the first order": made["spread"]["pq"] > made["spread"]["flss"],
+    }
+    wrong = [sentence for sentence, true in sentences.items() if not true]
+    if wrong:
+        raise SetupError(f"the page of BRDF maps says what its figures do not: {'; '.join(wrong)}")
+
+
+def hold_against_the_sum(found: Sums, surface: Surface) -> None:
+    """Raises unless the amplitudes give what the direct sum does: `f_r = O·4πs²|P|²/λ²`, with O = 1/cosθo here.
+
+    To 1e-6 of the largest: both are in double precision, and the window is below that for orders beyond the reach.
+    """
+    power = abs(found.limits[4]) ** 2
+    brightest = np.argsort(np.nan_to_num(power))[-8:]
+    place = (np.arange(SIZE) + 0.5) * 2 / SIZE - 1
+    lines, expected = [], []
+    for pixel in brightest:
+        x, y = float(place[pixel % SIZE]), float(-place[pixel // SIZE])
+        z = math.sqrt(1 - x * x - y * y)
+        lines.append({"wi": [0, 0, 1], "wo": [x, y, z], "wavelength": 1e3 * WAVELENGTH_UM})
+        expected.append(4 * math.pi * (surface.coherence_um / 4) ** 2 * power[pixel] / WAVELENGTH_UM**2 / z)
+    exact = responses(surface, lines, "--method", "exact", "--model", "patch")
+    off = float(abs(exact - expected).max() / exact.max())
+    if off > 1e-6:
+        raise SetupError(f"Taylor's series is off from the direct sum by {off:.1e}")

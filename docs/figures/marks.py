@@ -1,0 +1,79 @@
+"""What is drawn onto pictures: boxes, insets, a compass, the direction of the light."""
+
+from __future__ import annotations
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from mitsuba_scenes.light import Light
+from mitsuba_scenes.scene import View
+
+RED = (225, 30, 30)
+GREY, RIM = (140, 140, 140), (20, 20, 20)
+# An inset is so many times as large as what it shows.
+ENLARGED = 3
+# The cone of the light: its length and the radius of its base, in cm.
+CONE_CM, CONE_RADIUS_CM = 3.0, 0.35
+
+
+def project(view: View, point_cm) -> tuple[float, float]:
+    """Where a point of the scene lies in the picture, in pixels from its upper left corner."""
+    origin = np.array(view.origin_cm, dtype=float)
+    forward = np.array(view.target_cm) - origin
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0, 0, 1])
+    right /= np.linalg.norm(right)
+    x, y, depth = np.array([right, np.cross(right, forward), forward]) @ (np.array(point_cm) - origin)
+    # The field of view is horizontal, and pixels are square.
+    scale = 0.5 * view.width / np.tan(np.radians(0.5 * view.fov_deg)) / depth
+    return 0.5 * view.width + scale * x, 0.5 * view.height - scale * y
+
+
+def box(picture: Image.Image, share: float) -> None:
+    """A red box about the middle, with this share of the picture's sides."""
+    width, height = picture.size
+    half_x, half_y = 0.5 * share * width, 0.5 * share * height
+    corners = [0.5 * width - half_x, 0.5 * height - half_y, 0.5 * width + half_x, 0.5 * height + half_y]
+    ImageDraw.Draw(picture).rectangle(corners, outline=RED, width=2)
+
+
+def inset(picture: Image.Image, centre: tuple[int, int], half: int) -> None:
+    """A red box of 2·`half` pixels about `centre`, and what is in it enlarged, in the lower right corner."""
+    x, y = centre
+    corners = (x - half, y - half, x + half, y + half)
+    side = 2 * half * ENLARGED
+    larger = picture.crop(corners).resize((side, side), Image.Resampling.LANCZOS)
+    place = (picture.width - side - 2, picture.height - side - 2)
+    picture.paste(larger, place)
+    draw = ImageDraw.Draw(picture)
+    draw.rectangle(corners, outline=RED, width=2)
+    draw.rectangle((*place, place[0] + side, place[1] + side), outline=RED, width=2)
+
+
+def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, float]) -> None:
+    """The letters of the compass around a point, so many cm east and north of it: +x is east, +y north."""
+    font = ImageFont.load_default(size=24)
+    east, north = np.array([reach_cm[0], 0, 0]), np.array([0, reach_cm[1], 0])
+    draw = ImageDraw.Draw(picture)
+    for letter, shift in (("E", east), ("W", -east), ("N", north), ("S", -north)):
+        place = project(view, np.array(middle_cm) + shift)
+        draw.text(place, letter, fill=RED, font=font, anchor="mm", stroke_width=2, stroke_fill="black")
+
+
+def light_cone(picture: Image.Image, view: View, light: Light, apex_cm) -> None:
+    """A cone whose tip touches a point and which opens towards the sun."""
+    to_sun = light.to_sun()
+    across = np.cross(to_sun, [0, 0, 1])
+    across /= np.linalg.norm(across)
+    up = np.cross(to_sun, across)
+    turns = np.linspace(0, 2 * np.pi, 48, endpoint=False)
+    base = [
+        np.array(apex_cm) + CONE_CM * to_sun + CONE_RADIUS_CM * (np.cos(turn) * across + np.sin(turn) * up)
+        for turn in turns
+    ]
+    tip = project(view, apex_cm)
+    rim = [project(view, point) for point in base]
+    draw = ImageDraw.Draw(picture)
+    for a, b in zip(rim, [*rim[1:], rim[0]]):
+        draw.polygon([tip, a, b], fill=GREY)
+    draw.polygon(rim, fill=tuple(min(level + 50, 255) for level in GREY), outline=RIM)

@@ -1,0 +1,269 @@
+"""Table 1.1 and figures 1.8 to 1.10 of Single 2014: the spacing of a grating from the angles of its colours."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from mitsuba_scenes.environment import SetupError
+
+from .page import images
+from .skin_scans import SKINS, STRIPS, scan, scans_present, size_rows, strips, words_of
+from .spacing import (
+    ANGLE_STEP_DEG,
+    SCAN_ANGLE_STEP_DEG,
+    SCAN_WAVELENGTH_STEP_NM,
+    THETA_I_DEG,
+    WAVELENGTH_STEP_NM,
+    Found,
+    Relief,
+    draw,
+    evaluate,
+    evaluate_scan,
+    rounding_nm2,
+)
+
+PAGE = "periodicity"
+# Mean and variance in nm and nm² of Single 2014's table 1.1.
+THEIRS = {
+    ("blazed", "flss"): (2499.997, 0.377),
+    ("blazed", "nmm"): (2499.997, 0.377),
+    ("blazed", "pq"): (2491.861, 248.044),
+    ("elaphe", "flss"): (1144.262, 0.401),
+    ("elaphe", "nmm"): (1144.179, 0.677),
+    ("elaphe", "pq"): (1052.308, 49.678),
+    ("xenopeltis", "flss"): (1552.27, 0.45),
+}
+# Free parameters: degrees between which the first order lies, wider for the scans, whose peaks are wider.
+ANGLES_DEG = {"blazed": (-55, -40), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
+SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
+# The wide peaks of a strip leave room for side lobes of order zero, so its spacing is looked for between these, in nm.
+SCAN_BETWEEN_NM = {"elaphe": (900, 1450), "xenopeltis": (1250, 1950)}
+# The blazed tile is one period of 1024 pixels; Single 2014's has 65 um.
+BLAZED_NM, BLAZED_PIXELS, BLAZED_HEIGHT_UM, BLAZED_PERIODS = 2500, 1024, 0.25, 26
+REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
+# The sub-regions that are shown: two along each axis of the tile, the spread such that both ridges win somewhere.
+REGION_SIZE_UM, REGION_SPREAD = 33, 0.038
+NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
+# Two ridges are apart by more than this, and a ridge is narrower.
+APART_NM = 40
+
+
+def figures() -> dict:
+    """The table's rows for scans and presets, the pictures, and what stands beside them."""
+    folder = images(PAGE)
+    with TemporaryDirectory() as name:
+        scratch = Path(name)
+        measured = {skin: measured_skin(skin, scratch) for skin in SKINS} if scans_present() else {}
+        reliefs = {skin: Relief(skin, ("--preset", skin), ANGLES_DEG[skin]) for skin in SKINS}
+        reliefs["blazed"] = Relief("blazed", blazed_words(scratch), ANGLES_DEG["blazed"], BLAZED_NM)
+        found = {}
+        for grating, method in THEIRS:
+            found[grating, method] = evaluate(reliefs[grating], "--method", method)
+            print(f"{grating} {method}: {found[grating, method].row()}", flush=True)
+        repeated = repeated_scan(measured, scratch)
+        pictures(folder, measured, repeated, reliefs, found)
+        regions = sub_regions(folder, measured, found["xenopeltis", "flss"])
+        return {
+            "theta_i_deg": THETA_I_DEG,
+            "wavelength_step_nm": WAVELENGTH_STEP_NM,
+            "angle_step_deg": ANGLE_STEP_DEG,
+            "scan_wavelength_step_nm": SCAN_WAVELENGTH_STEP_NM,
+            "scan_angle_step_deg": SCAN_ANGLE_STEP_DEG,
+            "scans": [scan_row(skin, measured[skin]) for skin in SKINS if measured],
+            "ratio": ratio(measured) if measured else None,
+            "rows": [preset_row(grating, method, found[grating, method]) for grating, method in THEIRS],
+            "repeated": {method: one.row() for method, one in repeated.items()},
+            "rounding_nm2": rounding_nm2(found["blazed", "flss"]),
+            "repeats": {grating: repeats(reliefs[grating], counts) for grating, counts in REPEATS.items()},
+            "regions": regions,
+            **(relief_sizes(scratch) if measured else {"sizes": []}),
+        }
+
+
+def blazed_words(folder: Path) -> tuple:
+    """The preset's sawtooth, as often as it fits into Single 2014's 65 um: a tile of many orders, as NMM is to meet."""
+    tooth = (np.arange(BLAZED_PIXELS) + 0.5) / BLAZED_PIXELS * BLAZED_HEIGHT_UM
+    pixel_um = BLAZED_NM / 1000 / BLAZED_PIXELS
+    words = words_of(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")
+    return (*words, "--level", "none", "--tiling", "periodic")
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What is found of a scan, of its strips, and of all of these turned by half a turn: lit from the other side."""
+
+    relief: Relief
+    whole: Found
+    strips: list[Found]
+    turned: Found
+    turned_strips: list[Found]
+
+    @property
+    def strips_nm(self) -> list[float]:
+        """The spacing in nm of each strip, both ways."""
+        return [strip.report["mean_nm"] for strip in self.strips + self.turned_strips]
+
+
+def measured_skin(skin: str, folder: Path) -> Measured:
+    """What is found of a scan."""
+    heights_um, pixel_um = scan(skin, folder)
+
+    def relief(name: str, part: np.ndarray) -> Relief:
+        words = words_of(part, pixel_um, folder / f"{skin}-{name}.npy")
+        return Relief(skin, words, SCAN_ANGLES_DEG[skin], between_nm=SCAN_BETWEEN_NM[skin])
+
+    found = []
+    for way in (heights_um, heights_um[::-1, ::-1]):
+        parts = [evaluate_scan(relief("part", part)) for part in strips(way)]
+        found += [evaluate_scan(relief("part", way)), parts]
+    measured = Measured(relief("scan", heights_um), *found)
+    print(f"scan of {skin}: {measured.whole.row()}, turned {measured.turned.row()}", flush=True)
+    return measured
+
+
+def repeated_scan(measured: dict, folder: Path) -> dict[str, Found]:
+    """NMM and PQ on the scan of *Elaphe*, repeated as a tile, since neither knows anything else."""
+    if not measured:
+        return {}
+    return {method: evaluate(measured["elaphe"].relief, "--method", method) for method in ("nmm", "pq")}
+
+
+def scan_row(skin: str, measured: Measured) -> dict:
+    """The scan's spacing in nm, both ways, and the least and greatest mean of its strips."""
+    means = measured.strips_nm
+    theirs_nm = THEIRS[skin, "flss"][0]
+    return {
+        "skin": skin,
+        "angles_deg": measured.relief.angles_deg,
+        "between_nm": measured.relief.between_nm,
+        **measured.whole.row(),
+        "turned_nm": measured.turned.report["mean_nm"],
+        "strips_nm": means,
+        "low_nm": min(means),
+        "high_nm": max(means),
+        "theirs_nm": theirs_nm,
+        "inside": min(means) <= theirs_nm <= max(means),
+    }
+
+
+def ratio(measured: dict) -> dict:
+    """The period of *Xenopeltis* over that of *Elaphe*: scans, their strips at the extremes, Single 2014."""
+    xenopeltis, elaphe = measured["xenopeltis"], measured["elaphe"]
+    theirs = THEIRS["xenopeltis", "flss"][0] / THEIRS["elaphe", "flss"][0]
+    low = min(xenopeltis.strips_nm) / max(elaphe.strips_nm)
+    high = max(xenopeltis.strips_nm) / min(elaphe.strips_nm)
+    return {
+        "scans": xenopeltis.whole.report["mean_nm"] / elaphe.whole.report["mean_nm"],
+        "turned": xenopeltis.turned.report["mean_nm"] / elaphe.turned.report["mean_nm"],
+        "low": low,
+        "high": high,
+        "theirs": theirs,
+        "inside": low <= theirs <= high,
+    }
+
+
+def preset_row(grating: str, method: str, found: Found) -> dict:
+    """A row of the table: ours and theirs."""
+    mean_nm, variance_nm2 = THEIRS[grating, method]
+    theirs = {"mean_nm": mean_nm, "variance_nm2": variance_nm2}
+    return {
+        "grating": grating,
+        "method": method,
+        "angles_deg": found.report["angles_deg"],
+        **found.row(),
+        "theirs": theirs,
+    }
+
+
+def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
+    """PQ by the repeats of the tile: the fewer, the wider are its peaks. The blazed tile is one period here."""
+    blazed = relief.name == "blazed"
+    tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)
+    extent_um = BLAZED_NM / 1000 if blazed else 57 * 1.14426
+    rows = []
+    for count in counts:
+        found = evaluate(tile, "--method", "pq", "--repeats", f"{count},1")
+        coherent_um, order = count * extent_um, 1000 * extent_um / found.report["mean_nm"]
+        rows.append({"repeats": count, "coherent_um": coherent_um, "order": order, **found.row()})
+    if not blazed and abs(rows[0]["order"] % 1 - 0.5) > 0.1:
+        raise SetupError(f"PQ of one tile does not peak midway between orders: {rows[0]}")
+    nearest = min(rows, key=lambda row: abs(np.log(row["variance_nm2"] / THEIRS[relief.name, "pq"][1])))
+    return {"rows": rows, "nearest": nearest["repeats"]}
+
+
+def relief_sizes(folder: Path) -> dict:
+    """The sizes of the relief, the worst relative difference of rms heights and slopes, and what the crops miss."""
+    rows = size_rows(folder)
+    compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
+    missed = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
+    if any(row["scan"] < row["high"] for row in missed):
+        raise SetupError(f"a scan is smoother than the crops of its preset, which the page does not say: {missed}")
+    return {
+        "sizes": rows,
+        "worst_size": max(abs(row["crops"] / row["scan"] - 1) for row in compared),
+        "outside": [f"the {NAMES[row['what']]} of *{row['skin'].capitalize()}*" for row in missed],
+    }
+
+
+def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found: dict) -> None:
+    """Figures 1.8, 1.9 and 1.10."""
+    first, second = [("(a) blazed, FLSS", reliefs["blazed"], found["blazed", "flss"])], [None]
+    for letter, skin in zip("bc", SKINS):
+        if measured:
+            first.append(
+                (f"({letter}) {skin.capitalize()}, scan, direct sum", measured[skin].relief, measured[skin].whole)
+            )
+        second.append((f"({letter}) {skin.capitalize()}, procedural, FLSS", reliefs[skin], found[skin, "flss"]))
+    draw(folder / "figure-1.8.png", [first, second] if measured else [first + second[1:]])
+    for number, method in (("1.9", "nmm"), ("1.10", "pq")):
+        name = method.upper()
+        row = [(f"(a) blazed, {name}", reliefs["blazed"], found["blazed", method])]
+        if measured:
+            row.append((f"(b) Elaphe, scan repeated, {name}", measured["elaphe"].relief, repeated[method]))
+        row.append((f"(b) Elaphe, procedural, {name}", reliefs["elaphe"], found["elaphe", method]))
+        draw(folder / f"figure-{number}.png", [row])
+
+
+def sub_regions(folder: Path, measured: dict, plain: Found) -> dict:
+    """The ridges of *Xenopeltis* with sub-regions, and their picture beside strips of the scan."""
+    words = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
+    with_regions = Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"])
+    found = evaluate(with_regions, "--method", "flss")
+    spacings = found.spacings_nm
+    middle = (spacings.min() + spacings.max()) / 2
+    lower, upper = spacings[spacings < middle], spacings[spacings >= middle]
+    if upper.min() - lower.max() < APART_NM or max(np.ptp(lower), np.ptp(upper)) > APART_NM:
+        raise SetupError(f"the sub-regions make no two ridges: spacings from {spacings.min()} to {spacings.max()} nm")
+    figure = Figure(figsize=(11, 3.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    if measured:
+        scanned = measured["xenopeltis"]
+        for number, strip in enumerate(scanned.strips):
+            axes[0].plot(strip.report["wavelengths_nm"], strip.spacings_nm, linewidth=1, label=f"strip {number + 1}")
+        for one, style, label in ((scanned.whole, "-", "all of it"), (scanned.turned, "--", "the same, turned")):
+            axes[0].plot(one.report["wavelengths_nm"], one.spacings_nm, "k" + style, linewidth=2, label=label)
+        axes[0].legend(fontsize="x-small", ncols=3)
+    axes[0].set_title("scan" if measured else "scan (not present)")
+    for one, label in ((plain, "no sub-regions"), (found, f"sub-regions, {100 * REGION_SPREAD:g} % either way")):
+        axes[1].plot(one.report["wavelengths_nm"], one.spacings_nm, linewidth=1.5, label=label)
+    axes[1].legend(fontsize="x-small")
+    axes[1].set_title("procedural")
+    for ax in axes:
+        ax.set_xlabel("wavelength / nm")
+    axes[0].set_ylabel("spacing from the peak angle / nm")
+    figure.savefig(folder / "ridges.png", dpi=80)
+    return {
+        "size_um": REGION_SIZE_UM,
+        "spread": REGION_SPREAD,
+        "lower_nm": float(lower.mean()),
+        "upper_nm": float(upper.mean()),
+        "share_lower": float(len(lower) / len(spacings)),
+        "toggles": int(np.count_nonzero(np.diff(spacings < middle))),
+        "strips": STRIPS,
+        **found.row(),
+    }

@@ -1,0 +1,155 @@
+"""The index of Single 2014's figures and tables: for each, the number that was checked, from the data of its page."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+
+from mitsuba_scenes.environment import SetupError
+
+from .page import DOCS
+
+
+def figures() -> dict:
+    """What was checked, as words by the number of the figure."""
+    return {"checked": {**gratings(), **spacings(), **maps(), **renderings(), **other_methods()}}
+
+
+@cache
+def data(page: str) -> dict:
+    """The figures of another page."""
+    file = DOCS / "data" / f"{page}.json"
+    if not file.exists():
+        raise SetupError(f"{file} is missing: run `make figures PAGES={page}`")
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
+def named(rows: list[dict], **wanted) -> dict:
+    """The row that has these values."""
+    return next(row for row in rows if all(row[key] == value for key, value in wanted.items()))
+
+
+def gratings() -> dict[str, str]:
+    """Figures 1.2 to 1.7: slits, screens and orders."""
+    made = data("slits")
+    drawings, fifty = made["drawings"], named(made["rows"], count=50)
+    first = named(drawings["orders"], order=1)
+    return {
+        "1.2": f"e = λ at {drawings['screen']['first_deg']:.1f}°, order 1 of {made['drawn_nm']:.0f} nm",
+        "1.3": f"order 1 from {first['first_deg']:.1f}° to {first['last_deg']:.1f}°",
+        "1.4": f"width of a peak ∝ N^{made['exponent']:.3f} from {made['fitted_from']} slits on",
+        "1.5": f"{fifty['width_in_zeros']:.4f} λ/(Nd) wide for 50 slits, the limit being {made['limit']:.4f}",
+    }
+
+
+def spacings() -> dict[str, str]:
+    """Figures 1.8 to 1.10 and table 1.1: spacings in nm, ours beside the source's."""
+    made = data("periodicity")
+
+    def beside(grating: str, method: str) -> str:
+        row = named(made["rows"], grating=grating, method=method)
+        theirs = row["theirs"]
+        return (
+            f"{grating} {row['mean_nm']:.1f} ({row['variance_nm2']:.2g}) against {theirs['mean_nm']} "
+            f"({theirs['variance_nm2']})"
+        )
+
+    def line(method: str, *gratings: str) -> str:
+        return "; ".join(beside(grating, method) for grating in gratings)
+
+    found = {
+        "1.8": line("flss", "blazed", "elaphe", "xenopeltis"),
+        "1.9": line("nmm", "blazed", "elaphe"),
+        "1.10": line("pq", "blazed", "elaphe"),
+    }
+    ratio = made["ratio"]
+    if ratio:
+        found["table 1.1"] = (
+            f"*Xenopeltis* over *Elaphe* in the scans {ratio['scans']:.3f} ({ratio['turned']:.3f} lit from the other "
+            f"side), in the source {ratio['theirs']:.3f}"
+        )
+    else:
+        found["table 1.1"] = "the scans were not there"
+    return found
+
+
+def maps() -> dict[str, str]:
+    """Figures 2.3 to 2.13: BRDF maps."""
+    made = data("brdf-maps")
+    sheets, spot, spread = made["sheets"], made["white_spot"], made["spread"]
+    seen = {name: f"{step['first_seen']} nm" for name, step in made["steps"].items()}
+    elaphe = " and ".join(f"{seen[skin['key']]} ({skin['name']})" for skin in made["skins"]["elaphe"])
+
+    def pq(sheet: str) -> str:
+        panels = [panel for panel in sheets[sheet]["panels"] if "PQ" in panel["caption"]]
+        return "ΔE of PQ where it is lit: " + ", ".join(f"{panel['delta_e_lit']:.1f}" for panel in panels)
+
+    def terms(*surfaces: str) -> str:
+        return "; ".join(
+            f"{name}: {counts['base']} about the base, {counts['middle']} about the middle"
+            for name, counts in made["terms_seen"].items()
+            if name.startswith(surfaces)
+        )
+
+    blobs = made["valleys"][0]
+    shares = {
+        name: " ".join(f"{100 * row['share']:.0f}" for row in side["rows"]) for name, side in made["right_side"].items()
+    }
+    return {
+        "2.3": "ΔE where it is lit at most "
+        f"{max(panel['delta_e_lit'] for panel in sheets['gratings']['panels']):.2f} against the direct sum's spectra",
+        "2.4": f"mean chroma of the spot {spot['nmm']:.1f} by NMM, {spot['flss']:.1f} by FLSS; PQ puts "
+        f"{100 * spread['pq']:.1f} % of the first order beyond 3σ, FLSS {100 * spread['flss']:.1f} %",
+        "2.5": f"ΔE reaches 1 from steps of {seen['blazed']} on",
+        "2.6": f"ΔE reaches 1 from {elaphe} on",
+        "2.7": pq("pq-blazed"),
+        "2.8": pq("pq-elaphe"),
+        "2.9": pq("pq-xenopeltis"),
+        "2.10": f"between orders {100 * blobs['window']:.0f} % of the peak is left at {blobs['sigma_um']} µm",
+        "2.11": terms("blazed", "xenopeltis"),
+        "2.12": terms("elaphe"),
+        "2.13": "; ".join(f"{name}: {share} % right of the middle" for name, share in shares.items()),
+    }
+
+
+def renderings() -> dict[str, str]:
+    """Figures 2.14 to 2.18: the snake by FLSS."""
+    made = data("renderings")
+    chroma = [f"{row['label']} {row['flss']:.1f}" for row in made["gratings"]["chroma"].values()]
+    colour = {name: row["delta_e_dark"] for name, row in made["elaphe"]["colour"].items()}
+    steps = [step["delta_e_flss_per_deg"] for step in made["moving_sun"]["steps"]]
+    return {
+        "2.14": f"mean chroma: {', '.join(chroma)}",
+        "2.15": f"without its colour the picture moves by ΔE {colour['elaphe']:.1f}, that of *Xenopeltis* by "
+        f"{colour['xenopeltis']:.1f}",
+        "2.17": f"mean chroma {', '.join(format(zoom['chroma'], '.0f') for zoom in made['closer']['zooms'])}",
+        "2.18": f"ΔE of {min(steps):.1f} to {max(steps):.1f} per degree that the light moves",
+    }
+
+
+def other_methods() -> dict[str, str]:
+    """Figures 2.19 to 2.22 and B.1, table 2.1: the laboratory, Stam's model, NMM."""
+    made, lab = data("renderings-methods"), data("lab")
+    wander = {row["title"]: row["wander_nm"] for row in made["cut_outs"]}
+    gems = made["disc"]["gems"]
+    blazed = named(made["symmetry"], title="Blazed")
+    # Of the scan, where there is one: the first of either method.
+    flss, stam = (next(row for row in made["xenopeltis"] if method in row["caption"]) for method in ("FLSS", "Stam"))
+    hues = [row["of_blue"]["hue_deg"] for row in made["nmm"][:3]]
+    slowest, fastest = (pick(row["fps"] for row in made["frames"]) for pick in (min, max))
+    spots = [
+        f"{sample['title']} {sample['measured_spacing_um']:.3f} µm ({sample['spacing_um']:.3f} µm in the heights)"
+        for sample in lab["samples"]
+        if sample["is_drawn"]
+    ]
+    return {
+        "2.19": f"spacing from the spots: {', '.join(spots)}",
+        "2.20": f"lines wander by {', '.join(f'{nm:.0f} nm ({title})' for title, nm in wander.items())}",
+        "2.21": f"peak angles differ by up to {gems[0]['largest_off_deg']:.1f}°, with a fitted spacing by "
+        f"{gems[-1]['largest_off_deg']:.1f}°; right over left {blazed['gems']:.2f} on a blazed grating, by FLSS "
+        f"{blazed['flss']:.2f}",
+        "2.22": f"dark near highlights {100 * stam['dark_near']:.0f} % by Stam, {100 * flss['dark_near']:.0f} % by "
+        f"FLSS; {stam['hues']:.0f} and {flss['hues']:.0f} effective hues of 36",
+        "B.1": f"hue of what is blue: {hues[0]:.1f}° by FLSS, {hues[1]:.1f}° by NMM, {hues[2]:.1f}° with weights",
+        "table 2.1": f"{slowest:.2g} to {fastest:.2g} frames a second on {made['adapter']}",
+    }

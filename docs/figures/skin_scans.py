@@ -1,0 +1,91 @@
+"""The atomic-force scans of the two skins beside their presets: strips of them, and the sizes of their relief."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from mitsuba_scenes.crosscheck.cases import SCANS
+from mitsuba_scenes.tool import sunbeam
+
+SKINS = ("xenopeltis", "elaphe")
+CROP_UM = 6.5
+STRIPS = 5
+CROPS, SEED = 400, 20140
+
+
+def scans_present() -> bool:
+    """Whether both scans are there; says so where they are not."""
+    missing = [skin for skin in SKINS if not SCANS[skin].exists()]
+    if missing:
+        folder = SCANS[missing[0]].parent
+        print(f"NOT MEASURED: no scan of {' or '.join(missing)} in {folder}, so the page lacks its rows", flush=True)
+    return not missing
+
+
+def read(words: tuple, folder: Path) -> tuple[np.ndarray, float]:
+    """Heights in um, `[iy, ix]`, as they are, and the pixel's edge in um."""
+    npy = folder / "heights.npy"
+    report = json.loads(sunbeam("height-field", *words, "--level", "none", "-o", npy))
+    return np.load(npy), report["pixel_um"][0]
+
+
+def scan(skin: str, folder: Path) -> tuple[np.ndarray, float]:
+    """A scan with the period of Single 2014's table along x: *Elaphe*, whose fingers lie along x, is transposed."""
+    heights_um, pixel_um = read(("--height-field", SCANS[skin]), folder)
+    return (heights_um.T if skin == "elaphe" else heights_um), pixel_um
+
+
+def words_of(heights_um: np.ndarray, pixel_um: float, path: Path) -> tuple:
+    """Writes heights and returns the words of the tool that read them."""
+    np.save(path, np.ascontiguousarray(heights_um))
+    return ("--height-field", path, "--pixel-size", pixel_um)
+
+
+def strips(heights_um: np.ndarray) -> list[np.ndarray]:
+    """Equal strips, each as long as the scan along x."""
+    return np.array_split(heights_um, STRIPS, axis=0)
+
+
+def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
+    """Highest minus lowest in um; with the plane taken off, the rms height in um and the rms slopes along x and y."""
+    iy, ix = np.indices(heights_um.shape)
+    basis = np.stack([np.ones(heights_um.size), ix.ravel(), iy.ravel()], axis=1)
+    fitted = basis @ np.linalg.lstsq(basis, heights_um.ravel(), rcond=None)[0]
+    levelled = heights_um - fitted.reshape(heights_um.shape)
+    return {
+        "peak_to_valley_um": float(np.ptp(heights_um)),
+        "rms_um": float(np.sqrt(np.mean(levelled**2))),
+        "slope_x": float(np.sqrt(np.mean((np.diff(levelled, axis=1) / pixel_um) ** 2))),
+        "slope_y": float(np.sqrt(np.mean((np.diff(levelled, axis=0) / pixel_um) ** 2))),
+    }
+
+
+def size_rows(folder: Path) -> list[dict]:
+    """Per skin: the scan's sizes, and those of random crops of the preset as large as the scan (mean, 5 and 95 %)."""
+    rows = []
+    for skin in SKINS:
+        heights_um, pixel_um = read(("--preset", skin), folder)
+        edge = round(CROP_UM / pixel_um)
+        random = np.random.default_rng(SEED)
+        corners = random.integers(0, heights_um.shape[0], size=(CROPS, 2))
+        # The preset repeats, so a crop may lie over its edge.
+        twice = np.tile(heights_um, (2, 2))
+        crops = [sizes(twice[y : y + edge, x : x + edge], pixel_um) for y, x in corners]
+        measured = sizes(*scan(skin, folder))
+        for name in measured:
+            values = np.array([crop[name] for crop in crops])
+            rows.append(
+                {
+                    "skin": skin,
+                    "what": name,
+                    "scan": measured[name],
+                    "crops": float(values.mean()),
+                    "low": float(np.quantile(values, 0.05)),
+                    "high": float(np.quantile(values, 0.95)),
+                    "tile": float(np.ptp(heights_um)) if name == "peak_to_valley_um" else None,
+                }
+            )
+    return rows

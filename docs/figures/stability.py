@@ -1,0 +1,101 @@
+"""Numerical stability: errors as the relief grows deep and directions graze, and random questions."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+
+from mitsuba_scenes.tool import sunbeam
+
+from .page import images
+from .questions import questions
+
+PAGE = "stability"
+# Questions in Mitsuba, and surfaces that they are put to.
+QUESTIONS, QUICK_QUESTIONS = (10_000_000, 100), (20_000, 2)
+# Where errors above are drawn: no digit of an amplitude, at most 1, is left.
+LOST = 10.0
+# Curves over κH: key, words, colour and dashes.
+SERIES = (
+    ("taylor_f32", "Taylor, single precision", "tab:red", "-"),
+    ("taylor_f64", "Taylor, double precision", "tab:red", "--"),
+    ("chebyshev_f32", "Chebyshev, single precision", "tab:blue", "-"),
+    ("chebyshev_f64", "Chebyshev, double precision", "tab:blue", "--"),
+    ("flss_p99", "FLSS, Chebyshev (99 % of S)", "tab:green", "-"),
+    ("flss_taylor_p99", "FLSS, Taylor (99 % of S)", "tab:orange", "-"),
+    ("table_p99", "tables (99 % of S)", "tab:purple", "-"),
+)
+
+
+def figures(*words: str) -> dict:
+    """Runs the sweeps and draws them."""
+    report = json.loads(sunbeam("bench", "--what", "stability", *words))
+    folder = images(PAGE)
+    draw_deep(report["deep_relief"], folder / "deep-relief.svg")
+    draw_grazing(report["grazing"], folder / "grazing.svg")
+    deep = report["deep_relief"]
+    return {
+        **report,
+        "in_mitsuba": questions(*(QUICK_QUESTIONS if "--quick" in words else QUESTIONS)),
+        "seconds": round(report["seconds"]),
+        "deepest": deep[-1],
+        "visible": first_above(deep, "taylor_f32", 1e-3),
+        "dead_f32": first_above(deep, "taylor_f32", 1.0),
+        "dead_f64": first_above(deep, "taylor_f64", 1.0),
+        "worst": {key: max(point[key] for point in deep) for key in ("chebyshev_f32", "chebyshev_f64", "table_p99")},
+        "flss_worst": max(point["flss_p99"] for point in deep),
+        "refused": next((point["kappa_h"] for point in deep if point["flss_taylor_p99"] is None), None),
+    }
+
+
+def first_above(points: list[dict], key: str, limit: float) -> dict | None:
+    """The first κH at which an error exceeds the limit; numbers that overflow are `None` in JSON."""
+    return next((point for point in points if point[key] is None or point[key] > limit), None)
+
+
+def draw_deep(points: list[dict], file: Path) -> None:
+    figure, axes = plt.subplots(figsize=(7.5, 4.6))
+    for key, words, colour, dashes in SERIES:
+        shown = [p for p in points if not (key.startswith("flss") and p[key] is None)]
+        values = [LOST if p[key] is None else min(max(p[key], 1e-17), LOST) for p in shown]
+        axes.plot([p["kappa_h"] for p in shown], values, dashes, color=colour, marker=".", label=words)
+    axes.set(xscale="log", yscale="log", xlabel="κH", ylabel="error")
+    axes.axhline(1, color="grey", linewidth=0.6)
+    axes.grid(alpha=0.3)
+    axes.legend(fontsize=8, loc="upper left")
+    save(figure, file)
+
+
+def draw_grazing(surfaces: list[dict], file: Path) -> None:
+    figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
+    for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):
+        points = surface["points"]
+        # The distance from the horizon, so that the last degrees have room.
+        angles = [90 - point["theta_deg"] for point in points]
+        errors = [max(point["error_p99"], 1e-12) for point in points]
+        axes[0].plot(angles, errors, color=colour, marker=".", label=surface["name"])
+        axes[1].plot(angles, [p["albedo"] for p in points], color=colour, marker=".", label=surface["name"])
+        axes[1].plot(angles, [p["albedo_unscaled"] for p in points], "--", color=colour)
+    axes[0].axhline(surfaces[0]["tolerance"], color="grey", linewidth=0.6)
+    axes[1].axhline(1, color="grey", linewidth=0.6)
+    axes[0].set(yscale="log", ylabel="error of S, 99 %")
+    axes[1].set(yscale="log", ylabel="largest albedo (dashed: not scaled)")
+    for each in axes:
+        each.set(xscale="log", xlabel="90° − angle of incidence, in degrees")
+        each.invert_xaxis()
+        each.grid(alpha=0.3)
+        each.legend(fontsize=8)
+    save(figure, file)
+
+
+def save(figure: plt.Figure, file: Path) -> None:
+    """As SVG, the same bytes for the same numbers."""
+    figure.tight_layout()
+    with matplotlib.rc_context({"svg.hashsalt": file.stem}):
+        figure.savefig(file, metadata={"Date": None})
+    plt.close(figure)

@@ -1,0 +1,104 @@
+"""The plots of the page `validity`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+from tests.judges.gratings.scalar import MODELS, STAM, STAM_LIMITED, UNIT
+
+from .validity_sweeps import Grating, compared, sawtooth, sinusoid
+
+STYLES = {STAM_LIMITED.name: "-", STAM.name: "--", UNIT.name: ":"}
+COLOURS = ("tab:blue", "tab:green", "tab:orange", "tab:red")
+# A step of 3 degrees that meets no order at the horizon.
+FINE_ANGLES_DEG = tuple(float(angle) for angle in np.arange(-83.3, 84, 3))
+SHOWN_ORDERS = (0, -1, -2)
+SHOWN_NM = 550.0
+
+plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
+
+
+def save(figure, path: Path) -> None:
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+    plt.close(figure)
+
+
+def angles(path: Path) -> None:
+    """Efficiencies of a few orders against the angle of incidence, rigorous and both forms of the obliquity factor."""
+    cases = (
+        ("sinusoid 2.5 µm, steepest slope 10°", sinusoid(2.5, 10.0)),
+        ("sawtooth 2.5 µm, facets 5.7°", sawtooth(2.5, 5.71)),
+        ("lamellar 2.5 µm, 0.125 µm deep", Grating("lamellar", 2.5, 0.125)),
+    )
+    figure, axes = plt.subplots(1, 3, figsize=(11, 3.6), sharey=True)
+    for ax, (title, grating) in zip(axes, cases):
+        found = compared(grating, FINE_ANGLES_DEG, (SHOWN_NM,))
+        for order, colour in zip(SHOWN_ORDERS, COLOURS):
+            at = [(c, np.flatnonzero(c.rigorous.orders == order)) for c in found]
+            at = [(c, index[0]) for c, index in at if len(index)]
+            x = [c.light.theta_i_deg for c, _ in at]
+            ax.plot(x, [c.rigorous.unpolarised[i] for c, i in at], color=colour, lw=1.8, alpha=0.45)
+            ax.plot(x, [c.scalar[STAM_LIMITED.name][i] for c, i in at], color=colour, lw=1)
+            ax.plot(x, [c.scalar[STAM.name][i] for c, i in at], color=colour, lw=1, ls="--")
+        ax.set(title=title, xlabel="θi in degrees", ylim=(0, 1.1), xlim=(-90, 90), xticks=range(-90, 91, 30))
+    axes[0].set_ylabel(f"efficiency at {SHOWN_NM:.0f} nm, unpolarised")
+    for order, colour in zip(SHOWN_ORDERS, COLOURS):
+        axes[0].plot([], [], color=colour, label=f"order {order}")
+    axes[1].plot([], [], "k", lw=1.8, alpha=0.45, label="rigorous")
+    axes[1].plot([], [], "k", lw=1, label=STAM_LIMITED.name)
+    axes[1].plot([], [], "k--", lw=1, label=STAM.name)
+    for ax in axes[:2]:
+        ax.legend(fontsize=8, frameon=False)
+    save(figure, path)
+
+
+def curves(ax, swept: dict, x, bound: float, **text) -> None:
+    """The misplaced power of each model (line) at each angle (colour)."""
+    for model in MODELS:
+        for errors, angle, colour in zip(swept["misplaced"][model.name], swept["angles_deg"], COLOURS):
+            label = f"θi = {angle:.0f}°" if model is STAM_LIMITED else None
+            ax.plot(x, 100 * np.array(errors), STYLES[model.name], color=colour, lw=1.2, label=label)
+    ax.axhline(100 * bound, color="0.6", lw=0.8)
+    ax.set(yscale="log", ylim=(0.05, 100), **text)
+    ax.legend(fontsize=7, frameon=False, loc="lower right")
+
+
+def models_legend(figure) -> None:
+    lines = [plt.Line2D([], [], color="k", lw=1.2, ls=STYLES[model.name], label=model.name) for model in MODELS]
+    figure.legend(handles=lines, loc="upper center", ncols=3, frameon=False, bbox_to_anchor=(0.5, 1.0))
+    figure.suptitle(" ")
+
+
+def slopes(path: Path, sinusoids: dict, away: dict, facing: dict, bound: float) -> None:
+    """Against the steepest slope."""
+    figure, axes = plt.subplots(1, 3, figsize=(11, 4), sharey=True)
+    panels = (
+        (sinusoids, "sinusoid", "steepest slope in degrees"),
+        (away, "sawtooth, facets turned away", "slope of the facets in degrees"),
+        (facing, "sawtooth, facets facing the light", "slope of the facets in degrees"),
+    )
+    for ax, (swept, title, label) in zip(axes, panels):
+        curves(ax, swept, swept["values"], bound, title=title, xlabel=label)
+    axes[0].set_ylabel("misplaced power in %")
+    models_legend(figure)
+    save(figure, path)
+
+
+def periods(path: Path, by_period: dict, mean_nm: float, bound: float) -> None:
+    """Against the period, in mean wavelengths."""
+    figure, axes = plt.subplots(1, 3, figsize=(11, 4), sharey=True)
+    for ax, (kind, swept) in zip(axes, by_period.items()):
+        x = np.array(swept["values"]) * 1e3 / mean_nm
+        curves(ax, swept, x, bound, title=kind, xlabel="period in wavelengths", xscale="log")
+        ax.set(xticks=[1, 2, 4, 8, 16], xticklabels=["1", "2", "4", "8", "16"])
+        ax.minorticks_off()
+    axes[0].set_ylabel("misplaced power in %")
+    models_legend(figure)
+    save(figure, path)

@@ -1,0 +1,113 @@
+"""The gratings and lights of the page `validity`, and the model's errors on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from tests.judges.gratings.boundary_integral import Efficiencies, solve
+from tests.judges.gratings.profile import Polygon, Sinusoid, blazed, lamellar
+from tests.judges.gratings.scalar import (
+    MODELS,
+    Grating,
+    Light,
+    Model,
+    closed_form,
+    efficiencies,
+    misplaced,
+    propagating,
+)
+
+WAVELENGTHS_NM = (450.0, 520.0, 580.0, 650.0)
+ANGLES_DEG = (0.0, 30.0, 60.0, 75.0)
+PERIOD_UM = 2.5
+SLOPES_DEG = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 45.0)
+FACETS_DEG = (1.0, 2.0, 3.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
+PERIODS_UM = (0.8, 1.25, 1.75, 2.5, 3.5, 5.0, 10.0)
+# Of the sweep over periods: slope of the sinusoid, facets of the sawtooth, height of the lamellar grating.
+SWEPT_SLOPE_DEG, SWEPT_FACET_DEG, SWEPT_HEIGHT_UM = 10.0, 5.71, 0.125
+
+
+def sinusoid(period: float, slope_deg: float) -> Grating:
+    """Of that steepest slope."""
+    return Grating("sinusoidal", period, period * np.tan(np.radians(slope_deg)) / np.pi)
+
+
+def sawtooth(period: float, facet_deg: float) -> Grating:
+    return Grating("blazed", period, period * np.tan(np.radians(facet_deg)))
+
+
+def profile(grating: Grating) -> Sinusoid | Polygon:
+    """The same for the rigorous solver."""
+    make = {"sinusoidal": Sinusoid, "blazed": blazed, "lamellar": lamellar}[grating.preset]
+    return make(grating.period, grating.height)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """One grating under one light: the rigorous efficiencies and, by the name of the model, the model's."""
+
+    light: Light
+    rigorous: Efficiencies
+    scalar: dict[str, np.ndarray]
+
+    def misplaced(self, model: Model, polarisation: str = "unpolarised") -> float:
+        return misplaced(self.scalar[model.name], getattr(self.rigorous, polarisation))
+
+
+@cache
+def compared(grating: Grating, angles_deg: tuple, wavelengths_nm: tuple = WAVELENGTHS_NM) -> list[Comparison]:
+    """All angles at all wavelengths, angle by angle; the tool is asked for what has no closed form."""
+    lights = [Light(wavelength, angle) for angle in angles_deg for wavelength in wavelengths_nm]
+    scalar = {
+        model.name: efficiencies(grating, model, lights)
+        if model.conserve_energy
+        else [closed_form(grating, model.obliquity, light) for light in lights]
+        for model in MODELS
+    }
+    found = []
+    for i, light in enumerate(lights):
+        rigorous = solve(profile(grating), light.wavelength_nm, light.theta_i_deg)
+        assert np.array_equal(rigorous.orders, propagating(grating.period, light)[0])
+        found.append(Comparison(light, rigorous, {name: values[i] for name, values in scalar.items()}))
+    return found
+
+
+def sides(grating: Grating) -> tuple:
+    """The angles to light it from; a sawtooth from both sides, first with its facets turned away from the light."""
+    return ANGLES_DEG + (tuple(-angle for angle in ANGLES_DEG[1:]) if grating.preset == "blazed" else ())
+
+
+def mean_error(grating: Grating, model: Model, angle: float, polarisation: str = "unpolarised") -> float:
+    """The misplaced power, as the mean over the wavelengths."""
+    at = [c for c in compared(grating, sides(grating)) if c.light.theta_i_deg == angle]
+    return float(np.mean([c.misplaced(model, polarisation) for c in at]))
+
+
+def mean_sum(grating: Grating, model: Model, angle: float) -> float:
+    """The sum over the orders, as the mean over the wavelengths."""
+    at = [c for c in compared(grating, sides(grating)) if c.light.theta_i_deg == angle]
+    return float(np.mean([c.scalar[model.name].sum() for c in at]))
+
+
+def rms_per_order(gratings: list[Grating], model: Model, polarisation: str = "unpolarised") -> float:
+    """Root of the mean square over all orders of all lights."""
+    errors = [c.scalar[model.name] - getattr(c.rigorous, polarisation) for g in gratings for c in compared(g, sides(g))]
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def reaches(x: tuple, errors: list[float], bound: float, falling: bool = False) -> float | None:
+    """The x up to which the error stays at or below a bound, or with `falling` from which on; between points in
+    proportion.
+
+    None where it never does; the end of x where it always does.
+    """
+    x, errors = (list(reversed(values)) if falling else list(values) for values in (x, errors))
+    for i, error in enumerate(errors):
+        if error > bound:
+            if i == 0:
+                return None
+            return float(x[i - 1] + (x[i] - x[i - 1]) * (bound - errors[i - 1]) / (error - errors[i - 1]))
+    return float(x[-1])

@@ -1,0 +1,160 @@
+use crate::energy::AlbedoTable;
+use crate::height_field::HeightField;
+use crate::scattering::{Options, Pair, Vec3};
+use crate::table::{Model, Tiling, lag_grid, taper};
+use crate::transform::{Direction, Fft2, OrderTransform};
+use std::f64::consts::{PI, TAU};
+use std::sync::{Arc, Mutex};
+use sunbeam_fourier::num_complex::Complex64;
+
+/// The oracle: the reflectance by the direct sum of docs/model.md#the-reflectance in double precision, with no table and no
+/// truncated window.
+///
+/// Where the tile repeats, all of its orders are summed with their Gaussians. A scan that stands alone is summed over
+/// the lags of its autocorrelation (ensemble) or over its pixels (patch), which involves no lattice of orders at all.
+/// One evaluation costs a transform of the tile and a pass over it.
+pub struct Exact {
+    transform: OrderTransform,
+    options: Options,
+    extent_um: (f64, f64),
+    pixel_um: (f64, f64),
+    tapers: Option<(Vec<f64>, Vec<f64>)>,
+    albedo: Option<Arc<AlbedoTable>>,
+    /// κ and data of the last query, which neighbouring queries often share.
+    last: Mutex<Option<(f64, Arc<Vec<Complex64>>)>>,
+}
+
+impl Exact {
+    /// The oracle of `field`. `albedo` is what the surface divides by to conserve energy, `None` for nothing.
+    pub fn new(field: &HeightField, options: &Options, albedo: Option<Arc<AlbedoTable>>) -> Self {
+        let (nx, ny) = field.size();
+        Self {
+            transform: OrderTransform::new(field),
+            options: options.clone(),
+            extent_um: field.extent_um(),
+            pixel_um: (field.dx_um(), field.dy_um()),
+            tapers: (options.tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny))),
+            albedo,
+            last: Mutex::new(None),
+        }
+    }
+
+    /// `f_r` in 1/sr, with and without the same as [`Surface::eval`](super::Surface::eval); zero unless both directions lie above the surface and the
+    /// wavelength is positive.
+    pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+        let Some(pair) = Pair::new(wi, wo).filter(|_| wavelength_nm > 0.0) else { return 0.0 };
+        let wavelength_um = wavelength_nm * 1e-3;
+        let f = [pair.u / wavelength_um, pair.v / wavelength_um];
+        let s = self.power_density(f, pair.kappa(wavelength_um));
+        let factor = self.albedo.as_ref().map_or(1.0, |albedo| albedo.factor(wi, wo, wavelength_nm));
+        self.options.angular_factor(&pair) * factor * s / (wavelength_um * wavelength_um)
+    }
+
+    /// `S(f; κ)` in µm², `f` in cycles/µm, `kappa` in rad/µm.
+    pub fn power_density(&self, f: [f64; 2], kappa: f64) -> f64 {
+        let s = self.options.coherence_length_um / 4.0;
+        let (nx, ny) = self.transform.size();
+        // Pixels say nothing of frequencies above half their rate; the sums over them would repeat there.
+        let beyond = 2.0 * f[0].abs() * self.pixel_um.0 > 1.0 || 2.0 * f[1].abs() * self.pixel_um.1 > 1.0;
+        if self.tapers.is_some() && beyond {
+            return 0.0;
+        }
+        let data = self.data(kappa);
+        let density = match (self.options.model, &self.tapers) {
+            (Model::Ensemble, None) => {
+                let kernel = |d: f64| (-4.0 * PI * PI * s * s * d * d).exp();
+                let ex = order_kernel(nx, self.extent_um.0, f[0], 0.5, kernel);
+                let ey = order_kernel(ny, self.extent_um.1, f[1], 0.5, kernel);
+                4.0 * PI * s * s * separable(&data, &ex, &ey).re
+            }
+            (Model::Patch, None) => {
+                let kernel = |d: f64| (-2.0 * PI * PI * s * s * d * d).exp();
+                let ex = order_kernel(nx, self.extent_um.0, f[0], 0.5f64.sqrt(), kernel);
+                let ey = order_kernel(ny, self.extent_um.1, f[1], 0.5f64.sqrt(), kernel);
+                4.0 * PI * s * s * separable(&data, &ex, &ey).norm_sqr()
+            }
+            (Model::Ensemble, Some(_)) => {
+                let (gx, gy) = lag_grid(nx, ny);
+                let along = |n: usize, pixel: f64, f: f64| -> Vec<Complex64> {
+                    let lag = |i: usize| if 2 * i > n { i as f64 - n as f64 } else { i as f64 } * pixel;
+                    (0..n)
+                        .map(|i| Complex64::from_polar((-lag(i).powi(2) / (4.0 * s * s)).exp(), TAU * f * lag(i)))
+                        .collect()
+                };
+                let (ex, ey) = (along(gx, self.pixel_um.0, f[0]), along(gy, self.pixel_um.1, f[1]));
+                self.pixel_um.0 * self.pixel_um.1 * separable(&data, &ex, &ey).re / data[0].re
+            }
+            (Model::Patch, Some((tx, ty))) => {
+                let along = |taper: &[f64], pixel: f64, f: f64| {
+                    let x = |i: usize| (i as f64 - (taper.len() / 2) as f64) * pixel;
+                    let window = |i: usize| taper[i] * (-x(i).powi(2) / (2.0 * s * s)).exp();
+                    let terms: Vec<_> =
+                        (0..taper.len()).map(|i| Complex64::from_polar(window(i), TAU * f * x(i))).collect();
+                    let power: f64 = (0..taper.len()).map(|i| window(i).powi(2)).sum();
+                    (terms, power)
+                };
+                let ((ex, px), (ey, py)) = (along(tx, self.pixel_um.0, f[0]), along(ty, self.pixel_um.1, f[1]));
+                self.pixel_um.0 * self.pixel_um.1 * separable(&data, &ex, &ey).norm_sqr() / (px * py)
+            }
+        };
+        density.max(0.0)
+    }
+
+    /// What the sums run over at one κ, row-major: order powers, order amplitudes, autocorrelation, or phase screen.
+    fn data(&self, kappa: f64) -> Arc<Vec<Complex64>> {
+        // A poisoned lock only means that another query panicked; what it holds is still whole.
+        let lock = || self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some((_, data)) = lock().as_ref().filter(|(at, _)| *at == kappa) {
+            return data.clone();
+        }
+        // Not locked meanwhile: the transforms run on the rayon pool, whose waiting threads take up other queries.
+        let data = Arc::new(match (self.options.model, &self.tapers) {
+            (Model::Ensemble, None) => {
+                self.transform.amplitudes(kappa).into_iter().map(|c| c.norm_sqr().into()).collect()
+            }
+            (Model::Patch, None) => self.transform.amplitudes(kappa),
+            (Model::Ensemble, Some((tx, ty))) => autocorrelation(&self.transform.screen(kappa), tx, ty),
+            (Model::Patch, Some(_)) => self.transform.screen(kappa),
+        });
+        *lock() = Some((kappa, data.clone()));
+        data
+    }
+}
+
+/// Kernel of every order along one axis, FFT order, at the frequency `f`; the bin at half the sampling rate of an even
+/// size stands for both signs, each with `share`.
+fn order_kernel(n: usize, extent_um: f64, f: f64, share: f64, kernel: impl Fn(f64) -> f64) -> Vec<Complex64> {
+    (0..n as i64)
+        .map(|i| {
+            let at = |j: i64| kernel(f - j as f64 / extent_um);
+            let n = n as i64;
+            let value = match (2 * i).cmp(&n) {
+                std::cmp::Ordering::Less => at(i),
+                std::cmp::Ordering::Equal => share * (at(i) + at(-i)),
+                std::cmp::Ordering::Greater => at(i - n),
+            };
+            value.into()
+        })
+        .collect()
+}
+
+/// `Σ data[iy][ix] · ex[ix] · ey[iy]`.
+fn separable(data: &[Complex64], ex: &[Complex64], ey: &[Complex64]) -> Complex64 {
+    data.chunks(ex.len()).zip(ey).map(|(row, ey)| ey * row.iter().zip(ex).map(|(d, e)| d * e).sum::<Complex64>()).sum()
+}
+
+/// Autocorrelation of the tapered screen on a grid where it does not wrap.
+fn autocorrelation(screen: &[Complex64], tx: &[f64], ty: &[f64]) -> Vec<Complex64> {
+    let (gx, gy) = lag_grid(tx.len(), ty.len());
+    let mut grid = vec![Complex64::new(0.0, 0.0); gx * gy];
+    for ((row, from), ty) in grid.chunks_mut(gx).zip(screen.chunks(tx.len())).zip(ty) {
+        for ((to, from), tx) in row.iter_mut().zip(from).zip(tx) {
+            *to = from * (tx * ty);
+        }
+    }
+    let mut scratch = Vec::new();
+    Fft2::new(gx, gy, Direction::Positive).process(&mut grid, &mut scratch);
+    grid.iter_mut().for_each(|c| *c = c.norm_sqr().into());
+    Fft2::new(gx, gy, Direction::Negative).process(&mut grid, &mut scratch);
+    grid
+}

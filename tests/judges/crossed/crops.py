@@ -1,0 +1,72 @@
+"""Crops of scanned skins, levelled, smoothed, and made to repeat."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mitsuba_scenes.crosscheck.cases import SCANS
+from mitsuba_scenes.tool import sunbeam
+
+from .relief import Relief, harmonics
+
+# Pixels over which the edges fade into one another.
+FADE = 6
+
+
+@dataclass(frozen=True)
+class Crop:
+    """Where a crop lies on the scan of a skin: its first row and column, and its rows and columns."""
+
+    skin: str
+    name: str
+    first: tuple[int, int]
+    size: tuple[int, int]
+
+
+CROPS = (
+    Crop("xenopeltis", "A", (10, 12), (29, 24)),
+    Crop("xenopeltis", "B", (50, 60), (29, 24)),
+    Crop("xenopeltis", "C", (60, 14), (39, 24)),
+    Crop("elaphe", "A", (12, 12), (35, 35)),
+    Crop("elaphe", "B", (55, 50), (35, 35)),
+    Crop("elaphe", "C", (30, 50), (35, 35)),
+)
+
+
+def scanned(skin: str) -> tuple[np.ndarray, float]:
+    """The heights of a scan in um, `[iy, ix]`, and a pixel's edge in um."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "heights.npy"
+        told = json.loads(sunbeam("height-field", "--height-field", SCANS[skin], "--level", "none", "-o", path))
+        return np.load(path), told["pixel_um"][0]
+
+
+def cropped(heights: np.ndarray, pixel_um: float, crop: Crop, smoothing: float) -> Relief:
+    """The crop of a scan's heights, smoothed by a Gaussian whose standard deviation is so many pixels."""
+    (y, x), (rows, columns) = crop.first, crop.size
+    part = heights[y - FADE : y + rows, x - FADE : x + columns].astype(float)
+    iy, ix = np.indices(part.shape)
+    basis = np.stack([np.ones(part.size), ix.ravel(), iy.ravel()], axis=1)
+    part = part - (basis @ np.linalg.lstsq(basis, part.ravel(), rcond=None)[0]).reshape(part.shape)
+    for axis in (0, 1):
+        part = faded(part, axis)
+    along_y, along_x = (harmonics(count) / count for count in part.shape)
+    # The transform of a Gaussian over frequency in cycles a pixel.
+    response = np.exp(-2 * (np.pi * smoothing) ** 2 * (along_y[:, None] ** 2 + along_x[None, :] ** 2))
+    smooth = np.fft.ifft2(np.fft.fft2(part) * response).real
+    return Relief(smooth, (columns * pixel_um, rows * pixel_um))
+
+
+def faded(part: np.ndarray, axis: int) -> np.ndarray:
+    """Without its first pixels, into which its last ones go over along an axis."""
+    part = np.moveaxis(part, axis, 0)
+    share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(FADE) + 0.5) / FADE)
+    share = share.reshape(-1, *[1] * (part.ndim - 1))
+    result = part[FADE:].copy()
+    result[-FADE:] = part[-FADE:] * (1 - share) + part[:FADE] * share
+    return np.moveaxis(result, 0, axis)

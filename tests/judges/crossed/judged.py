@@ -1,0 +1,85 @@
+"""Solves what skins are held against: `python -m tests.judges.crossed.judged` writes `answers/`.
+
+It needs the scans of both skins for `skins.json` and `convergence.json`, and some minutes for each of these.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+
+import numpy as np
+
+from docs.figures.skin_scans import scans_present
+
+from .cases import ANSWERS, BASE, FEWER_LIGHTS, KERATIN, LIGHTS, SYNTHETIC_LIGHTS, VARIED, Case, kept, write
+from .crops import cropped, scanned
+from .model import Light, misplaced
+from .relief import Relief, synthetic
+from .solver import Resolution, solve
+
+WHAT = ("synthetic", "skins", "convergence")
+# Harmonics and nodes at which a smooth relief's powers have settled to what is kept of them.
+SYNTHETIC = Resolution(cutoff_per_um=10.0, nodes=12)
+SKINS = Resolution(cutoff_per_um=8.0, nodes=10)
+# What it is judged by, and what is held against that: fewer harmonics, as many as elsewhere, fewer nodes.
+FINE = Resolution(cutoff_per_um=11.0, nodes=12)
+COARSER = (Resolution(6.0, 12), Resolution(8.0, 12), Resolution(9.5, 12), Resolution(11.0, 10), SKINS)
+# The hardest light of those asked for.
+HARD = Light(450.0, 60.0, 90.0)
+
+
+def judged(relief: Relief, eta: float, lights: list, resolution: Resolution) -> list[dict]:
+    return [kept(at, solve(relief, at.wavelength_nm, at.theta_deg, at.phi_deg, eta, resolution)) for at in lights]
+
+
+def relief_of(case: Case, scans: dict) -> Relief:
+    """The relief of a case, from the scans by skin as `scanned` gives them."""
+    return cropped(*scans[case.crop.skin], case.crop, case.smoothing).scaled(case.factor)
+
+
+def skins() -> dict[str, list[dict]]:
+    scans = {crop.skin: scanned(crop.skin) for crop in (case.crop for case in BASE)}
+    made = {}
+    for case in [*BASE, *VARIED]:
+        start = time.perf_counter()
+        made[case.key] = judged(relief_of(case, scans), case.eta, LIGHTS if case in BASE else FEWER_LIGHTS, SKINS)
+        print(f"{case.key}: {time.perf_counter() - start:.0f} s", flush=True)
+    return made
+
+
+def convergence() -> list[dict]:
+    """How much power coarser resolutions have in wrong orders, on each skin, smoothed as usual and least."""
+    rows = []
+    for case in [case for case in [*BASE, *VARIED] if case.crop.name == "A" and case.smoothing <= 1.0]:
+        if (case.factor, case.eta) != (1.0, KERATIN):
+            continue
+        relief = relief_of(case, {case.crop.skin: scanned(case.crop.skin)})
+
+        def at(resolution: Resolution, relief: Relief = relief) -> np.ndarray:
+            return solve(relief, HARD.wavelength_nm, HARD.theta_deg, HARD.phi_deg, KERATIN, resolution).unpolarised
+
+        fine = at(FINE)
+        for coarse in COARSER:
+            apart = misplaced(at(coarse), fine)
+            row = {"skin": case.crop.skin, "smoothing": case.smoothing, "cutoff_per_um": coarse.cutoff_per_um}
+            rows.append({**row, "nodes": coarse.nodes, "misplaced": float(f"{apart:.1e}")})
+    return rows
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(prog="python -m tests.judges.crossed.judged", description=__doc__)
+    parser.add_argument("what", nargs="*", choices=WHAT, default=WHAT)
+    what = parser.parse_args().what
+    if "synthetic" in what:
+        write("synthetic", {"synthetic": judged(synthetic(), KERATIN, SYNTHETIC_LIGHTS, SYNTHETIC)})
+    if "skins" in what and scans_present():
+        write("skins", skins())
+    if "convergence" in what and scans_present():
+        rows = ",\n".join(json.dumps(row) for row in convergence())
+        (ANSWERS / "convergence.json").write_text(f"[\n{rows}\n]\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

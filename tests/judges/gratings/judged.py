@@ -1,0 +1,75 @@
+"""Writes the tables that the rigorous solver is tested against: `python -m tests.judges.gratings.judged`.
+
+`perfect.csv`: perfect conductors by `boundary_integral`, TE and TM across the grooves. `metals.csv`: lamellar gratings
+of aluminium, silver and gold by SCATMECH (`pySCATMECH`, see `requirements-judges.lock`), s and p in conical mounts,
+extrapolated from two truncations, with the difference between extrapolation and the finer as its uncertainty.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mitsuba_scenes.environment import REPOSITORY
+
+from .boundary_integral import Resolution, solve
+from .profile import Sinusoid, blazed, lamellar
+from .scatmech import lamellar as metal_lamellar
+
+FOLDER = REPOSITORY / "crates" / "rigorous" / "tests" / "data"
+# At 550 nm, rounded: Rakić 1998 (Al), Johnson & Christy 1972 (Ag, Au).
+METALS = {"Al": 0.96 + 6.69j, "Ag": 0.06 + 3.59j, "Au": 0.42 + 2.35j}
+# Period, height in um; incidence and azimuth in degrees.
+LAMELLAR = [(1.6, 0.12, 40.0, 0.0), (1.6, 0.12, 25.0, 40.0), (0.8, 0.12, 40.0, 90.0), (0.8, 0.2, 60.0, 40.0)]
+LAMELLAR += [(0.3, 0.08, 20.0, 0.0), (0.3, 0.08, 55.0, 40.0)]
+PROFILES = {"sinusoid": Sinusoid, "blazed": blazed, "lamellar": lamellar}
+# Profile, period, height in um; wavelength in nm; incidence in degrees.
+PERFECT = [
+    ("sinusoid", 1.0, 0.3, 550.0, 20.0),
+    ("sinusoid", 2.5, 0.25, 450.0, 60.0),
+    ("sinusoid", 0.4, 0.15, 650.0, 35.0),
+    ("blazed", 2.5, 0.25, 550.0, 30.0),
+    ("blazed", 0.9, 0.3, 650.0, 70.0),
+    ("lamellar", 1.6, 0.12, 550.0, 40.0),
+    ("lamellar", 0.6, 0.2, 450.0, 10.0),
+]
+# At fewer, silver's p states do not yet fall off steadily.
+WAVES = (80, 160)
+
+
+def write(path: Path, header: str, rows: list[str]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+
+
+def perfect() -> list[str]:
+    rows = []
+    for name, period, height, wavelength, theta in PERFECT:
+        found = solve(PROFILES[name](period, height), wavelength, theta, Resolution().finer(3.0))
+        rows += [
+            f"{name},{period},{height},{wavelength},{theta},{order},{te:.7f},{tm:.7f}"
+            for order, te, tm in zip(found.orders, found.te, found.tm)
+        ]
+    return rows
+
+
+def metals() -> list[str]:
+    rows = []
+    for metal, index in METALS.items():
+        for period, height, theta, azimuth in LAMELLAR:
+            coarse, fine = (metal_lamellar(period, height, 550.0, index, theta, azimuth, waves) for waves in WAVES)
+            for order in fine:
+                limit = [2 * b - a for a, b in zip(coarse[order], fine[order])]
+                unsettled = max(abs(a - b) for a, b in zip(limit, fine[order]))
+                setting = f"{metal},{index.real},{index.imag},{period},{height},{theta},{azimuth}"
+                rows.append(f"{setting},{order},{limit[0]:.6f},{limit[1]:.6f},{unsettled:.6f}")
+    return rows
+
+
+def main() -> None:
+    write(FOLDER / "perfect.csv", "profile,period_um,height_um,wavelength_nm,theta_deg,order,te,tm", perfect())
+    header = "metal,eta,k,period_um,height_um,theta_deg,azimuth_deg,order,s,p,unsettled"
+    write(FOLDER / "metals.csv", header, metals())
+
+
+if __name__ == "__main__":
+    main()

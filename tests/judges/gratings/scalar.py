@@ -1,0 +1,150 @@
+"""Order efficiencies of the scalar model: out of `sunbeam eval`, and in closed form."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from dataclasses import dataclass
+
+import numpy as np
+
+from mitsuba_scenes.environment import SetupError
+from mitsuba_scenes.tool import TOOL
+
+# The plugin's default. Orders of periods up to 10 um are 14 standard deviations of their lobes apart, so that the value
+# on the axis of an order is that order's alone.
+COHERENCE_LENGTH_UM = 65.0
+# Terms of the mean that gives a Bessel function: its integrand is smooth and periodic.
+BESSEL_POINTS = 256
+
+
+@dataclass(frozen=True)
+class Model:
+    """The model `ensemble` with one obliquity factor, with energy conserved or not."""
+
+    obliquity: str
+    conserve_energy: bool
+
+    @property
+    def name(self) -> str:
+        return f"{self.obliquity}, limited" if self.conserve_energy else self.obliquity
+
+
+STAM, STAM_LIMITED, UNIT = Model("stam", False), Model("stam", True), Model("unit", False)
+MODELS = (STAM_LIMITED, STAM, UNIT)
+
+
+@dataclass(frozen=True)
+class Grating:
+    """A preset of the tool: `sinusoidal`, `blazed` or `lamellar`; lengths in um."""
+
+    preset: str
+    period: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Light:
+    """What falls on a grating."""
+
+    wavelength_nm: float
+    theta_i_deg: float
+
+
+def propagating(period: float, light: Light) -> tuple[np.ndarray, np.ndarray]:
+    """The orders above the horizon and their `wo.x`."""
+    rate = light.wavelength_nm / 1e3 / period
+    sine = np.sin(np.radians(light.theta_i_deg))
+    orders = np.arange(int(-(1 - sine) / rate) - 1, int((1 + sine) / rate) + 2)
+    towards = orders * rate - sine
+    return orders[np.abs(towards) < 1], towards[np.abs(towards) < 1]
+
+
+def surface_words(grating: Grating, model: Model, coherence_length_um: float) -> list:
+    """The command line's description of both."""
+    words = ["--preset", grating.preset, "--period", grating.period, "--height", grating.height]
+    words += ["--coherence-length", coherence_length_um, "--obliquity", model.obliquity]
+    return [*words, "--conserve-energy", str(model.conserve_energy).lower()]
+
+
+def efficiencies(
+    grating: Grating, model: Model, lights: list[Light], coherence_length_um: float = COHERENCE_LENGTH_UM
+) -> list[np.ndarray]:
+    """For each light the share of the power in every propagating order, out of the tool's exact values.
+
+    On the axis of an order the reflectance is `O |c_j|² K(0) / λ²` with `K(0) = 4πs²`, and the order carries
+    `O |c_j|²` (docs/model.md#the-reflectance).
+    """
+    questions, sizes = [], []
+    for light in lights:
+        sine = np.sin(np.radians(light.theta_i_deg))
+        _, towards = propagating(grating.period, light)
+        sizes.append(len(towards))
+        wi = [sine, 0, np.sqrt(1 - sine**2)]
+        questions += [{"wi": wi, "wo": [x, 0, np.sqrt(1 - x * x)], "wavelength": light.wavelength_nm} for x in towards]
+    values = ask(["eval", "--method", "exact", *surface_words(grating, model, coherence_length_um)], questions)
+    peak = 4 * np.pi * (coherence_length_um / 4) ** 2
+    parts = np.split(np.array(values), np.cumsum(sizes)[:-1])
+    return [part * (light.wavelength_nm / 1e3) ** 2 / peak for part, light in zip(parts, lights)]
+
+
+def integrated(grating: Grating, model: Model, light: Light, order: int, points: int = 31) -> float:
+    """What one order carries by the integral of f cosθo over the directions of its lobe, du dv, six deviations wide."""
+    sine = np.sin(np.radians(light.theta_i_deg))
+    orders, towards = propagating(grating.period, light)
+    axis = towards[orders == order][0]
+    # K falls as exp(−4π²s²|f|²), with f = u/λ.
+    deviation = light.wavelength_nm / 1e3 / (2 * np.sqrt(2) * np.pi * COHERENCE_LENGTH_UM / 4)
+    steps = np.linspace(-6, 6, points) * deviation
+    lobe = [(axis + u, v) for u in steps for v in steps]
+    wi = [sine, 0, np.sqrt(1 - sine**2)]
+    questions = [
+        {"wi": wi, "wo": [x, y, np.sqrt(1 - x * x - y * y)], "wavelength": light.wavelength_nm}
+        for x, y in lobe
+        if x * x + y * y < 1
+    ]
+    words = surface_words(grating, model, COHERENCE_LENGTH_UM)
+    return float(np.sum(ask(["eval", "--method", "exact", *words], questions)) * (steps[1] - steps[0]) ** 2)
+
+
+def ask(words: list, questions: list[dict]) -> list[float]:
+    """The answers `f` of a service of the tool, 1/sr."""
+    if not TOOL.exists():
+        raise SetupError(f"the command line tool {TOOL} is missing: run `make tool`")
+    lines = "".join(json.dumps(question) + "\n" for question in questions)
+    done = subprocess.run([str(TOOL), *map(str, words)], input=lines, capture_output=True, text=True)
+    answers = [json.loads(line) for line in done.stdout.splitlines()]
+    if done.returncode != 0 or len(answers) != len(questions) or any("error" in answer for answer in answers):
+        wrong = next((answer["error"] for answer in answers if "error" in answer), done.stderr.strip())
+        raise SetupError(f"`sunbeam {words[0]}` failed: {wrong or done.returncode}")
+    return [answer["f"] for answer in answers]
+
+
+def closed_form(grating: Grating, obliquity: str, light: Light) -> np.ndarray:
+    """The same with energy not conserved, from the closed forms of |c_j|² of the three profiles."""
+    orders, towards = propagating(grating.period, light)
+    sine = np.sin(np.radians(light.theta_i_deg))
+    cos_i, cos_o = np.sqrt(1 - sine**2), np.sqrt(1 - towards**2)
+    w = cos_i + cos_o
+    phase = 2e3 * np.pi * w / light.wavelength_nm * grating.height
+    if grating.preset == "sinusoidal":
+        power = np.array([bessel(order, 0.5 * p) ** 2 for order, p in zip(orders, phase)])
+    elif grating.preset == "blazed":
+        power = np.sinc(phase / (2 * np.pi) + orders) ** 2
+    else:
+        odd = np.where(orders % 2 == 1, np.sin(0.5 * phase) / (0.5 * np.pi * np.where(orders == 0, 1, orders)), 0)
+        power = np.where(orders == 0, np.cos(0.5 * phase), odd) ** 2
+    if obliquity == "unit":
+        return power
+    return power * (1 + sine * towards + cos_i * cos_o) ** 2 / (cos_i * cos_o * w**2)
+
+
+def bessel(order: int, argument: float) -> float:
+    """J_order(argument), the mean of cos(order τ − argument sin τ)."""
+    tau = 2 * np.pi * (np.arange(BESSEL_POINTS) + 0.5) / BESSEL_POINTS
+    return float(np.mean(np.cos(order * tau - argument * np.sin(tau))))
+
+
+def misplaced(found: np.ndarray, true: np.ndarray) -> float:
+    """Half the sum of the differences: the power that is in the wrong orders, were both sums equal."""
+    return float(0.5 * np.abs(found - true).sum())

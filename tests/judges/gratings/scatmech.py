@@ -1,0 +1,66 @@
+"""Order efficiencies of lamellar gratings of real metals by NIST's SCATMECH, the package `pySCATMECH`.
+
+Rigorous coupled waves, in conical mounts too. What is left falls off as one over the number of waves, so two
+truncations tell how far it is settled.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mitsuba_scenes.environment import REPOSITORY, SetupError
+
+REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
+# Orders beyond these do not propagate for periods of up to nine waves.
+ORDERS = 18
+
+
+def lamellar(
+    period_um: float,
+    height_um: float,
+    wavelength_nm: float,
+    index: complex,
+    theta_i_deg: float,
+    azimuth_deg: float,
+    waves: int,
+) -> dict[int, tuple[float, float]]:
+    """Efficiencies for s and p polarised light of the orders that propagate, of a grating of duty 1/2.
+
+    `waves` are kept on either side of order 0. The grating is turned by `azimuth_deg` about its normal; order m
+    leaves at the sine of `theta_i_deg` along the grating's vector plus m·wavelength/period.
+    """
+    try:
+        from pySCATMECH.rcw import RCW_Model
+    except ImportError as error:
+        raise SetupError(f"needs pySCATMECH: run `.venv/bin/pip install -r {REQUIREMENTS.name}`") from error
+    medium = f"({index.real!r},{index.imag!r})"
+    lines = {
+        None: "Single_Line_Grating",
+        "period": repr(period_um),
+        "height": repr(height_um),
+        "topwidth": repr(period_um / 2),
+        "bottomwidth": repr(period_um / 2),
+        "offset": "0",
+        "nlevels": "1",
+        "medium_i": "(1,0)",
+        "space": "(1,0)",
+        "medium_t": medium,
+        "material": medium,
+    }
+    model = RCW_Model(
+        {
+            None: "RCW_Model",
+            "order": str(waves),
+            "type": "0",
+            "lambda": repr(wavelength_nm * 1e-3),
+            "thetai": repr(theta_i_deg),
+            "rotation": repr(azimuth_deg),
+            "grating": lines,
+        }
+    )
+    found = {}
+    for order in range(-ORDERS, ORDERS + 1):
+        mueller = np.array(model.DiffractionEfficiency(order))
+        if mueller[0, 0] > 0:
+            found[order] = (float(mueller[0, 0] + mueller[0, 1]), float(mueller[0, 0] - mueller[0, 1]))
+    return found

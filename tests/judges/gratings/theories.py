@@ -1,0 +1,115 @@
+"""The project's answers for an order of a grating, theory by theory, out of `sunbeam orders` and `sunbeam eval`."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from mitsuba_scenes.tool import sunbeam
+
+from .drawn import Judged, Setting
+from .scalar import COHERENCE_LENGTH_UM, ask
+
+SCALAR, FRESNEL, EXACT, TABLE = "scalar", "perfect × Fresnel", "exact", "table"
+
+
+def words(setting: Setting) -> list:
+    """The command's description of the grating."""
+    return ["--preset", setting.shape, "--period", setting.period_um, "--height", setting.height_um]
+
+
+def optics(setting: Setting) -> list:
+    n = setting.index
+    return [] if n is None else ["--eta", n.real, "--k", n.imag]
+
+
+def orders(setting: Setting, *more) -> dict:
+    """Orders by their number, as the command has them."""
+    light = ["--theta-i", setting.theta_deg, "--phi-i", setting.phi_deg, "--wavelength", setting.wavelength_nm]
+    told = json.loads(sunbeam("orders", "--json", *words(setting), *light, *more))
+    return {order["order"]: order for order in told["orders"]}
+
+
+def fresnel(n: complex | None, wi, wo) -> np.ndarray:
+    """Reflectance of unpolarised light at the half vector of two directions; of a perfect conductor 1."""
+    if n is None:
+        return np.ones(np.shape(wo)[:-1])
+    cos = np.sqrt(0.5 * (1 + (np.asarray(wi) * wo).sum(axis=-1)))
+    inside = np.sqrt(n * n - 1 + cos**2 + 0j)
+    s, p = (cos - inside) / (cos + inside), (n * n * cos - inside) / (n * n * cos + inside)
+    return 0.5 * (np.abs(s) ** 2 + np.abs(p) ** 2)
+
+
+def powers(judged: Judged) -> dict[str, np.ndarray]:
+    """Shares of unpolarised light in the judge's orders.
+
+    By the phase screen with `stam` before energy is limited; by a perfect conductor's orders times Fresnel's
+    reflectance at the half vector; and by Maxwell's equations for the medium.
+    """
+    setting = judged.setting
+    metal = optics(setting)
+    found = {
+        SCALAR: orders(setting, "--theory", "scalar", "--obliquity", "stam", *metal),
+        FRESNEL: orders(setting, "--theory", "rigorous"),
+        EXACT: orders(setting, "--theory", "rigorous", *metal),
+    }
+    by_theory = {name: np.array([by[order]["mean"] for order in judged.orders.tolist()]) for name, by in found.items()}
+    directions = np.array([found[EXACT][order]["direction"] for order in judged.orders.tolist()])
+    by_theory[FRESNEL] = by_theory[FRESNEL] * fresnel(setting.index, setting.wi, directions)
+    return by_theory
+
+
+def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """For lights on one grating the orders' power out of its table, and by the solver.
+
+    On the axis of an order f is its share times K(0)/λ² (docs/model.md#coherence).
+    """
+    questions, solved = [], []
+    for setting in settings:
+        by = orders(setting, "--theory", "rigorous", *optics(setting))
+        solved.append(np.array([order["mean"] for order in by.values()]))
+        wi = setting.wi.tolist()
+        questions += [
+            {"wi": wi, "wo": order["direction"], "wavelength": setting.wavelength_nm} for order in by.values()
+        ]
+    first = settings[0]
+    asked = ["eval", "--method", "table", "--theory", "rigorous", *words(first), *optics(first)]
+    values = np.array(ask([*asked, "--coherence-length", COHERENCE_LENGTH_UM], questions))
+    parts = np.split(values, np.cumsum([len(part) for part in solved])[:-1])
+    peak = 4 * np.pi * (COHERENCE_LENGTH_UM / 4) ** 2
+    return [part * (s.wavelength_nm * 1e-3) ** 2 / peak for part, s in zip(parts, settings)], solved
+
+
+def transverse_basis(d: np.ndarray) -> np.ndarray:
+    """The states of `sunbeam orders` of a wave along `d`, rows: without Hy, without Ey (crates/rigorous)."""
+    across = np.hypot(d[0], d[2])
+    return np.array([[-d[1] * d[0] / across, across, -d[1] * d[2] / across], [d[2] / across, 0, -d[0] / across]])
+
+
+def s_and_p(d: np.ndarray) -> np.ndarray:
+    """The states of `tests.judges.crossed`, rows s and p, of a wave along `d`, which is not the normal."""
+    s = np.array([-d[1], d[0], 0]) / np.hypot(d[0], d[1])
+    return np.array([s, np.cross(d, s)])
+
+
+def mueller(jones: np.ndarray) -> np.ndarray:
+    """Of s and p, whose phases do not matter if both share them."""
+    pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
+    return 0.5 * np.einsum("iab,...bc,jcd,...ad->...ij", pauli, jones, pauli, jones.conj()).real
+
+
+def mueller_errors(judged: Judged) -> np.ndarray:
+    """Differences of all elements of all orders' Mueller matrices from the judge's, over the judge's largest m00."""
+    setting = judged.setting
+    found = orders(setting, "--theory", "rigorous", *optics(setting))
+    arriving = -setting.wi
+    turn_in = transverse_basis(arriving) @ s_and_p(arriving).T
+    made = []
+    for order in judged.orders.tolist():
+        parts = np.array(found[order]["jones"])
+        direction = np.array(found[order]["direction"])
+        turn_out = s_and_p(direction) @ transverse_basis(direction).T
+        made.append(mueller(turn_out @ (parts[..., 0] + 1j * parts[..., 1]) @ turn_in))
+    expected = mueller(judged.jones)
+    return (np.array(made) - expected).ravel() / expected[:, 0, 0].max()
