@@ -1,5 +1,7 @@
-//! FLSS, full lambda spectral sampling (Dhillon et al. 2014): the patch model of docs/model.md#the-reflectance at equal steps of the
-//! wavelength, each the sum over a neighbourhood of wave orders.
+//! FLSS, full lambda spectral sampling (Dhillon et al. 2014).
+//!
+//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over equal steps of the wavelength, with S of the patch model
+//! (docs/model.md#the-reflectance) summed over a neighbourhood of wave orders.
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
@@ -18,25 +20,26 @@ const WGSL: &str = concat!(
     include_str!("flss.wgsl")
 );
 
+/// The uniform struct of flss.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct FlssUniform {
     pub grid: OrderGrid,
+    /// Number of wavelengths.
     pub wavelengths: u32,
     pub _pad0: u32,
     pub _pad1: u32,
     pub _pad2: u32,
 }
 
-/// Equal steps of the wavelength from 380 to 780 nm.
+/// The method `flss`: equal steps of the wavelength from 380 to 780 nm.
 pub struct Flss {
     orders: Orders,
     colours: Colours,
 }
 
 impl Flss {
-    /// Transforms `field`, of which `lambda_step_nm`, `terms`, `neighbourhood` and `series` are asked; `progress` hears how far it
-    /// has come.
+    /// Transforms `field`. Of the options it heeds `lambda_step_nm`, `terms`, `neighbourhood` and `series`.
     ///
     /// # Errors
     /// As [`super::build`].
@@ -51,16 +54,16 @@ impl Flss {
         Ok(Self { orders, colours: colours::samples(options.lambda_step_nm)? })
     }
 
-    /// The same with another step between wavelengths in nm; the orders are shared.
+    /// The method with another step between wavelengths in nm; the orders are shared.
     ///
     /// # Errors
-    /// A step out of range.
+    /// [`MethodError::OutOfRange`] for a step out of [`LAMBDA_STEP_NM`].
     pub fn with_lambda_step(&self, lambda_step_nm: f64) -> Result<Self, MethodError> {
         in_range("lambda_step_nm", lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
         Ok(Self { orders: self.orders.clone(), colours: colours::samples(lambda_step_nm)? })
     }
 
-    /// The terms and orders that are summed.
+    /// Numbers of terms and orders that are summed.
     pub fn counts(&self) -> OrderCounts {
         self.orders.counts()
     }

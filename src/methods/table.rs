@@ -1,4 +1,4 @@
-//! `table`, our own method: the [colour table](crate::colour_table), read with a few fetches.
+//! The method `table`: the [colour table](crate::colour_table), read with 64 fetches.
 
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
@@ -11,21 +11,21 @@ use std::borrow::Cow;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableUniform {
-    /// As of [`crate::colour_table::ColourLayout`].
+    /// The members up to `last_ring` are those of [`crate::colour_table::ColourLayout`].
     pub knee_radius: f32,
     pub growth: f32,
     pub w_log: f32,
     pub exponent_offset: u32,
     pub last_ring: u32,
-    /// Cells along a side of the albedo's grid; zero where none is kept.
+    /// Cells along each side of the albedo's grid; 0 without an albedo.
     pub albedo_cells: u32,
     pub _pad1: u32,
     pub _pad2: u32,
-    /// From the centre outwards; those after the last are empty.
+    /// Rings from the centre outwards, then zeros.
     pub rings: [TableRing; ColourTable::RINGS_MAX],
 }
 
-/// One ring, as [`Ring`].
+/// The struct `Ring` of `table.wgsl`: a [`Ring`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableRing {
@@ -60,7 +60,7 @@ impl Relief for ColourTable {
     }
 }
 
-/// The colour table divided by its albedo.
+/// The colour table divided by its albedo, so that no energy is made.
 pub(super) struct ConservingTable {
     pub table: ColourTable,
     pub albedo: ColourAlbedoTable,
@@ -85,7 +85,8 @@ impl Method for ConservingTable {
     }
 }
 
-/// What reads the table, with the words of both; [`ColourTable`] and [`ConservingTable`] answer differently with it.
+/// The WGSL that reads the table, with the data of table and albedo. [`ColourTable`] and [`ConservingTable`] append different
+/// answers.
 fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
     let layout = table.layout();
     let mut uniform = Box::new(TableUniform {
@@ -97,8 +98,8 @@ fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> 
         albedo_cells: albedo.map_or(0, |albedo| albedo.layout().cells),
         ..Zeroable::zeroed()
     });
-    for (place, ring) in uniform.rings.iter_mut().zip(table.rings()) {
-        *place = ring.into();
+    for (slot, ring) in uniform.rings.iter_mut().zip(table.rings()) {
+        *slot = ring.into();
     }
     let words = [Some(table.samples()), albedo.map(ColourAlbedoTable::words)];
     let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
