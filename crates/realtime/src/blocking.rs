@@ -1,5 +1,4 @@
-//! The calls to the GPU as programs without an event loop want them: each waits until it is done. A browser has no such
-//! calls, since whoever waits there hears of nothing.
+//! Blocking twins of the asynchronous calls. A browser has none: its event loop must not wait.
 
 use super::{AdapterChoice, Answers, FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, Shader, Target, View};
 use pollster::block_on;
