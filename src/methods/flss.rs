@@ -10,15 +10,11 @@ use super::orders::{OrderCounts, Orders};
 use super::{MethodError, MethodOptions, MethodShader, Relief, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use crate::table::Progress;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
-const WGSL: &str = concat!(
-    include_str!("colours.wgsl"),
-    include_str!("bessel.wgsl"),
-    include_str!("orders.wgsl"),
-    include_str!("flss.wgsl")
-);
+const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("flss.wgsl")];
 
 /// The uniform struct of flss.wgsl.
 #[repr(C)]
@@ -97,7 +93,7 @@ impl Relief for Flss {
         };
         MethodShader {
             name: "flss",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

@@ -2,6 +2,7 @@
 
 use super::{AnswerKind, Method, MethodShader};
 use crate::grating::GratingColourSurface;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
@@ -66,7 +67,7 @@ impl Method for GratingColourSurface {
         };
         MethodShader {
             name: "table",
-            wgsl: vec![include_str!("grating.wgsl")],
+            wgsl: vec![wgsl!("grating.wgsl")],
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: [efficiencies, packets].map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).to_vec(),
         }

@@ -29,6 +29,7 @@ mod stam;
 mod stam_gems;
 mod table;
 mod term_weights;
+mod wgsl;
 
 pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 pub use bessel::TERMS_MAX;
@@ -43,8 +44,11 @@ pub use orders::{ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
 pub use stam_gems::StamGems;
+#[doc(hidden)]
+pub use wgsl::{code, code_length, utf8};
 
 use crate::colour_table::SUM_SQUARED_MAX;
+use crate::wgsl;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
@@ -106,7 +110,7 @@ impl<R: Relief> Method for R {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        self.relief_shader().and(include_str!("relief.wgsl"))
+        self.relief_shader().and(wgsl!("relief.wgsl"))
     }
 }
 
@@ -141,7 +145,7 @@ impl MethodShader<'_> {
 }
 
 /// WGSL that the sources of methods use.
-pub const COMMON_WGSL: &str = include_str!("common.wgsl");
+pub const COMMON_WGSL: &str = wgsl!("common.wgsl");
 
 /// Shortest wavelength of the methods in µm.
 const WAVELENGTH_MIN_UM: f32 = 0.38;

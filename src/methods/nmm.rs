@@ -22,16 +22,12 @@ use super::{
 };
 use crate::height_field::HeightField;
 use crate::table::Progress;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-const WGSL: &str = concat!(
-    include_str!("colours.wgsl"),
-    include_str!("bessel.wgsl"),
-    include_str!("orders.wgsl"),
-    include_str!("nmm.wgsl")
-);
+const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
 /// Finest relative tolerance of the neighbourhood of a colour. The choice of wavelengths alone makes colours wrong by 0.2
 /// to 0.35 (docs/speed-error.md), so more orders would not help.
@@ -121,7 +117,7 @@ impl Relief for Nmm {
         let uniform = NmmUniform { grid: self.colour_orders.grid, line_width: self.line_width, _pad: [0.0; 2] };
         MethodShader {
             name: "nmm",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

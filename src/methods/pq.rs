@@ -15,16 +15,12 @@ use super::orders::{OrderCounts, Orders};
 use super::{MethodError, MethodOptions, MethodShader, REPEATS_MAX, Relief, Repeats, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use crate::table::Progress;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f32::consts::PI;
 
-const WGSL: &str = concat!(
-    include_str!("colours.wgsl"),
-    include_str!("bessel.wgsl"),
-    include_str!("orders.wgsl"),
-    include_str!("pq.wgsl")
-);
+const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("pq.wgsl")];
 
 /// The `πPd` below which the kernel is its series; the next term is under 1e-9 there.
 pub(super) const SINC_SERIES: f32 = 0.01;
@@ -142,7 +138,7 @@ impl Relief for Pq {
         };
         MethodShader {
             name: "pq",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

@@ -15,11 +15,12 @@ use super::{
 };
 use crate::height_field::HeightField;
 use crate::transform::periods;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f32::consts::PI;
 
-const WGSL: &str = concat!(include_str!("colours.wgsl"), include_str!("stam.wgsl"));
+const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
 /// Orders on each side.
 pub(super) const ORDERS: u32 = 8;
@@ -95,7 +96,7 @@ impl Relief for Stam {
         let uniform = StamUniform { period_um: self.period_um, _pad0: 0, _pad1: 0, _pad2: 0 };
         MethodShader {
             name: "stam",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours))],
         }

@@ -13,10 +13,11 @@
 use super::stam::spacing_um;
 use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
 use crate::height_field::HeightField;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::f32::consts::PI;
 
-const WGSL: &str = include_str!("stam_gems.wgsl");
+const WGSL: &str = wgsl!("stam_gems.wgsl");
 
 /// Orders on each side.
 pub(super) const GEMS_ORDERS: u32 = 7;

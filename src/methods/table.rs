@@ -3,6 +3,7 @@
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
 use crate::energy::ColourAlbedoTable;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::array;
 use std::borrow::Cow;
@@ -81,7 +82,7 @@ impl Method for ConservingTable {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        shader(&self.table, Some(&self.albedo)).and(include_str!("albedo.wgsl"))
+        shader(&self.table, Some(&self.albedo)).and(wgsl!("albedo.wgsl"))
     }
 }
 
@@ -105,7 +106,7 @@ fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> 
     let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
     MethodShader {
         name: "table",
-        wgsl: vec![include_str!("table.wgsl")],
+        wgsl: vec![wgsl!("table.wgsl")],
         uniform: bytemuck::bytes_of(&*uniform).to_vec(),
         storage,
     }
