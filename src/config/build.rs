@@ -13,7 +13,7 @@ use crate::scattering::{Obliquity, Options, SpectralIndex};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
-/// Why a configuration did not become a surface.
+/// Reason why a surface was not built.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs)] // Each message says what its fields are.
 pub enum BuildError {

@@ -1,4 +1,4 @@
-//! A realtime method of what a configuration describes, by either theory.
+//! The realtime method that a configuration describes, by either theory.
 
 use super::{BuildError, SurfaceConfig, Theory};
 use crate::cache::{Cache, Origin};
@@ -8,7 +8,7 @@ use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use std::sync::Arc;
 
-/// A grating that is shared with all in this process that were built of the same.
+/// A grating that this process shares among all its users.
 struct SharedGrating(Arc<(GratingColourSurface, Origin)>);
 
 impl Method for SharedGrating {
@@ -62,7 +62,7 @@ mod tests {
     use crate::scattering::ComplexIndex;
 
     #[test]
-    fn only_the_table_answers_by_maxwells_equations() {
+    fn only_the_table_supports_the_rigorous_theory() {
         let json = r#"{"preset":"flat","theory":"rigorous","eta":1.0,"k":6.9}"#;
         let config = SurfaceConfig::from_json(json).unwrap();
         let build = |config: &SurfaceConfig, kind, index: Option<&SpectralIndex>| {

@@ -1,12 +1,9 @@
 use super::Camera;
 use glam::DVec3;
+use std::ops::RangeInclusive;
 
-/// Turn of the camera in degrees per point of a drag.
-const DEGREES_PER_POINT: f64 = 0.35;
-/// Largest elevation of the camera in degrees; at 90° the upward direction of the picture is undefined.
-const ELEVATION_MAX_DEG: f64 = 89.0;
-/// Accepted distances of the camera from its target in cm.
-const DISTANCE_CM: std::ops::RangeInclusive<f64> = 0.2..=200.0;
+/// Turn of camera or sun in degrees per point of a drag: a drag over 500 points turns by half a circle.
+pub const DEGREES_PER_POINT: f64 = 0.35;
 
 /// A camera that orbits its target; z is up. Drags are in points of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,14 +19,19 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// Accepted elevations of the camera in degrees; at ±90° the upward direction of the picture is undefined.
+    pub const ELEVATION_DEG: RangeInclusive<f64> = -89.0..=89.0;
+    /// Accepted distances of the camera from its target in cm.
+    pub const DISTANCE_CM: RangeInclusive<f64> = 0.2..=200.0;
+
     /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. Elevation and
     /// distance are clamped to their ranges. The azimuth is counter-clockwise from +x seen from above.
     pub fn new(target: [f64; 3], azimuth_deg: f64, elevation_deg: f64, distance_cm: f64, fov_deg: f64) -> Self {
         Self {
             target: target.into(),
-            distance: distance_cm.clamp(*DISTANCE_CM.start(), *DISTANCE_CM.end()),
+            distance: clamp(distance_cm, &Self::DISTANCE_CM),
             azimuth_deg,
-            elevation_deg: elevation_deg.clamp(-ELEVATION_MAX_DEG, ELEVATION_MAX_DEG),
+            elevation_deg: clamp(elevation_deg, &Self::ELEVATION_DEG),
             fov_deg,
         }
     }
@@ -79,7 +81,7 @@ impl Orbit {
     pub fn turn(&mut self, right: f32, down: f32) {
         self.azimuth_deg -= DEGREES_PER_POINT * f64::from(right);
         let elevation = self.elevation_deg + DEGREES_PER_POINT * f64::from(down);
-        self.elevation_deg = elevation.clamp(-ELEVATION_MAX_DEG, ELEVATION_MAX_DEG);
+        self.elevation_deg = clamp(elevation, &Self::ELEVATION_DEG);
     }
 
     /// Moves the scene along with a drag in a picture that is `width` points wide.
@@ -93,7 +95,7 @@ impl Orbit {
 
     /// Multiplies the distance; factors below 1 go nearer.
     pub fn zoom(&mut self, factor: f64) {
-        self.distance = (self.distance * factor).clamp(*DISTANCE_CM.start(), *DISTANCE_CM.end());
+        self.distance = clamp(self.distance * factor, &Self::DISTANCE_CM);
     }
 
     /// Unit vector from the target to the camera.
@@ -102,6 +104,11 @@ impl Orbit {
         let (sin_e, cos_e) = self.elevation_deg.to_radians().sin_cos();
         DVec3::new(cos_a * cos_e, sin_a * cos_e, sin_e)
     }
+}
+
+/// The value or the nearest end of the range.
+fn clamp(value: f64, range: &RangeInclusive<f64>) -> f64 {
+    value.clamp(*range.start(), *range.end())
 }
 
 #[cfg(test)]
@@ -129,7 +136,7 @@ mod tests {
         let camera = orbit.camera();
         assert!(camera.origin[2] > camera.target[2] && camera.origin[..2] != camera.target[..2]);
         orbit.zoom(1e-9);
-        assert!((distance(&orbit) - DISTANCE_CM.start()).abs() < 1e-12);
+        assert!((distance(&orbit) - Orbit::DISTANCE_CM.start()).abs() < 1e-12);
     }
 
     #[test]

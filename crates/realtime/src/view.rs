@@ -44,6 +44,9 @@ impl Default for Light {
 }
 
 impl Light {
+    /// Lowest elevation of the sun in the interfaces, in degrees: at 0 no surface is lit.
+    pub const ELEVATION_MIN_DEG: f64 = 0.5;
+
     /// The sun at an azimuth in degrees, counter-clockwise from +x seen from above, and an elevation in degrees.
     ///
     /// # Errors
