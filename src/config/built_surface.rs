@@ -47,8 +47,8 @@ impl BuiltSurface {
         }
     }
 
-    /// Calls `each` with the index of a wavelength in nm and `f_r` in 1/sr there, without the cosine. `f_r` is 0 unless both
-    /// directions lie above the surface.
+    /// Calls `each` with the index of a wavelength in nm and `f_r` in 1/sr there, without the cosine. `f_r` is 0 unless
+    /// both directions lie above the surface.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
         let interface = self.interface(wi, wo);
         for (k, &nm) in wavelengths_nm.iter().enumerate() {
@@ -60,8 +60,8 @@ impl BuiltSurface {
         }
     }
 
-    /// [`BuiltSurface::eval`]; also returns the density of [`BuiltSurface::sample_direction`] per solid angle, its mean over
-    /// the wavelengths.
+    /// [`BuiltSurface::eval`]; also returns the density of [`BuiltSurface::sample_direction`] per solid angle, its mean
+    /// over the wavelengths.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) -> f64 {
         let interface = self.interface(wi, wo);
         let mut density = 0.0;
@@ -76,8 +76,8 @@ impl BuiltSurface {
         density / wavelengths_nm.len().max(1) as f64
     }
 
-    /// A direction for the wavelengths carried (at least one, in nm) from three random numbers in [0, 1). `None` where it or
-    /// `wi` lies below the horizon.
+    /// A direction for the wavelengths carried (at least one, in nm) from three random numbers in [0, 1). `None` where
+    /// it or `wi` lies below the horizon.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         match self {
             Self::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),

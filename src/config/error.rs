@@ -12,8 +12,8 @@ pub enum ConfigError {
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },
     #[error(
-        "parameter {parameter:?} is {found} µm, but must be {accepted}: no relief that diffracts is so large. Lengths are \
-         in µm; was it meant in nm?"
+        "parameter {parameter:?} is {found} µm, but must be {accepted}: no relief that diffracts is so large. Lengths \
+         are in µm; was it meant in nm?"
     )]
     TooLong { parameter: &'static str, found: f64, accepted: Accepted },
     #[error("parameter {parameter:?} contradicts {other}: {advice}")]

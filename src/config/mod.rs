@@ -1,7 +1,7 @@
 //! The description of a surface, with one set of parameter names for all interfaces.
 //!
-//! A [`SurfaceConfig`] holds the *given* parameters. A missing one is `None` where its default depends on another parameter;
-//! methods such as [`SurfaceConfig::level`] resolve it. Lengths are in µm.
+//! A [`SurfaceConfig`] holds the *given* parameters. A missing one is `None` where its default depends on another
+//! parameter; methods such as [`SurfaceConfig::level`] resolve it. Lengths are in µm.
 //!
 //! ```
 //! use sunbeam::config::SurfaceConfig;
@@ -111,8 +111,8 @@ pub struct SurfaceConfig {
     pub conserve_energy: Option<bool>,
     /// Whether the V-cavity factor `M` applies (default: false).
     pub shadowing: bool,
-    /// Real part of the refractive index at all wavelengths; without `k` a dielectric (default: none, the surface reflects
-    /// everything).
+    /// Real part of the refractive index at all wavelengths; without `k` a dielectric (default: none, the surface
+    /// reflects everything).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub eta: Option<f64>,
     /// Imaginary part of the refractive index; needs `eta` (default: 0).

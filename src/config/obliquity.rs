@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ObliquityChoice {
-    /// `small_slope` for a dielectric ([`SpectralIndex::is_dielectric`]: `k` is at most a tenth of `eta` at every wavelength
-    /// given), `stam` for a conductor and for a surface that reflects everything.
+    /// `small_slope` for a dielectric ([`SpectralIndex::is_dielectric`]: `k` is at most a tenth of `eta` at every
+    /// wavelength given), `stam` for a conductor and for a surface that reflects everything.
     #[default]
     Auto,
     /// [`Obliquity::Stam`].

@@ -35,7 +35,8 @@ macro_rules! relief_source {
 
             /// Names of the fields that are given.
             pub fn given(&self) -> impl Iterator<Item = &'static str> + use<> {
-                [$((stringify!($name), self.$name.is_some())),+].into_iter().filter_map(|(name, given)| given.then_some(name))
+                let fields = [$((stringify!($name), self.$name.is_some())),+];
+                fields.into_iter().filter_map(|(name, given)| given.then_some(name))
             }
         }
 

@@ -53,8 +53,8 @@ impl SurfaceConfig {
         match self.source() {
             Source::Preset(Preset::Cd | Preset::Elaphe | Preset::Xenopeltis) => contradiction(
                 "preset",
-                "it takes reliefs that vary along x alone: \"blazed\", \"sinusoidal\", \"lamellar\", \"flat\", or a file \
-                 of one",
+                "it takes reliefs that vary along x alone: \"blazed\", \"sinusoidal\", \"lamellar\", \"flat\", or a \
+                 file of one",
             ),
             _ => Ok(()),
         }

@@ -1,8 +1,8 @@
 // The colour table divided by the albedo, so that no energy is made; compiled after table.wgsl.
 //
-// Twin of `ColourAlbedoView` in energy/colour.rs. The albedo table holds `(A - 1)·cos²θ` of red, green and blue, where A is
-// the albedo or 1 if that is larger, on a square grid over stretched directions. It holds each value as the upper 16 bits of
-// a single-precision number, two values a word.
+// Twin of `ColourAlbedoView` in energy/colour.rs. The albedo table holds `(A - 1)·cos²θ` of red, green and blue, where
+// A is the albedo or 1 if that is larger, on a square grid over stretched directions. It holds each value as the upper
+// 16 bits of a single-precision number, two values a word.
 
 @group(1) @binding(2) var<storage, read> albedos: array<u32>;
 

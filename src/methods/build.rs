@@ -14,14 +14,15 @@ use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
-/// Fraction of the time that the colour table takes where the albedo is built too, for the progress (bench `colour_table`).
+/// Fraction of the time that the colour table takes where the albedo is built too, for the progress (bench
+/// `colour_table`).
 const TABLE_FRACTION: f64 = 0.6;
 
 /// Builds a method for a surface.
 ///
-/// Obliquity and shadowing of the surface's options are the caller's to apply. Only the albedo, where energy is conserved,
-/// contains them and holds for no others. Numbers of terms and orders that are not given follow from the surface's
-/// `tolerance`, a relative error.
+/// Obliquity and shadowing of the surface's options are the caller's to apply. Only the albedo, where energy is
+/// conserved, contains them and holds for no others. Numbers of terms and orders that are not given follow from the
+/// surface's `tolerance`, a relative error.
 ///
 /// ```
 /// use sunbeam::methods::{MethodKind, MethodOptions, build};
@@ -51,7 +52,7 @@ pub fn build(
 /// [`build`] with a progress.
 ///
 /// # Errors
-/// As [`build`].
+/// The errors of [`build`].
 pub fn build_watched(
     kind: MethodKind,
     field: &HeightField,

@@ -9,7 +9,8 @@ const COSINE_MIN: f32 = 1e-7;
 const SUM_SQUARED_MAX: f32 = 4.001;
 
 // Number of this part of an answer, and of all parts. The parts of an answer add up to it: some adapters cut long loops
-// short. A method with a long loop takes every `answer_parts`-th turn, from turn `answer_part` on; others answer in part 0.
+// short. A method with a long loop takes every `answer_parts`-th turn, from turn `answer_part` on; others answer in
+// part 0.
 var<private> answer_part: u32 = 0u;
 var<private> answer_parts: u32 = 1u;
 

@@ -38,7 +38,7 @@ impl Flss {
     /// Transforms `field`. Of the options it heeds `lambda_step_nm`, `terms`, `neighbourhood` and `series`.
     ///
     /// # Errors
-    /// As [`super::build`].
+    /// The errors of [`super::build`].
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,

@@ -1,15 +1,15 @@
 // The reflectance of a grating by Maxwell's equations in linear sRGB; twin of `GratingColourLobe::eval` in
 // grating/colour_lobe.rs, of `Place` in grating/place.rs and of `EfficiencyView` in grating/efficiencies.rs.
 //
-// Symbols: d is the period in µm and ν = 1/λ in 1/µm. q = (wi + wo).xy has the length ρ. Order m has the frequency m/d in
-// cycles/µm, and is a Gaussian of standard deviation σ over frequency. Along the line νq, order m is met at
-// ν = m·q.x/(d·ρ²), with the standard deviation τ = σ/ρ. The reflectance is
+// Symbols: d is the period in µm and ν = 1/λ in 1/µm. q = (wi + wo).xy has the length ρ. Order m has the frequency m/d
+// in cycles/µm, and is a Gaussian of standard deviation σ over frequency. Along the line νq, order m is met at ν =
+// m·q.x/(d·ρ²), with the standard deviation τ = σ/ρ. The reflectance is
 //     f_r = Σ_m e_m · exp(-b²/2) · weights(ν_m, τ) / (2πσ²),
-// where e_m is the efficiency of the order at ν_m, b its distance from the line in units of σ, and weights(ν, τ) the integral
-// of the colour weights times the Gaussian. Order 0 has no wavelength; its colour is a table over directions.
+// where e_m is the efficiency of the order at ν_m, b its distance from the line in units of σ, and weights(ν, τ) the
+// integral of the colour weights times the Gaussian. Order 0 has no wavelength; its colour is a table over directions.
 //
-// Efficiencies are tabulated over t = νd·√(1 - y²) and a, the position of the incident order (grating/place.rs). Orders pass
-// off where t ± a is a whole number, which divides the (t, a) plane into cells.
+// Efficiencies are tabulated over t = νd·√(1 - y²) and a, the position of the incident order (grating/place.rs). Orders
+// pass off where t ± a is a whole number, which divides the (t, a) plane into cells.
 
 // Middle and half width of the visible range of ν in 1/µm.
 const NU_MIDDLE: f32 = 1.9912986;
@@ -94,8 +94,8 @@ fn table_value(number: u32) -> f32 {
     return f32((efficiencies[number >> 1u] >> (16u * (number & 1u))) & 0xffffu);
 }
 
-// Efficiency in units of UNIT at one wavelength of the table, bilinear over a cell. `entry` is the number of the pair of
-// incident and outgoing order within a node.
+// Efficiency in units of UNIT at one wavelength of the table, bilinear over a cell. `entry` is the number of the pair
+// of incident and outgoing order within a node.
 fn efficiency_at(wavelength: u32, cell: u32, entry: u32, p: Interval, q: Interval) -> f32 {
     let entries = (cell + 1u) * (cell + 2u);
     let first = efficiencies[wavelength * grating.cells + cell] + entry;
@@ -174,7 +174,8 @@ fn line_of(q: vec2<f32>) -> Line {
     return Line(length, direction, first, last, select(1.0, -1.0, direction.x < 0.0));
 }
 
-// Contribution of an order met at ν = nu to 2πσ²·f_r. `kernel` is exp(-b²/2). x is wo.x - wi.x, and y half of wi.y - wo.y.
+// Contribution of an order met at ν = nu to 2πσ²·f_r. `kernel` is exp(-b²/2). x is wo.x - wi.x, and y half of wi.y -
+// wo.y.
 fn order_colour(order: f32, nu: f32, kernel: f32, tau: f32, x: f32, y: f32) -> vec3<f32> {
     let seen = clamp(nu, NU_MIDDLE - NU_HALF, NU_MIDDLE + NU_HALF);
     let periods = seen * grating.period_um;

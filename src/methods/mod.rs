@@ -1,16 +1,17 @@
-//! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which defines it, and in WGSL, in the
-//! file of its name beside it, for the GPU.
+//! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which defines it, and in WGSL, in
+//! the file of its name beside it, for the GPU.
 //!
-//! A [`Method`] answers a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is the whole
-//! reflectance or the relief's part of it. The part is a [`Relief`], a function of `q = wi + wo = (u, v, w)`:
-//! `∫ S(f; κ)/λ² · weight(λ) dλ`, in which a `S/λ²` of 1 at every wavelength is (1, 1, 1). The caller multiplies it by the
+//! A [`Method`] answers a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is the
+//! whole reflectance or the relief's part of it. The part is a [`Relief`], a function of `q = wi + wo = (u, v, w)`: `∫
+//! S(f; κ)/λ² · weight(λ) dλ`, in which a `S/λ²` of 1 at every wavelength is (1, 1, 1). The caller multiplies it by the
 //! factors that do not depend on the relief, `R·O·M` of docs/model.md#the-reflectance.
 //!
 //! Methods are single precision throughout, as on the GPU. Tests hold them against [`crate::lobe::Exact`].
 //!
-//! [`build`] builds a method of a height field. The published methods evaluate a single window at a fixed position over a tile
-//! that repeats (`model = patch`, `tiling = periodic`) and know no other. The [`ColourTable`] knows both models and tilings,
-//! and alone can conserve energy. `GratingColourSurface`, a grating by Maxwell's equations, is a method, too.
+//! [`build`] builds a method of a height field. The published methods evaluate a single window at a fixed position over
+//! a tile that repeats (`model = patch`, `tiling = periodic`) and know no other. The [`ColourTable`] knows both models
+//! and tilings, and alone can conserve energy. `GratingColourSurface`, a grating by Maxwell's equations, is a method,
+//! too.
 
 mod bessel;
 mod build;
@@ -55,7 +56,8 @@ use std::borrow::Cow;
 /// Meaning of the answer of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnswerKind {
-    /// The relief's part of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing, `R·O·M`.
+    /// The relief's part of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing,
+    /// `R·O·M`.
     Relief,
     /// The whole `f_r`, all factors included.
     Reflectance,
@@ -66,11 +68,12 @@ pub enum AnswerKind {
 /// `wi` is the direction to the light and `wo` that to the viewer, both unit vectors above the surface. Answers have no
 /// cosine. [`build`] has an example.
 pub trait Method: Send + Sync {
-    /// The answer integrated over the visible wavelengths, linear sRGB in 1/sr. Colours outside sRGB have negative channels.
+    /// The answer integrated over the visible wavelengths, linear sRGB in 1/sr. Colours outside sRGB have negative
+    /// channels.
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
 
-    /// The answer at one wavelength in nm, in 1/sr. It is 0 outside 380 to 780 nm, and `None` where the method has no values
-    /// by wavelength.
+    /// The answer at one wavelength in nm, in 1/sr. It is 0 outside 380 to 780 nm, and `None` where the method has no
+    /// values by wavelength.
     fn answer_spectral(&self, wi: [f32; 3], wo: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
     /// The meaning of the answers.
@@ -84,15 +87,16 @@ pub trait Method: Send + Sync {
 pub trait Relief: Send + Sync {
     /// The relief's part for `q = [u, v, w]`, integrated over the visible wavelengths, linear sRGB in 1/sr.
     ///
-    /// Fresnel factor, obliquity, shadowing and cosine are not included. It is 0 unless `q` is finite, `w > 0`, and `q` is the
-    /// sum of two unit vectors.
+    /// Fresnel factor, obliquity, shadowing and cosine are not included. It is 0 unless `q` is finite, `w > 0`, and `q`
+    /// is the sum of two unit vectors.
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3];
 
     /// The relief's part at one wavelength in nm, `S/λ²` in 1/sr. It is 0 outside 380 to 780 nm and where
     /// [`Relief::relief_rgb`] is 0, and `None` where the method has no values by wavelength.
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
-    /// The method in WGSL, with its data. It defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>` in place of `answer_rgb`.
+    /// The method in WGSL, with its data. It defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>` in place of
+    /// `answer_rgb`.
     fn relief_shader(&self) -> MethodShader<'_>;
 }
 
@@ -121,10 +125,11 @@ fn sum(wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
 
 /// The WGSL of a method and the data that it binds.
 ///
-/// The sources declare a uniform struct at binding 0 of group 1, and from binding 1 on a read-only storage buffer for each
-/// entry of `storage`. They define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of
-/// [`Method::answer_rgb`]. It heeds `answer_part` and `answer_parts` of [`COMMON_WGSL`]: its results add up to the answer over
-/// all parts. The sources are compiled after [`COMMON_WGSL`] and with those of the caller, which has the groups 0 and 2.
+/// The sources declare a uniform struct at binding 0 of group 1, and from binding 1 on a read-only storage buffer for
+/// each entry of `storage`. They define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of
+/// [`Method::answer_rgb`]. It heeds `answer_part` and `answer_parts` of [`COMMON_WGSL`]: its results add up to the
+/// answer over all parts. The sources are compiled after [`COMMON_WGSL`] and with those of the caller, which has the
+/// groups 0 and 2.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'a str,

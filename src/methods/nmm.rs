@@ -1,18 +1,19 @@
-//! NMM, non-uniform wavelengths (Dhillon et al. 2014): only the wavelengths at which an order leaves in the direction of the
-//! query, each with the sum of [`super::Flss`] over a neighbourhood of orders.
+//! NMM, non-uniform wavelengths (Dhillon et al. 2014): only the wavelengths at which an order leaves in the direction
+//! of the query, each with the sum of [`super::Flss`] over a neighbourhood of orders.
 //!
-//! The wavelengths are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. Their density
-//! over λ is `|u|Lx/λ²` and `|v|Ly/λ²`: highest in the blue. With `N = |u|Lx + |v|Ly`, the sum over both lists is
+//! The wavelengths are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. Their
+//! density over λ is `|u|Lx/λ²` and `|v|Ly/λ²`: highest in the blue. With `N = |u|Lx + |v|Ly`, the sum over both lists
+//! is
 //!
-//! - *unweighted* (Single 2014): `Σ S/λ² · W(λ)/N`, where W are the colour weights over λ², scaled so that a constant is
-//!   white. The factor 1/λ² within each channel shifts hues;
-//! - *weighted*: `Σ S/λ² · λ²/N · weight(λ)`. Each list has its own spacing `dλ = λ²/(|u|Lx)`, and the two are averaged by
-//!   their densities: a quadrature of `∫ S/λ² weight dλ`.
+//! - *unweighted* (Single 2014): `Σ S/λ² · W(λ)/N`, where W are the colour weights over λ², scaled so that a constant
+//!   is white. The factor 1/λ² within each channel shifts hues;
+//! - *weighted*: `Σ S/λ² · λ²/N · weight(λ)`. Each list has its own spacing `dλ = λ²/(|u|Lx)`, and the two are averaged
+//!   by their densities: a quadrature of `∫ S/λ² weight dλ`.
 //!
-//! A sample lies at the peak of an order and stands for the mean over the order's cell, so both forms multiply it by the
-//! ratio of the mean to the peak ([`line_width`]). A list counts where it can hold an order other than 0: not along an axis
-//! of one pixel, nor for `|u|Lx < λmin`. Where no list counts, around (u, v) = (0, 0), the answer is white, as in Single
-//! 2014, with the value at 550 nm.
+//! A sample lies at the peak of an order and stands for the mean over the order's cell, so both forms multiply it by
+//! the ratio of the mean to the peak ([`line_width`]). A list counts where it can hold an order other than 0: not along
+//! an axis of one pixel, nor for `|u|Lx < λmin`. Where no list counts, around (u, v) = (0, 0), the answer is white, as
+//! in Single 2014, with the value at 550 nm.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -29,8 +30,8 @@ use std::f64::consts::PI;
 
 const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
-/// Finest relative tolerance of the neighbourhood of a colour. The choice of wavelengths alone makes colours wrong by 0.2
-/// to 0.35 (docs/speed-error.md), so more orders would not help.
+/// Finest relative tolerance of the neighbourhood of a colour. The choice of wavelengths alone makes colours wrong by
+/// 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE: f64 = 0.15;
 
 /// Wavelength in µm that stands for all where the answer is white.
@@ -59,7 +60,7 @@ impl Nmm {
     /// Transforms `field`. Of the options it heeds `terms`, `neighbourhood`, `series` and `weighted`.
     ///
     /// # Errors
-    /// As [`super::build`].
+    /// The errors of [`super::build`].
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -126,8 +127,8 @@ impl Relief for Nmm {
 
 /// Ratio of the mean over an order's cell to the value at the order, of `Σ_k exp(−2a(p − k)²)` with the sharpness a.
 ///
-/// It is 1 for Gaussians that overlap, and their area for separate ones. It is exact, in the mean over window positions,
-/// where all orders have the same power.
+/// It is 1 for Gaussians that overlap, and their area for separate ones. It is exact, in the mean over window
+/// positions, where all orders have the same power.
 fn line_width(sharpness: f64) -> f64 {
     let area = (PI / (2.0 * sharpness)).sqrt();
     let theta = |exponent: f64| 1.0 + 2.0 * (1..=4).map(|k| (-exponent * f64::from(k * k)).exp()).sum::<f64>();

@@ -62,7 +62,8 @@ impl MethodKind {
         }
     }
 
-    /// Whether the method is a published one: it evaluates a single window at a fixed position over a tile that repeats.
+    /// Whether the method is a published one: it evaluates a single window at a fixed position over a tile that
+    /// repeats.
     pub const fn is_patch_only(self) -> bool {
         !matches!(self, Self::Table)
     }
@@ -93,17 +94,17 @@ pub struct MethodOptions {
     /// Terms of the series, 1 to 256 (default: the number that the tolerance requires).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
-    /// Orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours of NMM a tolerance
-    /// of at least 0.15). Single 2014 has 3.
+    /// Orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours of NMM a
+    /// tolerance of at least 0.15). Single 2014 has 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.
     pub series: Series,
-    /// Whether NMM weights each wavelength by the part of the spectrum that it stands for (default: true). Single 2014 does
-    /// not.
+    /// Whether NMM weights each wavelength by the part of the spectrum that it stands for (default: true). Single 2014
+    /// does not.
     pub weighted: bool,
-    /// Repeats of the tile in PQ, along both axes or along x and y, 1 to 10000 (default: peaks are as bright as with the
-    /// coherence window).
+    /// Repeats of the tile in PQ, along both axes or along x and y, 1 to 10000 (default: peaks are as bright as with
+    /// the coherence window).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<Repeats>,
     /// Spacing of Stam's model in µm (default: the dominant period along x).
@@ -115,8 +116,8 @@ pub struct MethodOptions {
     pub gems_sharpness: f64,
     /// Colour of the highlight, linear sRGB, each 0 to 100 (default: 1, 0.7, 0.3). For the form `gems`.
     pub gems_highlight: [f64; 3],
-    /// Factor on the colour table's samples along each axis, 0.25 to 4 (default: 1, which keeps 99 % of the hemisphere within
-    /// a ΔE₂₀₀₀ of 1).
+    /// Factor on the colour table's samples along each axis, 0.25 to 4 (default: 1, which keeps 99 % of the hemisphere
+    /// within a ΔE₂₀₀₀ of 1).
     pub resolution: f64,
 }
 
@@ -177,23 +178,23 @@ pub enum MethodError {
     #[error("parameter {name:?} is {found}, but must be {accepted}")]
     OutOfRange { name: &'static str, found: f64, accepted: &'static str },
     #[error(
-        "the relief is too deep: at 380 nm κH is {kappa_h:.0}, and {limit} terms, the most a method holds, do not reach \
-         the tolerance"
+        "the relief is too deep: at 380 nm κH is {kappa_h:.0}, and {limit} terms, the most a method holds, do not \
+         reach the tolerance"
     )]
     TooManyTerms { kappa_h: f64, limit: usize },
     #[error(
-        "the relief is too deep for the series \"taylor\" in single precision: at 380 nm κH is {kappa_h:.0}, the limit is \
-         {limit}; use \"chebyshev\""
+        "the relief is too deep for the series \"taylor\" in single precision: at 380 nm κH is {kappa_h:.0}, the \
+         limit is {limit}; use \"chebyshev\""
     )]
     TaylorRange { kappa_h: f64, limit: f64 },
     #[error(
-        "the coherence window is so small against the tile that it joins {needed} orders along an axis, more than {limit}; \
-         use a longer coherence length, a smaller tile, or give \"neighbourhood\""
+        "the coherence window is so small against the tile that it joins {needed} orders along an axis, more than \
+         {limit}; use a longer coherence length, a smaller tile, or give \"neighbourhood\""
     )]
     TooWide { needed: usize, limit: usize },
     #[error(
-        "the wave orders would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a smaller tile, coarser \
-         pixels or fewer terms"
+        "the wave orders would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a smaller tile, \
+         coarser pixels or fewer terms"
     )]
     TooLarge { needed_mb: f64, limit_mb: f64 },
     #[error("the surface has no period along x; give \"period_um\"")]

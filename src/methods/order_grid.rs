@@ -25,7 +25,7 @@ pub(super) struct OrderGrid {
     pub peak_um2: f32,
     /// Orders summed along each axis.
     pub neighbourhood: u32,
-    /// The κH from which on every term is summed. Below it, one term less is summed per unit of κH. 0 for a given number of
-    /// terms, which are all summed at any κH.
+    /// The κH from which on every term is summed. Below it, one term less is summed per unit of κH. 0 for a given
+    /// number of terms, which are all summed at any κH.
     pub argument_of_terms: f32,
 }

@@ -1,9 +1,9 @@
 //! The wave orders of a tile, and Single 2014's sum over a neighbourhood of them.
 //!
-//! Symbols (docs/model.md): `q = wi + wo = (u, v, w)`, frequency `f = (u, v)/λ`, phase rate `κ = 2πw/λ`. The tile has the
-//! extent `(Lx, Ly)` and heights within ±H of the middle of their range. Order `j = (jx, jy)` has the frequency
-//! `f_j = (jx/Lx, jy/Ly)` and the amplitude `c_j(κ) = Σ_n weight_n(κH) · DFT{T_n(h/H)}_j`, where T_n are the terms of the
-//! series. The position `p = (u·Lx, v·Ly)/λ` of a query is the order, as a fraction, that leaves there. With g the
+//! Symbols (docs/model.md): `q = wi + wo = (u, v, w)`, frequency `f = (u, v)/λ`, phase rate `κ = 2πw/λ`. The tile has
+//! the extent `(Lx, Ly)` and heights within ±H of the middle of their range. Order `j = (jx, jy)` has the frequency
+//! `f_j = (jx/Lx, jy/Ly)` and the amplitude `c_j(κ) = Σ_n weight_n(κH) · DFT{T_n(h/H)}_j`, where T_n are the terms of
+//! the series. The position `p = (u·Lx, v·Ly)/λ` of a query is the order, as a fraction, that leaves there. With g the
 //! Gaussian of the coherence window, of standard deviation s, the power density is `S = |Σ_j c_j g(f − f_j)|²/(πs²)`.
 
 use super::bessel::TERMS_MAX;
@@ -36,10 +36,10 @@ const WHOLE: f32 = 12_582_912.0;
 
 /// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
 ///
-/// A term is `DFT{T_n(h/H)}` (Chebyshev) or `DFT{(h/H)ⁿ}` (Taylor). Terms are stored in pairs of an even and an odd n, as
-/// `[jy][jx][n]` with jy from 0 and jx from −reach: the DFT of a real function obeys `D(−j) = conj D(j)`. In an even number
-/// of pixels the bin at half the sampling rate stands for both signs. Each sign carries `√½` of its amplitude, as in
-/// [`crate::lobe::Exact`].
+/// A term is `DFT{T_n(h/H)}` (Chebyshev) or `DFT{(h/H)ⁿ}` (Taylor). Terms are stored in pairs of an even and an odd n,
+/// as `[jy][jx][n]` with jy from 0 and jx from −reach: the DFT of a real function obeys `D(−j) = conj D(j)`. In an even
+/// number of pixels the bin at half the sampling rate stands for both signs. Each sign carries `√½` of its amplitude,
+/// as in [`crate::lobe::Exact`].
 #[derive(Clone)]
 pub(super) struct Orders {
     pub grid: OrderGrid,
@@ -60,8 +60,8 @@ pub struct OrderCounts {
 impl Orders {
     /// Transforms `field` for a coherence length in µm, four standard deviations of the window.
     ///
-    /// The number of terms and the neighbourhood follow from `tolerance`, a relative error, unless the options give them.
-    /// `progress` advances with each pair of terms.
+    /// The number of terms and the neighbourhood follow from `tolerance`, a relative error, unless the options give
+    /// them. `progress` advances with each pair of terms.
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -156,8 +156,8 @@ impl Orders {
         [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
     }
 
-    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths at which every order
-    /// is [`FAINT`] are left out.
+    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths at which every
+    /// order is [`FAINT`] are left out.
     pub fn densities<T>(
         &self,
         q: [f32; 3],
@@ -243,8 +243,8 @@ fn kappa_h_max(half_range_um: f64) -> f64 {
     2.0 * PI * W_MAX / f64::from(WAVELENGTH_MIN_UM) * half_range_um
 }
 
-/// Number of terms: the given one, or so many that the remainder is below a tenth of the tolerance for every κ up to the
-/// largest.
+/// Number of terms: the given one, or so many that the remainder is below a tenth of the tolerance for every κ up to
+/// the largest.
 fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Result<usize, MethodError> {
     let kappa_h = kappa_h_max(half_range_um);
     if options.series == Series::Taylor && kappa_h > TAYLOR_KAPPA_H_MAX {
@@ -260,8 +260,8 @@ fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Re
     needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
 }
 
-/// Number of orders along an axis at which the Gaussians left out are below half the tolerance. The nearest of these is half
-/// the number away.
+/// Number of orders along an axis at which the Gaussians left out are below half the tolerance. The nearest of these is
+/// half the number away.
 fn orders_needed(sharpness: f64, tolerance: f64) -> f64 {
     let needed = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness).sqrt();
     needed.ceil().max(1.0)

@@ -1,5 +1,5 @@
-// The wave orders of a tile, and Single 2014's sum over a neighbourhood of them; twin of orders.rs, which has the symbols,
-// and of term_weights.rs.
+// The wave orders of a tile, and Single 2014's sum over a neighbourhood of them; twin of orders.rs, which has the
+// symbols, and of term_weights.rs.
 
 // Exponent from which on the Gaussian of an amplitude is left out.
 const FAINT: f32 = 40.0;

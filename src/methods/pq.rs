@@ -1,12 +1,12 @@
 //! PQ (Dhillon et al. 2014): the tile repeats P×Q times and ends there.
 //!
-//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²`, with the position `p = (u·Lx, v·Ly)/λ`, the order j nearest to p (as
-//! Single 2014 rounds), and the kernel `D_P(p) = sin(πPp)/(P·sin(πp))`. Over the cell of an order `∫D_P² dp = 1/P`, so the
-//! power integrates to `Σ|c_j|² = 1`. S jumps where two orders meet and rings between the orders, which limits the
-//! accuracy of the method.
+//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²`, with the position `p = (u·Lx, v·Ly)/λ`, the order j nearest to p
+//! (as Single 2014 rounds), and the kernel `D_P(p) = sin(πPp)/(P·sin(πp))`. Over the cell of an order `∫D_P² dp = 1/P`,
+//! so the power integrates to `Σ|c_j|² = 1`. S jumps where two orders meet and rings between the orders, which limits
+//! the accuracy of the method.
 //!
-//! P and Q default to `2√π·s/L`, rounded and at least 1, with s the standard deviation of the coherence window: peaks are
-//! then as bright as with the Gaussian window.
+//! P and Q default to `2√π·s/L`, rounded and at least 1, with s the standard deviation of the coherence window: peaks
+//! are then as bright as with the Gaussian window.
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
@@ -49,7 +49,7 @@ impl Pq {
     /// Transforms `field`. Of the options it heeds `lambda_step_nm`, `terms`, `series` and `repeats`.
     ///
     /// # Errors
-    /// As [`super::build`].
+    /// The errors of [`super::build`].
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -88,8 +88,8 @@ impl Pq {
         self.repeats.map(|n| n as u32)
     }
 
-    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths whose nearest order is
-    /// not held are left out.
+    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths whose nearest
+    /// order is not held are left out.
     fn densities<T>(
         &self,
         q: [f32; 3],
@@ -145,8 +145,8 @@ impl Relief for Pq {
     }
 }
 
-/// `sin(πPd)/(P·sin(πd))` at a distance of d orders from the nearest, |d| ≤ ½; 1 at d = 0. Farther orders differ in sign
-/// only.
+/// `sin(πPd)/(P·sin(πd))` at a distance of d orders from the nearest, |d| ≤ ½; 1 at d = 0. Farther orders differ in
+/// sign only.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     let x = PI * distance;
     if repeats * x.abs() < SINC_SERIES {

@@ -1,13 +1,13 @@
-//! The method `stam` in its default form `spacing`: one spacing, as a reflectance. It is our form of Stam's model; the shader
-//! that Stam published in GPU Gems is [`super::StamGems`].
+//! The method `stam` in its default form `spacing`: one spacing, as a reflectance. It is our form of Stam's model; the
+//! shader that Stam published in GPU Gems is [`super::StamGems`].
 //!
-//! The spacing d lies along x. Whatever the relief, a sixteenth of the light goes to each of the orders ±1 … ±8, which leave
-//! at `λ = d|u|/n`. Order 0, which GPU Gems draws as a highlight, is left out. The grooves are assumed to scatter along y,
-//! which spreads each order uniformly over the two units of v of a hemisphere:
-//! `S = Σ_n δ(u/λ − n/d)/16 · λ/2`, with a total of 1 over (u, v).
+//! The spacing d lies along x. Whatever the relief, a sixteenth of the light goes to each of the orders ±1 … ±8, which
+//! leave at `λ = d|u|/n`. Order 0, which GPU Gems draws as a highlight, is left out. The grooves are assumed to scatter
+//! along y, which spreads each order uniformly over the two units of v of a hemisphere: `S = Σ_n δ(u/λ − n/d)/16 ·
+//! λ/2`, with a total of 1 over (u, v).
 //!
-//! With δ, the integral over wavelengths is `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, where weight are the colour weights
-//! per µm. A value at a single wavelength has the Gaussian of the coherence window in place of δ.
+//! With δ, the integral over wavelengths is `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, where weight are the colour
+//! weights per µm. A value at a single wavelength has the Gaussian of the coherence window in place of δ.
 
 use super::colours::{self, Colours, colour_density};
 use super::{

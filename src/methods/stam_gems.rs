@@ -1,14 +1,14 @@
 //! The method `stam` in its form `gems`: Stam's shader as published in GPU Gems, chapter 8 ("Simulating Diffraction").
 //!
-//! With `q = wi + wo = (u, v, w)`, not normalised, and the spacing d along x, the colour is
-//! `highlight · exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`. Here `λ_n = d|u|/n`, n = 1 … 7, is the wavelength of an order in µm and r
-//! the sharpness in 1/µm. A bump is `max(0, 1 − ((λ − centre)/0.125 µm)²)`, with centres at 0.875, 0.75 and 0.625 µm for
-//! red, green and blue: the light of an order lies at 0.5 to 1 µm instead of 0.38 to 0.78 µm. (The chapter writes
-//! `y = 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
+//! With `q = wi + wo = (u, v, w)`, not normalised, and the spacing d along x, the colour is `highlight ·
+//! exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`. Here `λ_n = d|u|/n`, n = 1 … 7, is the wavelength of an order in µm and r the
+//! sharpness in 1/µm. A bump is `max(0, 1 − ((λ − centre)/0.125 µm)²)`, with centres at 0.875, 0.75 and 0.625 µm for
+//! red, green and blue: the light of an order lies at 0.5 to 1 µm instead of 0.38 to 0.78 µm. (The chapter writes `y =
+//! 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
 //!
-//! The colour is made for the screen. It has no Fresnel factor, no obliquity factor and no cosine, and is no fraction of the
-//! incident light. The answer is the whole of `f_r`, the colour over `π cosθi`: under light that gives a white diffuse surface
-//! the radiance 1, a picture shows the colour itself at any angle of the light.
+//! The colour is made for the screen. It has no Fresnel factor, no obliquity factor and no cosine, and is no fraction
+//! of the incident light. The answer is the whole of `f_r`, the colour over `π cosθi`: under light that gives a white
+//! diffuse surface the radiance 1, a picture shows the colour itself at any angle of the light.
 
 use super::stam::spacing_um;
 use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
@@ -49,7 +49,8 @@ pub(super) struct StamGemsUniform {
 pub struct StamGems(StamGemsUniform);
 
 impl StamGems {
-    /// Takes the spacing as [`super::Stam`] does: `period_um` of the options, or the dominant period of `field` along x.
+    /// Takes the spacing as [`super::Stam`] does: `period_um` of the options, or the dominant period of `field` along
+    /// x.
     ///
     /// # Errors
     /// [`MethodError::NoPeriod`] where the options give none and the field has none.

@@ -86,8 +86,8 @@ impl Method for ConservingTable {
     }
 }
 
-/// The WGSL that reads the table, with the data of table and albedo. [`ColourTable`] and [`ConservingTable`] append different
-/// answers.
+/// The WGSL that reads the table, with the data of table and albedo. [`ColourTable`] and [`ConservingTable`] append
+/// different answers.
 fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
     let layout = table.layout();
     let mut uniform = Box::new(TableUniform {

@@ -1,8 +1,8 @@
 // The colour table: linear sRGB over q = (u, v, w); twin of colour_table/lookup.rs.
 //
 // The table consists of rings about (u, v) = (0, 0) whose spacing grows with the radius: ring i has the radius
-// knee_radius·sinh(growth·(i + 1/2))/growth. A ring holds `directions` × `heights` samples, cubic B-splines over the direction
-// in turns and over w. Across rings the interpolation is the cubic Lagrange polynomial through four rings.
+// knee_radius·sinh(growth·(i + 1/2))/growth. A ring holds `directions` × `heights` samples, cubic B-splines over the
+// direction in turns and over w. Across rings the interpolation is the cubic Lagrange polynomial through four rings.
 
 // `Ring` in colour_table/rings.rs says what each member is.
 struct Ring {
@@ -90,8 +90,8 @@ fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
     let row = min(floor(y), f32(ring.heights) - 4.0);
     let direction_weights = cubic_b_spline_weights(x - column);
     let height_weights = cubic_b_spline_weights(y - row);
-    // A turn lies in [-0.5, 1]. One addition makes the number of the direction positive and one subtraction brings it into
-    // range. A remainder would take software adapters longer than the rest of the function.
+    // A turn lies in [-0.5, 1]. One addition makes the number of the direction positive and one subtraction brings it
+    // into range. A remainder would take software adapters longer than the rest of the function.
     let beyond = u32(i32(column) + i32(ring.directions) - 1);
     var direction = select(beyond, beyond - ring.directions, beyond >= ring.directions);
     var sum = vec3<f32>();

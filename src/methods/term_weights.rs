@@ -12,21 +12,22 @@ const LANES: usize = 8;
 /// Lanes for a batch of at most this many wavelengths.
 const FEW_LANES: usize = 4;
 
-/// Pairs of coefficients `[even, even, odd, odd]`, where even terms are real and odd ones imaginary. Each is there twice, as
-/// [`super::orders::Orders::amplitude`] multiplies by it.
+/// Pairs of coefficients `[even, even, odd, odd]`, where even terms are real and odd ones imaginary. Each is there
+/// twice, as [`super::orders::Orders::amplitude`] multiplies by it.
 pub(super) type TermWeights = [[f32; 4]];
 
 type Weights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
 
 impl OrderGrid {
-    /// Number of terms to sum at `x = κH`, an even number: each unit of x below [`OrderGrid::argument_of_terms`] saves one.
+    /// Number of terms to sum at `x = κH`, an even number: each unit of x below [`OrderGrid::argument_of_terms`] saves
+    /// one.
     pub fn terms_at(&self, x: f32) -> usize {
         let spare = (self.argument_of_terms - x).max(0.0) as usize;
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
-    /// Calls `receive` for each of the wavelengths in µm, with the value given with it and the coefficients at `w` of the
-    /// terms to sum.
+    /// Calls `receive` for each of the wavelengths in µm, with the value given with it and the coefficients at `w` of
+    /// the terms to sum.
     pub fn at_wavelengths<T>(
         &self,
         w: f32,
@@ -51,8 +52,8 @@ impl OrderGrid {
         }
     }
 
-    /// Writes the coefficients at the first `count` of the arguments, one argument after the other; returns the number of
-    /// pairs of each.
+    /// Writes the coefficients at the first `count` of the arguments, one argument after the other; returns the number
+    /// of pairs of each.
     fn write_weights<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut Weights) -> usize {
         let terms = self.terms_at(x.into_iter().fold(0.0, f32::max));
         let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();

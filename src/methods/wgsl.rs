@@ -1,6 +1,7 @@
 //! WGSL sources without their comments, which would otherwise be part of every program that embeds them.
 
-/// Includes a WGSL file, relative to the calling file, as a `&'static str` without its comments. Lines keep their numbers.
+/// Includes a WGSL file, relative to the calling file, as a `&'static str` without its comments. Lines keep their
+/// numbers.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! wgsl {

@@ -1,8 +1,8 @@
 use super::{Gpu, GpuError};
 use web_time::Instant;
 
-/// Measures the time of a submission of one pass: by timestamps of the GPU around the pass, or by the wall clock around the
-/// submission (see [`Gpu::has_timestamps`]).
+/// Measures the time of a submission of one pass: by timestamps of the GPU around the pass, or by the wall clock around
+/// the submission (see [`Gpu::has_timestamps`]).
 pub(super) struct Clock {
     timestamps: Option<Timestamps>,
 }

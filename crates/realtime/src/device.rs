@@ -66,8 +66,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the best accepted adapter: discrete before integrated before virtual before software. The environment variable
-    /// `WGPU_BACKEND` restricts the graphics interfaces.
+    /// Opens the best accepted adapter: discrete before integrated before virtual before software. The environment
+    /// variable `WGPU_BACKEND` restricts the graphics interfaces.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
@@ -78,7 +78,7 @@ impl Gpu {
     /// [`Gpu::open_async`] with these graphics interfaces only.
     ///
     /// # Errors
-    /// As [`Gpu::open_async`].
+    /// The errors of [`Gpu::open_async`].
     pub async fn open_on_async(choice: AdapterChoice, backends: wgpu::Backends) -> Result<Self, GpuError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle().with_env();
         descriptor.backends = backends;
@@ -115,8 +115,8 @@ impl Gpu {
         })
     }
 
-    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps. The number of storage
-    /// buffers is limited to WebGPU's default, so that a program that runs on one adapter runs on all.
+    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps. The number of
+    /// storage buffers is limited to WebGPU's default, so that a program that runs on one adapter runs on all.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         let limits = adapter.limits();
         wgpu::DeviceDescriptor {
@@ -132,8 +132,8 @@ impl Gpu {
         }
     }
 
-    /// Takes a device that was opened elsewhere with [`Gpu::device_descriptor`], for instance by a window. Its error handlers
-    /// are replaced.
+    /// Takes a device that was opened elsewhere with [`Gpu::device_descriptor`], for instance by a window. Its error
+    /// handlers are replaced.
     pub fn adopt(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let faults = Arc::<Mutex<Faults>>::default();
         // The first error is the cause of the later ones.
@@ -181,8 +181,8 @@ impl Gpu {
         self.device.adapter_info().device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Whether times come from timestamps of the GPU. Otherwise they are wall-clock times around each submission, also for
-    /// software adapters: llvmpipe takes both timestamps of a compute pass after it.
+    /// Whether times come from timestamps of the GPU. Otherwise they are wall-clock times around each submission, also
+    /// for software adapters: llvmpipe takes both timestamps of a compute pass after it.
     pub fn has_timestamps(&self) -> bool {
         // In a browser, timestamps are coarse and reading them would cost one more wait per pass.
         !cfg!(target_arch = "wasm32")
@@ -207,8 +207,8 @@ impl Gpu {
         lock(&self.faults).listener = Some(Box::new(listener));
     }
 
-    /// Submits work and waits until it is done; in a browser it only submits. A wait there costs a message to another process
-    /// and back. Submissions are done in order, so a later read waits for all of them.
+    /// Submits work and waits until it is done; in a browser it only submits. A wait there costs a message to another
+    /// process and back. Submissions are done in order, so a later read waits for all of them.
     pub(super) async fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
         let commands = encoder.finish();
         self.check()?;
@@ -245,8 +245,8 @@ impl Gpu {
         self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
     }
 
-    /// The value that a callback sends, `None` where it never will. A browser calls it by itself when the work submitted
-    /// before is done.
+    /// The value that a callback sends, `None` where it never will. A browser calls it by itself when the work
+    /// submitted before is done.
     #[cfg(target_arch = "wasm32")]
     async fn received<T>(&self, receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
         let value = receiver.await.ok();

@@ -68,8 +68,8 @@ impl Pace {
     }
 }
 
-/// The level to draw after `done`: the finest that takes at most `preview_ms`, and at least one step finer than `done`. `None`
-/// after the finest level.
+/// The level to draw after `done`: the finest that takes at most `preview_ms`, and at least one step finer than `done`.
+/// `None` after the finest level.
 pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, pace: &Pace, preview_ms: f64) -> Option<Level> {
     let mut level = match done {
         Some(done) => done.finer(supersample)?,

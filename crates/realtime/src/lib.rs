@@ -1,24 +1,25 @@
-//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window; and the snake that it draws.
+//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window; and the snake that it
+//! draws.
 //!
 //! [`Gpu`] opens an adapter. A [`Shader`] is a method with its data on the GPU, and answers arrays of [`Query`] pairs
-//! ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`] into a [`Target`] as a [`View`]
-//! shows it, in four stages.
+//! ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`] into a [`Target`] as a
+//! [`View`] shows it, in four stages.
 //!
 //! 1. *raster*: the triangle at each pixel. Nothing is interpolated.
-//! 2. *locate*: the point of the triangle on the pixel's ray, the shading frame there, the directions in the frame, and the
-//!    visibility of the sun. A depth map from the sun decides it for nearly every pixel, and a ray through a tree of boxes
-//!    for the others. The conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
+//! 2. *locate*: the point of the triangle on the pixel's ray, the shading frame there, the directions in the frame, and
+//!    the visibility of the sun. A depth map from the sun decides it for nearly every pixel, and a ray through a tree
+//!    of boxes for the others. The conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
 //! 3. *shade*: the method, for the lit samples only, in submissions of bounded time.
 //! 4. *resolve*: pigment and light of the same samples, and the mean over a pixel's samples.
 //!
-//! Supersampling repeats the stages for each sample of a pixel, so memory does not grow with it. Light is direct sunlight
-//! only. Methods are single precision, and only the colour table can conserve energy.
+//! Supersampling repeats the stages for each sample of a pixel, so memory does not grow with it. Light is direct
+//! sunlight only. Methods are single precision, and only the colour table can conserve energy.
 //!
-//! Calls that wait for the GPU are futures, as a browser needs. On other platforms each has a blocking twin without `_async`
-//! in its name.
+//! Calls that wait for the GPU are futures, as a browser needs. On other platforms each has a blocking twin without
+//! `_async` in its name.
 //!
-//! `wi` is the direction to the light, `wo` that to the viewer, both in the grating's frame. Radiance is linear sRGB, not
-//! clamped. A white diffuse plane that faces the sun has the radiance 1.
+//! `wi` is the direction to the light, `wo` that to the viewer, both in the grating's frame. Radiance is linear sRGB,
+//! not clamped. A white diffuse plane that faces the sun has the radiance 1.
 //!
 //! ```no_run
 //! use sunbeam::Preset;

@@ -7,7 +7,8 @@ use super::{Gpu, GpuError, program};
 /// Pixels or entries that an invocation sorts: `LOCATE_RUN` of `locate.wgsl`.
 const RUN: u32 = 32;
 
-/// Bindings of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight, sunlit.
+/// Bindings of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight,
+/// sunlit.
 const GROUP: [Access; 11] = [
     Access::Uniform,
     Access::Read,
@@ -22,8 +23,8 @@ const GROUP: [Access; 11] = [
     Access::Read,
 ];
 
-/// Turns triangles into queries (`locate.wgsl`), in three submissions: pixels are sorted; pixels with and without a triangle
-/// are located; pixels that need a ray are located, and the queries that need an answer are listed.
+/// Turns triangles into queries (`locate.wgsl`), in three submissions: pixels are sorted; pixels with and without a
+/// triangle are located; pixels that need a ray are located, and the queries that need an answer are listed.
 pub(super) struct Locate {
     layout: wgpu::BindGroupLayout,
     sort: wgpu::ComputePipeline,
@@ -76,8 +77,8 @@ impl Locate {
         Ok((sort_ms + found_ms + rest_ms, chosen))
     }
 
-    /// Submits a compute pass of pipelines with their numbers of invocations; returns the time in ms and the lengths of the
-    /// lists.
+    /// Submits a compute pass of pipelines with their numbers of invocations; returns the time in ms and the lengths of
+    /// the lists.
     async fn submit(
         &self,
         gpu: &Gpu,

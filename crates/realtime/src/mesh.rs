@@ -105,8 +105,8 @@ impl Mesh {
     /// Refuses a mesh that cannot be drawn.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] without triangles, with indices out of range, with numbers that are not finite, or with a normal of
-    /// length 0.
+    /// [`GpuError::Mesh`] without triangles, with indices out of range, with numbers that are not finite, or with a
+    /// normal of length 0.
     pub fn check(&self) -> Result<(), GpuError> {
         let refuse = |found: String, accepted| Err(GpuError::Mesh { found, accepted });
         let count = self.positions.len();

@@ -24,8 +24,8 @@ impl Orbit {
     /// Accepted distances of the camera from its target in cm.
     pub const DISTANCE_CM: RangeInclusive<f64> = 0.2..=200.0;
 
-    /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. Elevation and
-    /// distance are clamped to their ranges. The azimuth is counter-clockwise from +x seen from above.
+    /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. Elevation
+    /// and distance are clamped to their ranges. The azimuth is counter-clockwise from +x seen from above.
     pub fn new(target: [f64; 3], azimuth_deg: f64, elevation_deg: f64, distance_cm: f64, fov_deg: f64) -> Self {
         Self {
             target: target.into(),

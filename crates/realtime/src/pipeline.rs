@@ -25,8 +25,8 @@ const WORKGROUP: u32 = 64;
 /// Most workgroups of a dispatch along one axis, on every adapter (WebGPU's default limit).
 pub(super) const WORKGROUPS_MAX: u32 = 65_535;
 
-/// Dispatches at least `count` invocations, in rows of workgroups. An empty list gets one workgroup, too: drivers finish
-/// compiling at the first dispatch.
+/// Dispatches at least `count` invocations, in rows of workgroups. An empty list gets one workgroup, too: drivers
+/// finish compiling at the first dispatch.
 pub(super) fn dispatch_over(pass: &mut wgpu::ComputePass<'_>, count: u32) {
     let groups = count.div_ceil(WORKGROUP).max(1);
     let columns = groups.min(WORKGROUPS_MAX);

@@ -50,7 +50,7 @@ pub(super) fn resolve() -> String {
 /// Every program that is ever compiled, each with a name: for tests, which hand them to other compilers of WGSL.
 ///
 /// # Errors
-/// Those of building the methods' tables, which are small ones here.
+/// Errors of building the methods' tables. Here they are small.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };

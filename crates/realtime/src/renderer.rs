@@ -208,8 +208,8 @@ impl Bindings {
     }
 }
 
-/// A pipeline that draws triangles into a depth map in which larger depths are in front. With `fragment` it also writes a
-/// number for each pixel.
+/// A pipeline that draws triangles into a depth map in which larger depths are in front. With `fragment` it also writes
+/// a number for each pixel.
 fn depth_pipeline(
     gpu: &Gpu,
     source: String,

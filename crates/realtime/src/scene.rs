@@ -36,10 +36,11 @@ impl Scene {
         Self::with_sunlight(gpu, data, SUNLIGHT_SIDE)
     }
 
-    /// [`Scene::of`] with a coarser depth map of the sun, for pictures while the sun moves: edges of shadows are less exact.
+    /// [`Scene::of`] with a coarser depth map of the sun, for pictures while the sun moves: edges of shadows are less
+    /// exact.
     ///
     /// # Errors
-    /// As [`Scene::of`].
+    /// The errors of [`Scene::of`].
     pub fn draft(gpu: &Gpu, data: &SceneData) -> Result<Self, GpuError> {
         Self::with_sunlight(gpu, data, DRAFT_SUNLIGHT_SIDE)
     }

@@ -6,8 +6,8 @@ use crate::snake::PigmentTexture;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// A mesh, the tree over its triangles and its pigment, in the layout of the GPU, for [`super::Scene::of`]. It is built without
-/// a GPU, so that another thread or process can build it and hand over the bytes.
+/// A mesh, the tree over its triangles and its pigment, in the layout of the GPU, for [`super::Scene::of`]. It is built
+/// without a GPU, so that another thread or process can build it and hand over the bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneData {
     /// The header, then the parts that it counts.

@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
 use sunbeam::scattering::map_direction;
 
-/// Time in ms that a submission aims at. Drivers reset a GPU that does not answer for a second or two, and a window on the
-/// same GPU should not stutter.
+/// Time in ms that a submission aims at. Drivers reset a GPU that does not answer for a second or two, and a window on
+/// the same GPU should not stutter.
 const SUBMISSION_MS: f64 = 250.0;
 /// Queries of the first submission, before the speed is known.
 const FIRST_QUERIES: u32 = 1024;
@@ -73,7 +73,7 @@ impl Shader {
     /// [`Shader::new_async`] for the [`Method::shader`] and [`Method::answers`] of a method that was built elsewhere.
     ///
     /// # Errors
-    /// As [`Shader::new_async`].
+    /// The errors of [`Shader::new_async`].
     pub async fn of_async(
         gpu: &Gpu,
         shader: &MethodShader<'_>,
@@ -138,8 +138,8 @@ impl Shader {
         gpu.check()
     }
 
-    /// Answers queries, of which only the directions matter. An answer is 0 unless both directions are finite and above the
-    /// surface.
+    /// Answers queries, of which only the directions matter. An answer is 0 unless both directions are finite and above
+    /// the surface.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`].
@@ -162,11 +162,11 @@ impl Shader {
         Ok(answers)
     }
 
-    /// Answers over the hemisphere for light from `wi`, in the layout of [`map_direction`] with `side` pixels along each
-    /// side, rows from the top; `None` outside the disc.
+    /// Answers over the hemisphere for light from `wi`, in the layout of [`map_direction`] with `side` pixels along
+    /// each side, rows from the top; `None` outside the disc.
     ///
     /// # Errors
-    /// As [`Shader::evaluate_async`].
+    /// The errors of [`Shader::evaluate_async`].
     pub async fn brdf_map_async(
         &self,
         gpu: &Gpu,

@@ -46,11 +46,11 @@ impl Shape {
 
     /// The mesh, and the pigment for its texture coordinates.
     ///
-    /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]), and `pigment` is the
-    /// size of its texture in pixels along and around the body. The other shapes ignore both.
+    /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]), and `pigment`
+    /// is the size of its texture in pixels along and around the body. The other shapes ignore both.
     ///
     /// # Errors
-    /// As [`SnakeMesh::build`].
+    /// The errors of [`SnakeMesh::build`].
     pub fn make(self, resolution: f64, pigment: (usize, usize)) -> Result<(Mesh, PigmentTexture), SnakeError> {
         Ok(match self {
             Self::Snake => {

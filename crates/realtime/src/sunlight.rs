@@ -47,7 +47,8 @@ impl Sunlight {
         })
     }
 
-    /// Prepares the map for this sun. True where it has to be drawn; the caller then draws it and calls [`Sunlight::ends`].
+    /// Prepares the map for this sun. True where it has to be drawn; the caller then draws it and calls
+    /// [`Sunlight::ends`].
     pub fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         if *drawn == Some(to_sun) {

@@ -44,7 +44,8 @@ impl TonePass {
         Self { pipeline, uniform }
     }
 
-    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) of `width` pixels a row, brightened by `stops`.
+    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) of `width` pixels a row, brightened by
+    /// `stops`.
     pub fn draw(
         &self,
         device: &wgpu::Device,

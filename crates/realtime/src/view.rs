@@ -28,8 +28,8 @@ impl Default for Camera {
     }
 }
 
-/// A sun at infinity with the spectrum D65. A white diffuse plane that faces it has the radiance 1 (irradiance π). There is
-/// no sky: surfaces without sun are black.
+/// A sun at infinity with the spectrum D65. A white diffuse plane that faces it has the radiance 1 (irradiance π).
+/// There is no sky: surfaces without sun are black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Unit vector to the sun.
@@ -87,8 +87,8 @@ fn toward(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
 /// Blending of the relief's colour with the pigment below.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Blend {
-    /// Diffuse pigment, weighted by the light that passes the surface on the way in and out: `(1 − R(θi))·(1 − R(θo))/π`,
-    /// with the Fresnel reflectance R of the macroscopic surface.
+    /// Diffuse pigment, weighted by the light that passes the surface on the way in and out: `(1 − R(θi))·(1 −
+    /// R(θo))/π`, with the Fresnel reflectance R of the macroscopic surface.
     #[default]
     Physical,
     /// Single 2014's texture blending: a fixed mix of diffraction colour and pigment.
@@ -161,7 +161,8 @@ impl View {
 
     /// The uniform struct of one sample of a picture.
     ///
-    /// Its vectors are those of Mitsuba's `look_at` and `perspective`: rows from the top, the field of view along a row.
+    /// Its vectors are those of Mitsuba's `look_at` and `perspective`: rows from the top, the field of view along a
+    /// row.
     pub(super) fn uniform(&self, (width, height): (u32, u32), sample: u32) -> Result<FrameUniform, GpuError> {
         let Camera { origin, target, fov_deg } = self.camera;
         if !(fov_deg > 0.0 && fov_deg < 180.0) {

@@ -13,8 +13,8 @@ const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], Arrow
 /**
  * Listens to gestures on a canvas.
  *
- * `actions` has turn(right, down), sun(right, down) and pan(right, down) in pixels, and zoom(factor) of the distance. It
- * has reset(), hover(x, y) with coordinates in [0, 1), leave(), and dragsSun(): whether a plain drag turns the sun.
+ * `actions` has turn(right, down), sun(right, down) and pan(right, down) in pixels, and zoom(factor) of the distance.
+ * It has reset(), hover(x, y) with coordinates in [0, 1), leave(), and dragsSun(): whether a plain drag turns the sun.
  */
 export function listenToGestures(canvas, actions) {
   const fingers = new Map();

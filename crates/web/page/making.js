@@ -1,8 +1,8 @@
 // Makes the data that the settings need and that are not there; goes back to the last good state where that fails.
 //
 // Two kinds of data are made side by side: the surface (relief, then the method's data) and the scene (mesh and
-// pigment). A change of one leaves the other at work. Each start of a kind raises its turn, so that a task which resumes
-// after an await can tell whether it is stale.
+// pigment). A change of one leaves the other at work. Each start of a kind raises its turn, so that a task which
+// resumes after an await can tell whether it is stale.
 
 import { updateAddress } from "./address.js";
 import { showControls } from "./panel.js";

@@ -6,8 +6,8 @@ use sunbeam::config::ReliefSource;
 use sunbeam::height_field::{Preset, READABLE};
 use sunbeam::methods::MethodKind;
 
-/// Metals with their refractive index `eta + i k` at 550 nm (Rakić 1998 for aluminium and chromium, Johnson and Christy 1972 for
-/// the others). The renderer has one index for all wavelengths, so gold is as grey as silver.
+/// Metals with their refractive index `eta + i k` at 550 nm (Rakić 1998 for aluminium and chromium, Johnson and Christy
+/// 1972 for the others). The renderer has one index for all wavelengths, so gold is as grey as silver.
 const CONDUCTORS: [(&str, f64, f64); 5] = [
     ("aluminium", 0.96, 6.69),
     ("chromium", 3.18, 3.33),
@@ -16,7 +16,8 @@ const CONDUCTORS: [(&str, f64, f64); 5] = [
     ("silver", 0.06, 3.59),
 ];
 
-/// Presets, methods, metals, extensions of readable files, and the fields of `surface` that belong to one relief, as JSON.
+/// Presets, methods, metals, extensions of readable files, and the fields of `surface` that belong to one relief, as
+/// JSON.
 pub fn catalogue() -> Value {
     let preset = |preset: Preset| {
         let mut entry = json!({ "name": preset.name(), "title": preset_title(preset) });
@@ -25,7 +26,10 @@ pub fn catalogue() -> Value {
         }
         entry
     };
-    let method = |kind: MethodKind| json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": !kind.is_patch_only() });
+    let method = |kind: MethodKind| {
+        let conserves_energy = !kind.is_patch_only();
+        json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": conserves_energy })
+    };
     let conductor = |(name, eta, k): (&str, f64, f64)| json!({ "name": name, "eta": eta, "k": k });
     json!({
         "presets": Preset::ALL.map(preset),

@@ -19,8 +19,8 @@ pub struct ReliefPicture {
     pub rgba: Vec<u8>,
 }
 
-/// A picture of the relief in true proportions, at most `side_max` pixels along a side. The lowest height is black, the highest
-/// white; +y is up.
+/// A picture of the relief in true proportions, at most `side_max` pixels along a side. The lowest height is black, the
+/// highest white; +y is up.
 pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let (lx, ly) = field.extent_um();
     let (nx, ny) = field.size();
@@ -50,7 +50,8 @@ fn round_length(most: f64) -> f64 {
     [5.0, 2.0, 1.0].into_iter().map(|digit| digit * decade).find(|length| *length <= most).unwrap_or(decade)
 }
 
-/// A map of `side`² pixels as RGBA bytes, transparent outside the disc. `exposure` is a factor; without it 1 % of the map clips.
+/// A map of `side`² pixels as RGBA bytes, transparent outside the disc. `exposure` is a factor; without it 1 % of the
+/// map clips.
 ///
 /// # Errors
 /// [`WebError::Internal`] for another number of pixels.

@@ -23,8 +23,8 @@ impl Reflectance {
         self.index = settings.index();
     }
 
-    /// The integral of `f_r` over the visible spectrum for unit vectors, linear sRGB in 1/sr. It is 0 unless both lie above the
-    /// surface.
+    /// The integral of `f_r` over the visible spectrum for unit vectors, linear sRGB in 1/sr. It is 0 unless both lie
+    /// above the surface.
     pub fn rgb(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
@@ -36,7 +36,8 @@ impl Reflectance {
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
-    /// [`Reflectance::rgb`] over the hemisphere for light from `wi`, in the layout of [`map_direction`], rows from the top.
+    /// [`Reflectance::rgb`] over the hemisphere for light from `wi`, in the layout of [`map_direction`], rows from the
+    /// top.
     pub fn map(&self, wi: Vec3, side: usize, progress: &Progress) -> Vec<[f32; 3]> {
         let rows = progress.of_steps(side);
         let mut map = Vec::with_capacity(side * side);

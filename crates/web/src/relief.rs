@@ -143,8 +143,8 @@ impl Relief {
         let too_much = refused.or_else(|| {
             too_large.then(|| {
                 format!(
-                    "it would take about {:.1} GB of memory, more than the {:.1} GB that a page may take; use a shorter \
-                     coherence length, a looser tolerance or a part of the scan",
+                    "it would take about {:.1} GB of memory, more than the {:.1} GB that a page may take; use a \
+                     shorter coherence length, a looser tolerance or a part of the scan",
                     bytes / 1e9,
                     LIMIT_BYTES / 1e9
                 )
@@ -181,7 +181,7 @@ impl Relief {
     /// The method's data for another worker.
     ///
     /// # Errors
-    /// As [`Relief::method`].
+    /// The errors of [`Relief::method`].
     pub fn method_data(&self, settings: &Settings, progress: &Progress) -> Result<Vec<u8>, WebError> {
         MethodData::to_bytes(&*self.method(settings, progress)?)
     }
@@ -189,7 +189,7 @@ impl Relief {
     /// The reflectance on the processor.
     ///
     /// # Errors
-    /// As [`Relief::method`].
+    /// The errors of [`Relief::method`].
     pub fn reflectance(&self, settings: &Settings, progress: &Progress) -> Result<Reflectance, WebError> {
         Ok(Reflectance::new(self.method(settings, progress)?, settings))
     }
@@ -197,7 +197,7 @@ impl Relief {
     /// The data of spectra, on the processor.
     ///
     /// # Errors
-    /// As [`Relief::method`].
+    /// The errors of [`Relief::method`].
     pub fn spectra(&self, settings: &Settings, progress: &Progress) -> Result<Spectra, WebError> {
         if let Some(line) = self.estimate(settings).too_much {
             return Err(WebError::Limit(line));

@@ -237,8 +237,8 @@ impl Settings {
         self.view(1).map(|_| ())
     }
 
-    /// The configuration that the method is built from. The published methods have one window at a fixed position over a tile
-    /// that repeats. They, and a single window, have no albedo.
+    /// The configuration that the method is built from. The published methods have one window at a fixed position over
+    /// a tile that repeats. They, and a single window, have no albedo.
     pub fn config(&self) -> SurfaceConfig {
         let mut surface = self.surface.clone();
         if self.method.is_patch_only() {
@@ -298,7 +298,7 @@ impl Settings {
     /// A coarser mesh and pigment, which are built and drawn sooner.
     ///
     /// # Errors
-    /// As [`Settings::scene`].
+    /// The errors of [`Settings::scene`].
     pub fn draft_scene(&self) -> Result<(Mesh, PigmentTexture), WebError> {
         let (width, height) = PIGMENT_SIZE;
         let pigment = (width / DRAFT_PIGMENT, height / DRAFT_PIGMENT);
@@ -332,8 +332,8 @@ impl Settings {
         text(self)
     }
 
-    /// The fields that differ from the defaults, as JSON. A surface is read as a whole: it is there with all fields that differ
-    /// from a surface's own defaults, or not at all.
+    /// The fields that differ from the defaults, as JSON. A surface is read as a whole: it is there with all fields
+    /// that differ from a surface's own defaults, or not at all.
     pub fn to_compact_json(&self) -> String {
         let default = Self::default();
         let value = |value: serde_json::Result<serde_json::Value>| value.unwrap_or_default();

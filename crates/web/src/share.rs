@@ -48,8 +48,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     words.join(" ")
 }
 
-/// The scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor a fixed mix, so the
-/// scene has the relief itself, under the same light.
+/// The scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor a fixed mix,
+/// so the scene has the relief itself, under the same light.
 pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
@@ -296,7 +296,8 @@ mod tests {
         assert!(plain.contains("--preset xenopeltis --eta 1.56 --conserve-energy false --method table --resolution 2"));
         assert!(!plain.contains("coherence") && !plain.contains("blend"));
         let file = command(
-            r#"{"surface": {"filename": "my scan's.gsf", "level": "quadratic", "coherence_length": 30, "conserve_energy": true},
+            r#"{"surface": {"filename": "my scan's.gsf", "level": "quadratic", "coherence_length": 30,
+                "conserve_energy": true},
                 "shape": "sphere", "pigment": "mix", "share": 0.25, "ground": false, "rotation_deg": -90}"#,
         );
         for words in [

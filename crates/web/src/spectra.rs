@@ -47,8 +47,8 @@ impl Spectra {
         self.index = settings.index();
     }
 
-    /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths for unit vectors. It is empty where the method has no values by
-    /// wavelength, and 0 unless both directions lie above the surface.
+    /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths for unit vectors. It is empty where the method has no
+    /// values by wavelength, and 0 unless both directions lie above the surface.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
         let Some(pair) = Pair::new(wi, wo) else { return vec![0.0; SPECTRUM_COUNT] };
         let interface = pair.interface(Some(self.index), self.model.obliquity);

@@ -24,8 +24,8 @@ pub struct ViewArgs {
     /// Width and height of the window
     #[arg(long, value_name = "WxH", default_value = "1240x840")]
     size: Size,
-    /// Where S saves the picture for the screen (.png), and beside it the linear one as .exr; what exists is not overwritten
-    /// [default: sunbeam.png]
+    /// Where S saves the picture for the screen (.png), and beside it the linear one as .exr; what exists is not
+    /// overwritten [default: sunbeam.png]
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     screenshot: Option<Output>,
     /// Brightens the picture, in stops

@@ -65,7 +65,7 @@ impl Artist {
     /// Compiles the programs that do not depend on a method.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
+    /// The errors of [`Renderer::new`].
     pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
         let renderer = Renderer::new(&gpu)?;
         Ok(Self {
@@ -82,7 +82,7 @@ impl Artist {
     /// Takes another mesh.
     ///
     /// # Errors
-    /// As [`Scene::new`].
+    /// The errors of [`Scene::new`].
     pub fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
         self.progressive.set_scene(Scene::new(&self.gpu, mesh, pigment)?);
         self.map = None;
@@ -92,7 +92,7 @@ impl Artist {
     /// Takes another method, which stops when the flag is set; returns its bytes on the GPU.
     ///
     /// # Errors
-    /// As [`Shader::new`]; then the method before stays.
+    /// The errors of [`Shader::new`]; then the method before stays.
     pub fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
         let mut shader = Shader::new(&self.gpu, method, &Optics::default())?;
         shader.stop_when(stop);

@@ -50,8 +50,8 @@ struct Pending {
     interruptible_by: Change,
 }
 
-/// Kinds of changes, from the largest to the smallest. A step ends at a change of a certain kind or a larger one. A first
-/// picture is drawn to its end in spite of new jobs: otherwise a drag would show no pictures.
+/// Kinds of changes, from the largest to the smallest. A step ends at a change of a certain kind or a larger one. A
+/// first picture is drawn to its end in spite of new jobs: otherwise a drag would show no pictures.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 enum Change {
     #[default]

@@ -42,7 +42,7 @@ fn pixels(index: usize) -> f64 {
 /// Draws the map with the side of this index for the light at `seen`, and learns its speed.
 ///
 /// # Errors
-/// As [`Shader::brdf_map`].
+/// The errors of [`Shader::brdf_map`].
 pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut Pace) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
     let side = SIDES[index];

@@ -37,15 +37,15 @@ impl Settings {
     /// The view for the renderer.
     ///
     /// # Errors
-    /// As [`Sun::light`].
+    /// The errors of [`Sun::light`].
     pub fn view(&self) -> Result<View, GpuError> {
         Ok(View { camera: self.orbit.camera(), light: self.sun.light()?, ..self.view })
     }
 
     /// The recipe of the method.
     pub fn recipe(&self) -> Recipe {
-        // The shader has the optics, so a change of them builds nothing. A grating by Maxwell's equations contains its optics and
-        // conserves energy.
+        // The shader has the optics, so a change of them builds nothing. A grating by Maxwell's equations contains its
+        // optics and conserves energy.
         let rigorous = self.surface.theory == Theory::Rigorous;
         let mut surface = SurfaceConfig {
             obliquity: ObliquityChoice::default(),

@@ -30,7 +30,7 @@ impl Sun {
     /// The light for the renderer.
     ///
     /// # Errors
-    /// As [`Light::from_angles`]; the angles are within its ranges.
+    /// The errors of [`Light::from_angles`]; the angles are within its ranges.
     pub fn light(&self) -> Result<Light, GpuError> {
         Light::from_angles(self.azimuth_deg, self.elevation_deg)
     }

@@ -36,8 +36,8 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// The body of these options. `centre_row` is the position of the top of the back between the rims, as a fraction of the
-    /// sheet's width.
+    /// The body of these options. `centre_row` is the position of the top of the back between the rims, as a fraction
+    /// of the sheet's width.
     pub(super) fn new(options: &SnakeOptions, centre_row: f64) -> Self {
         let arcs = section_arcs(options.radius_cm);
         let width = COVERAGE * (arcs[STEPS] - arcs[0]);

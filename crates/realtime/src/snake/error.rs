@@ -31,8 +31,8 @@ pub enum SnakeError {
     },
     /// The bend is so sharp that the body would run into itself.
     #[error(
-        "the body bends with a radius of {radius_cm:.2} cm; it must be at least {least_cm:.2} cm: use a smaller bend or a \
-         longer body"
+        "the body bends with a radius of {radius_cm:.2} cm; it must be at least {least_cm:.2} cm: use a smaller bend \
+         or a longer body"
     )]
     Bend {
         /// The sharpest radius of the centreline, in cm.

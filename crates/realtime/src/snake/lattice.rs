@@ -1,12 +1,12 @@
 //! The lattice of scales: the corners of each scale, and the curves along which it ends.
 //!
-//! Lengths are in half scales. The centres of scales are the points (i, j) of even sum, i along the body (towards the tail)
-//! and j around it. Points of odd sum are *nodes*. At a node the tip of the scale before it lies between the flanks of its
-//! two neighbours, over the root of the scale behind it.
+//! Lengths are in half scales. The centres of scales are the points (i, j) of even sum, i along the body (towards the
+//! tail) and j around it. Points of odd sum are *nodes*. At a node the tip of the scale before it lies between the
+//! flanks of its two neighbours, over the root of the scale behind it.
 //!
-//! A scale has coordinates of its own, [`Local`]: `along` is 1 at the node of its tip, `across` is ±1 at the nodes of its
-//! flanks. The *gauge* `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`] is 1 on the foot of the free edge, and grows
-//! outward. The free edge itself lies at a gauge of 1 less the width of the [`wall`] below it.
+//! A scale has coordinates of its own, [`Local`]: `along` is 1 at the node of its tip, `across` is ±1 at the nodes of
+//! its flanks. The *gauge* `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`] is 1 on the foot of the free edge, and
+//! grows outward. The free edge itself lies at a gauge of 1 less the width of the [`wall`] below it.
 
 use glam::DVec2;
 use rand::{Rng, RngExt, SeedableRng};
@@ -95,7 +95,8 @@ pub(super) fn gauge(along: f64, across: f64) -> f64 {
     (along.powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
 }
 
-/// Width of the wall from the node at the flank (`t` = 0) to the tip (1). It grows fastest at the flank, as the step does.
+/// Width of the wall from the node at the flank (`t` = 0) to the tip (1). It grows fastest at the flank, as the step
+/// does.
 fn wall(t: f64) -> f64 {
     WALL * (1.0 - (1.0 - t).powi(3))
 }
@@ -138,7 +139,8 @@ impl Lattice {
         is_kept.then(|| self.frames.get((row * columns + column) as usize)).flatten()
     }
 
-    /// The traits of scale (i, j). Scales beyond the sides of the sheet are mirror images, so that the sides are straight.
+    /// The traits of scale (i, j). Scales beyond the sides of the sheet are mirror images, so that the sides are
+    /// straight.
     pub(super) fn traits(&self, i: i64, j: i64) -> Traits {
         let inside = if j < 0 { -j } else { j.min(2 * self.rows_around - j) };
         let index = |k: i64, rows: i64| (k + 2).clamp(0, rows + 4) as usize;
@@ -174,7 +176,8 @@ impl Lattice {
         self.on_edge(scale, side, t, 1.0 - wall(t))
     }
 
-    /// A point of the foot of a free edge, where the next scale comes out: from the node at the flank to the node at the tip.
+    /// A point of the foot of a free edge, where the next scale comes out: from the node at the flank to the node at
+    /// the tip.
     pub(super) fn foot(&self, scale: (i64, i64), side: Side, t: f64) -> DVec2 {
         self.on_edge(scale, side, t, 1.0)
     }

@@ -6,8 +6,8 @@ use super::{SnakeError, SnakeOptions, body::Body, lattice::centre, patch::Patch,
 
 /// The snake as an indexed triangle mesh; one entry per vertex in the first four vectors.
 ///
-/// Each scale is a grid of its own. A wall joins its free edge to the scales below it. [`crate::snake`] states orientation and
-/// units.
+/// Each scale is a grid of its own. A wall joins its free edge to the scales below it. [`crate::snake`] states
+/// orientation and units.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SnakeMesh {
     /// Positions in cm; the ground is z = 0.
@@ -23,8 +23,8 @@ pub struct SnakeMesh {
 }
 
 impl SnakeMesh {
-    /// Builds the mesh. With `n = 2·half_cells`, a scale has two triangles in each of `n²` cells, and `4n − 2` triangles in the
-    /// walls below it.
+    /// Builds the mesh. With `n = 2·half_cells`, a scale has two triangles in each of `n²` cells, and `4n − 2`
+    /// triangles in the walls below it.
     ///
     /// ```
     /// use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions};
@@ -179,8 +179,8 @@ impl Surface {
 
     /// The vertex of a scale at a point of the lattice, with its normal and tangent.
     ///
-    /// The frame is that of the scale, continued beyond its edges. A mean over the triangles around the vertex would average
-    /// over the step at each free edge.
+    /// The frame is that of the scale, continued beyond its edges. A mean over the triangles around the vertex would
+    /// average over the step at each free edge.
     fn vertex(&self, scale: (i64, i64), point: DVec2) -> Vertex {
         let at = |point: DVec2| {
             let inside = point.clamp(DVec2::ZERO, self.size);

@@ -1,11 +1,11 @@
 use super::SnakeError;
 
-/// Shape and resolution of the snake; comments give range and default. The default mesh has 10 933 vertices and 21 573 faces;
-/// the snake of Single 2014 has 11 696 and 22 950.
+/// Shape and resolution of the snake; comments give range and default. The default mesh has 10 933 vertices and 21 573
+/// faces; the snake of Single 2014 has 11 696 and 22 950.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
-    /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number is even because a scale in the corner of
-    /// the sheet is cut through its middle, where there must be a vertex.
+    /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number is even because a scale in the
+    /// corner of the sheet is cut through its middle, where there must be a vertex.
     pub half_cells: usize,
     /// Length of the body in half scales, 4 to 400 (27): every second row of scales begins half a scale later.
     pub rows_along: usize,
@@ -25,8 +25,8 @@ pub struct SnakeOptions {
     pub keel: f64,
     /// Spread of the scales' random properties, 0 to 1 (0.35).
     pub variation: f64,
-    /// Seed of the random properties. Equal options give equal meshes on every machine, up to the rounding of the platform's
-    /// sine and cosine.
+    /// Seed of the random properties. Equal options give equal meshes on every machine, up to the rounding of the
+    /// platform's sine and cosine.
     pub seed: u64,
 }
 
@@ -49,8 +49,8 @@ impl Default for SnakeOptions {
 }
 
 impl SnakeOptions {
-    /// The snake with `factor` times the cells in each direction, rounded to an even number. Factors that are not positive
-    /// numbers change nothing.
+    /// The snake with `factor` times the cells in each direction, rounded to an even number. Factors that are not
+    /// positive numbers change nothing.
     pub fn with_resolution(mut self, factor: f64) -> Self {
         if factor.is_finite() && factor > 0.0 {
             self.half_cells = ((self.half_cells as f64 * factor).round() as usize).max(1);

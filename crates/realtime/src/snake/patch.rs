@@ -4,8 +4,8 @@ use glam::DVec2;
 
 use super::lattice::{Lattice, Side};
 
-/// The visible part of scale (i, j), over coordinates `x`, `y` in [0, 1]. The root is at (0, 0), the node of the left flank at
-/// (1, 0), that of the right flank at (0, 1), and the tip at (1, 1). The free edges are `x` = 1 and `y` = 1.
+/// The visible part of scale (i, j), over coordinates `x`, `y` in [0, 1]. The root is at (0, 0), the node of the left
+/// flank at (1, 0), that of the right flank at (0, 1), and the tip at (1, 1). The free edges are `x` = 1 and `y` = 1.
 pub(super) struct Patch<'a> {
     lattice: &'a Lattice,
     scale: (i64, i64),
@@ -17,7 +17,8 @@ impl<'a> Patch<'a> {
         Self { lattice, scale }
     }
 
-    /// Whether the sheet contains the vertex `x`, `y` of a grid of `cells`²; it ends in the middle of the scales on its rim.
+    /// Whether the sheet contains the vertex `x`, `y` of a grid of `cells`²; it ends in the middle of the scales on its
+    /// rim.
     pub(super) fn covers(&self, x: usize, y: usize, cells: usize) -> bool {
         let (i, j) = self.scale;
         (i > 0 || x + y >= cells)
@@ -36,8 +37,8 @@ impl<'a> Patch<'a> {
         between - corners
     }
 
-    /// A point of an edge; `t` is 0 at the end nearer to the root. At the ends of the sheet the missing edges are mirror
-    /// images of the others, so that scales end there in a straight line.
+    /// A point of an edge; `t` is 0 at the end nearer to the root. At the ends of the sheet the missing edges are
+    /// mirror images of the others, so that scales end there in a straight line.
     fn edge(&self, edge: Edge, t: f64) -> DVec2 {
         let (i, j) = self.scale;
         let rows = self.lattice.rows_along;

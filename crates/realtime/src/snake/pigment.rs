@@ -35,7 +35,7 @@ pub struct PigmentTexture {
 /// The top row of the image is v = 0: Mitsuba 3 puts it there, and so does a texture uploaded row by row to a GPU.
 ///
 /// # Errors
-/// As [`super::SnakeMesh::build`], and [`SnakeError::Count`] unless each side has 1 to 16 384 pixels.
+/// The errors of [`super::SnakeMesh::build`], and [`SnakeError::Count`] unless each side has 1 to 16 384 pixels.
 pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> Result<PigmentTexture, SnakeError> {
     options.check()?;
     for (field, found) in [("width", width), ("height", height)] {

@@ -1,8 +1,8 @@
 //! The relief of the scales: a height over the smooth skin, and the position of a point on its scale.
 //!
-//! The height of a scale is `unit · (DOME + keel(across)) · rise(x) · rise(y)`. The coordinate x is 0 on the edge of the scale
-//! before it on the left, under which it comes out, and 1 at its own tip; y likewise for the scale on the right. They follow
-//! from the gauge of those scales (`lattice.rs`): `x = (gauge − 1)/(gauge(2, 1) − 1)`.
+//! The height of a scale is `unit · (DOME + keel(across)) · rise(x) · rise(y)`. The coordinate x is 0 on the edge of
+//! the scale before it on the left, under which it comes out, and 1 at its own tip; y likewise for the scale on the
+//! right. They follow from the gauge of those scales (`lattice.rs`): `x = (gauge − 1)/(gauge(2, 1) − 1)`.
 
 use glam::DVec2;
 
@@ -86,8 +86,8 @@ impl Scales {
     }
 }
 
-/// Profile from an edge at the root (0) to the opposite free edge (1), with the value 1 in the middle of the scale. Its slope
-/// is 0 at the root, so that normals are continuous where scales meet.
+/// Profile from an edge at the root (0) to the opposite free edge (1), with the value 1 in the middle of the scale. Its
+/// slope is 0 at the root, so that normals are continuous where scales meet.
 fn rise(x: f64) -> f64 {
     let shape = |x: f64| x * x / (x * x + RISE * RISE) * (1.0 - FALL * x).max(0.0);
     shape(x) / shape(MIDDLE)

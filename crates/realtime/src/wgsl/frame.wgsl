@@ -1,4 +1,5 @@
-// Camera, light and blending of a picture; twin of `FrameUniform` in layout.rs. Lengths are in the unit of the mesh, cm.
+// Camera, light and blending of a picture; twin of `FrameUniform` in layout.rs. Lengths are in the unit of the mesh,
+// cm.
 
 struct Frame {
     // Position of the camera.

@@ -1,10 +1,11 @@
-// Turns the triangles of the rasteriser into queries: the point on the triangle, the shading frame there, the directions in
-// the frame, and whether the sun is visible.
+// Turns the triangles of the rasteriser into queries: the point on the triangle, the shading frame there, the
+// directions in the frame, and whether the sun is visible.
 //
-// Pixels are sorted into lists: `skin` has a triangle, `bare` has none, and `rest` needs a ray through the tree. Each list
-// has a pass of its own, because adapters run several pixels in step and all of them wait for the slowest.
+// Pixels are sorted into lists: `skin` has a triangle, `bare` has none, and `rest` needs a ray through the tree. Each
+// list has a pass of its own, because adapters run several pixels in step and all of them wait for the slowest.
 //
-// The conventions are those of Mitsuba 3 for a mesh with normals and texture coordinates: pictures agree pixel by pixel.
+// The conventions are those of Mitsuba 3 for a mesh with normals and texture coordinates: pictures agree pixel by
+// pixel.
 
 // Lists of pixels. A pixel is a word with the column in the lower half and the row in the upper half.
 struct Lists {
@@ -70,8 +71,8 @@ const LOCATE_DARK: u32 = 0u;
 const LOCATE_LIT: u32 = 1u;
 const LOCATE_UNSURE: u32 = 2u;
 
-// Visibility of the sun from a point of a plane with the normal n. The sun is visible where the four depths around the point
-// continue the plane, and hidden where all lie far in front of it. Otherwise only a ray can decide.
+// Visibility of the sun from a point of a plane with the normal n. The sun is visible where the four depths around the
+// point continue the plane, and hidden where all lie far in front of it. Otherwise only a ray can decide.
 fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
     let position = sunlight_position(sunlight, p);
     let texel = (0.5 * position.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
@@ -205,8 +206,8 @@ fn locate_light_at(found: Seen) -> u32 {
     return locate_light(found.p, found.face);
 }
 
-// Stores the query of a pixel and adds its radiance to the picture; the first sample replaces the previous picture. A pixel
-// whose ray missed its triangle, or with an undecided sun, goes to `rest`.
+// Stores the query of a pixel and adds its radiance to the picture; the first sample replaces the previous picture. A
+// pixel whose ray missed its triangle, or with an undecided sun, goes to `rest`.
 fn locate_store(pixel: vec2<u32>, found: Seen, missed: bool) {
     let index = locate_index(pixel);
     var query = found.query;

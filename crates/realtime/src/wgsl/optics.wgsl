@@ -29,7 +29,7 @@ fn optics_remainder(optics: Optics, cos_theta: f32) -> f32 {
     return max(1.0 - optics_reflectance(optics, cos_theta), 0.0);
 }
 
-// What the interface makes of unpolarised light: R, or Q of the small slope.
+// Factor of the interface for unpolarised light: R, or Q of the small slope.
 fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     if optics.obliquity != PAIR_OBLIQUITY_SMALL_SLOPE {
         return optics_reflectance(optics, pair_cos_half(pair));

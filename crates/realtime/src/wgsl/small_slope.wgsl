@@ -1,6 +1,7 @@
 // The small-slope factor Q for unpolarised light; twin of scattering/small_slope.rs, which has the formulas.
 //
-// Complex numbers are (re, im). s and p are the polarisations; `straight` keeps the polarisation and `crossed` changes it.
+// Complex numbers are (re, im). s and p are the polarisations; `straight` keeps the polarisation and `crossed` changes
+// it.
 
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
 const SMALL_SLOPE_TINY: f32 = 1e-18;

@@ -1,4 +1,4 @@
-//! The realtime renderer, on whatever adapter there is.
+//! The realtime renderer on the available adapter.
 
 #![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
 

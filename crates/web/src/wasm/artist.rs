@@ -16,7 +16,8 @@ use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
 
-/// Time in ms that the first picture after a change may take. With its messages it follows a drag within two frames of 1/60 s.
+/// Time in ms that the first picture after a change may take. With its messages it follows a drag within two frames of
+/// 1/60 s.
 const PREVIEW_MS: f64 = 25.0;
 
 /// The canvas that shows pictures.

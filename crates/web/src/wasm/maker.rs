@@ -142,7 +142,8 @@ fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     Ok(unit.to_array())
 }
 
-/// Mesh, tree and pigment for the artist, or those of a draft ([`Settings::draft_scene`](crate::Settings::draft_scene)).
+/// Mesh, tree and pigment for the artist, or those of a draft
+/// ([`Settings::draft_scene`](crate::Settings::draft_scene)).
 #[wasm_bindgen]
 pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
     let settings = read(json)?;

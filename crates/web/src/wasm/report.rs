@@ -39,8 +39,8 @@ const STEP: f64 = 0.005;
 
 /// A progress that calls `listener`, if it is a function, while the second value lives.
 ///
-/// A progress may move to other threads, and a JavaScript function may not. The function therefore stays in a variable of
-/// this thread, the only one of the module.
+/// A progress may move to other threads, and a JavaScript function may not. The function therefore stays in a variable
+/// of this thread, the only one of the module.
 pub fn progress(listener: &JsValue) -> (Progress, Listening) {
     let Some(function) = listener.dyn_ref::<js_sys::Function>() else { return (Progress::none(), Listening) };
     LISTENER.with_borrow_mut(|listener| *listener = Some(function.clone()));
