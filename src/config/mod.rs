@@ -178,7 +178,7 @@ impl SurfaceConfig {
     /// Reads and validates a JSON object for heights from an array; `fill` is accepted without a file.
     ///
     /// # Errors
-    /// Those of [`SurfaceConfig::from_json`].
+    /// The errors of [`SurfaceConfig::from_json`].
     pub fn from_json_for_array(json: &str) -> Result<Self, ConfigError> {
         let config = Self::parse(json)?;
         config.validate_for_array()?;
@@ -203,7 +203,7 @@ impl SurfaceConfig {
     /// Validates the configuration for heights from an array; `fill` is accepted without a file.
     ///
     /// # Errors
-    /// Those of [`SurfaceConfig::validate`].
+    /// The errors of [`SurfaceConfig::validate`].
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
         Self { fill: None, ..self.clone() }.validate()
     }

@@ -14,7 +14,7 @@ const SCREENSHOT: &str = "sunbeam.png";
 
 /// Draw the snake in a window
 ///
-/// What is drawn is that of `sunbeam render`, and everything can be changed in the window. Left drag turns the camera,
+/// The picture is that of `sunbeam render`, and everything can be changed in the window. Left drag turns the camera,
 /// middle or shift drag moves it, the wheel zooms; right or ctrl drag turns the sun. Under the cursor the BRDF map of
 /// that place is shown. S saves the picture, R resets camera and sun, Ctrl+Q closes. A slow method is drawn coarsely
 /// first.
