@@ -53,8 +53,8 @@ impl SurfaceConfig {
         self.raw_height_field_of(None)
     }
 
-    /// [`SurfaceConfig::raw_height_field`] of the contents of the file that the configuration names; nothing is read from
-    /// disk. For a preset, `contents` are ignored.
+    /// [`SurfaceConfig::raw_height_field`] of the contents of the file that the configuration names; nothing is read
+    /// from disk. For a preset, `contents` are ignored.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::height_field`].
@@ -124,7 +124,8 @@ impl SurfaceConfig {
         Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 
-    /// [`SurfaceConfig::build`] with the index of [`SurfaceConfig::options_for`]. Equal surfaces of this process are shared.
+    /// [`SurfaceConfig::build`] with the index of [`SurfaceConfig::options_for`]. Equal surfaces of this process are
+    /// shared.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].

@@ -46,7 +46,7 @@ macro_rules! relief_source {
                 ReliefSource { $($name: self.$name.clone()),+ }
             }
 
-            /// Takes another relief; what was given for the one before is forgotten.
+            /// Replaces the relief's parameters, also those that the new source leaves out.
             pub fn set_relief_source(&mut self, source: ReliefSource) {
                 $(self.$name = source.$name;)+
             }

@@ -16,7 +16,7 @@ const QUERY: &str = wgsl!("wgsl/query.wgsl");
 const FRAME: &str = wgsl!("wgsl/frame.wgsl");
 const MESH: &str = wgsl!("wgsl/mesh.wgsl");
 const SUNLIGHT: &str = wgsl!("wgsl/sunlight.wgsl");
-/// From radiance to what a screen shows.
+/// Maps radiance to encoded values for a screen.
 pub(super) const TONE: &str = wgsl!("wgsl/tone.wgsl");
 const TRACE: &str = wgsl!("wgsl/trace.wgsl");
 

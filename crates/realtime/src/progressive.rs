@@ -130,7 +130,7 @@ impl Progressive {
         self.start_over();
     }
 
-    /// Takes another job; whether it differs from the one before.
+    /// Takes a job; returns whether it differs from the job before.
     pub fn set_job(&mut self, gpu: &Gpu, job: Job) -> bool {
         if self.job.as_ref() == Some(&job) {
             return false;
@@ -203,9 +203,12 @@ impl Progressive {
         self.generation == frame.generation
     }
 
-    /// Takes a frame that was drawn and shown in `ms` milliseconds: it tells the speed, and counts for its job.
+    /// Takes a frame that was drawn and shown in `ms` milliseconds. The time counts for the frame's method, and the
+    /// picture for its job.
     pub fn finish(&mut self, frame: &Frame, ms: f64) {
-        self.pace.learn(frame.rays, ms);
+        if self.shader.as_ref().is_some_and(|shader| Rc::ptr_eq(shader, &frame.shader)) {
+            self.pace.learn(frame.rays, ms);
+        }
         if self.is_current(frame) {
             self.latest = Some((Arc::clone(&frame.target), frame.level));
         }

@@ -15,7 +15,7 @@ export function showMessage(text) {
   byId("message").firstElementChild.textContent = text ?? "";
 }
 
-/** Shows what is being done, with the fraction done where it is known; null hides it. */
+/** Shows the work under way, with its fraction where it is known; null hides the line. */
 export function showProgress(text, fraction) {
   byId("progress").hidden = text === null;
   if (text === null) return;

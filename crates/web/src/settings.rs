@@ -95,7 +95,7 @@ pub struct SunSettings {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pigment {
-    /// Diffuse, weighted by what the relief does not reflect.
+    /// Diffuse, weighted by the light that passes the surface.
     #[default]
     Physical,
     /// Mixed with the relief's colour at a fixed fraction.

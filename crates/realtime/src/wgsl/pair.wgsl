@@ -1,4 +1,4 @@
-// A pair of directions above the surface and what the model needs of it; twin of `Pair` in reflectance/geometry.rs.
+// A pair of directions above the surface with its factors; twin of `Pair` in scattering/geometry.rs.
 
 struct Pair {
     // q = wi + wo

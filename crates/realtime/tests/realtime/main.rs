@@ -10,4 +10,5 @@ mod faults;
 mod gratings;
 mod methods;
 mod pictures;
+mod progressive;
 mod twins;
