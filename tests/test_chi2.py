@@ -64,7 +64,7 @@ def test_samples_follow_the_density(name, angles):
 
 @pytest.mark.parametrize("angles", ANGLES, ids=str)
 @pytest.mark.parametrize("name", WIDE)
-def test_samples_of_the_core_follow_its_density(name, angles):
+def test_core_samples_follow_the_density(name, angles):
     test = by_rays(built("scalar_spectral", **WIDE[name]), direction(*angles))
     assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 
@@ -72,7 +72,7 @@ def test_samples_of_the_core_follow_its_density(name, angles):
 # Wavelengths are drawn and integrated over, so orders are smeared: no fine grid is needed.
 @pytest.mark.parametrize("optics", [{}, {"eta": 1.56}, {"obliquity": "small_slope"}], ids=str)
 @pytest.mark.parametrize("angles", ANGLES[1::3], ids=str)
-def test_samples_of_colours_follow_the_density(angles, optics):
+def test_colour_samples_follow_the_density(angles, optics):
     bsdf = built("llvm_ad_rgb", preset="blazed", coherence_length=10.0, conserve_energy=False, **optics)
     test = vectorised(bsdf, direction(*angles), res=51, ires=8)
     assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages

@@ -225,7 +225,7 @@ def test_pictures_that_show_nothing_are_refused(brightness):
         agreement(np.full((20, 20, 3), brightness), np.full((20, 20, 3), brightness), few)
 
 
-def test_what_fails_is_named():
+def test_failures_name_the_case_and_the_control():
     good = {"light": {"azimuth_deg": 5.0}, "holds": True, "text": "fine"}
     bad = {**good, "holds": False, "text": "off"}
     controls = {"rotated": {"holds": False, "text": "seen"}}
@@ -238,7 +238,7 @@ def test_what_fails_is_named():
     run.insist({"failures": []})
 
 
-def test_limits_of_pictures_are_all_heeded():
+def test_each_limit_of_a_picture_counts():
     fine = {"delta_e_2000": {"mean": 0.5, "p99": 3.0}, "flip": {"mean": 0.01}}
     assert same_picture.holds(fine)
     for part, figure, value in [("delta_e_2000", "mean", 3.0), ("delta_e_2000", "p99", 20.0), ("flip", "mean", 0.2)]:
@@ -246,7 +246,7 @@ def test_limits_of_pictures_are_all_heeded():
 
 
 @pytest.mark.parametrize("change", [{"weights": [[1, 1, 1]]}, {"weights": [[0.5, 0.5, 0.4]] * 2}])
-def test_a_quadrature_that_is_none_is_refused(change):
+def test_invalid_quadratures_are_refused(change):
     fine = {"wavelengths_nm": [500.0, 510.0], "weights": [[0.5, 0.5, 0.5]] * 2}
     assert Quadrature.of_report({"quadrature": fine}).step_nm == 10.0
     with pytest.raises(ValueError, match="white"):
@@ -258,13 +258,13 @@ def test_parameters_become_the_tool_s_arguments():
     assert words == ["--height-field", "a.npy", "--pixel-size", 0.1, "--conserve-energy", "false"]
 
 
-def test_a_missing_scan_is_said_aloud(capsys, tmp_path):
+def test_a_missing_scan_is_reported(capsys, tmp_path):
     names = [case.name for case in cases.cases(tmp_path / "none.gsf")]
     assert names == list(cases.SKINS)
     assert "NOT CHECKED" in capsys.readouterr().out
 
 
-def test_the_command_ends_with_what_it_found(monkeypatch, capsys, tmp_path):
+def test_exit_codes_tell_the_outcome(monkeypatch, capsys, tmp_path):
     outcomes = iter([{"failures": []}, {"failures": ["elaphe differs"]}, SetupError("no tool")])
 
     def outcome(*_):

@@ -57,7 +57,7 @@ def test_a_flat_relief_is_a_mirror(n, angles):
 
 @pytest.mark.parametrize("n", [KERATIN, 0.96 + 6.69j, 0.06 + 3.59j])
 @pytest.mark.parametrize("angles", [(20.0, 0.0), (60.0, 35.0)])
-def test_reliefs_along_x_alone_are_those_of_the_other_solver(n, angles):
+def test_reliefs_along_x_agree_with_the_boundary_integral(n, angles):
     """The boundary integral of `sunbeam orders`, other equations in another language; a metal needs more nodes."""
     x = np.arange(33) / 33
     wave = Relief(0.05 * (1 + np.sin(2 * np.pi * x))[None], (0.9, 0.02))
@@ -69,7 +69,7 @@ def test_reliefs_along_x_alone_are_those_of_the_other_solver(n, angles):
     np.testing.assert_allclose(found.unpolarised, [expected[j] for j in found.jx], atol=SOLVED)
 
 
-def test_shallow_reliefs_are_those_of_perturbation_theory():
+def test_shallow_reliefs_agree_with_perturbation_theory():
     """Amplitudes of first order, phases included; the second is smaller by the height times 2k, 1e-3."""
     relief = synthetic().scaled(1e-3)
     theta, phi = 40.0, 35.0
@@ -100,7 +100,7 @@ def test_power_is_kept_and_orders_are_reciprocal():
     assert back.unpolarised[same][0] == pytest.approx(there.unpolarised[i], abs=1e-6)
 
 
-def test_the_kept_answers_are_the_solvers():
+def test_stored_answers_are_the_solvers():
     """At less resolution than theirs: what that is off by, and how they are rounded."""
     kept = answers("synthetic")["synthetic"]
     for answer in (kept[0], kept[3]):
@@ -146,7 +146,7 @@ def test_crops_repeat():
 
 
 @pytest.mark.parametrize("skin", ["elaphe", "xenopeltis"])
-def test_scans_have_the_powers_that_were_given(skin):
+def test_scans_agree_with_the_other_maxwell_solver(skin):
     """By another program on the same heights, at the light whose orders are weakest; it stopped at 2e-5."""
     if not (GIVEN / f"{skin}_A.npy").exists():
         needs.skip("scans", f"{GIVEN} is missing")

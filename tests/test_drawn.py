@@ -16,7 +16,7 @@ KEPT = load()
 
 
 @pytest.mark.parametrize("metal", METALS)
-def test_the_solver_is_what_judges_say(metal):
+def test_the_solver_agrees_with_the_judges(metal):
     group = [answer for answer in KEPT if answer.setting.metal == metal]
     assert len(group) >= 12
     errors = {SCALAR: [], FRESNEL: [], EXACT: []}
@@ -39,7 +39,7 @@ def percentile(errors):
     return np.quantile(errors, 0.99)
 
 
-def test_mueller_matrices_are_the_judges():
+def test_mueller_matrices_agree_with_the_judges():
     """Of sinusoids in metals, at any azimuth."""
     errors = np.abs(np.concatenate([mueller_errors(answer) for answer in KEPT if answer.jones is not None]))
     assert len(errors) > 1000
@@ -47,7 +47,7 @@ def test_mueller_matrices_are_the_judges():
     assert percentile(errors) < MUELLER[1]
 
 
-def test_the_kept_answers_are_the_judges():
+def test_stored_answers_are_the_judges():
     """Of the two judges that need nothing installed, one each at the least period, which is the quickest."""
     for chosen in (lambda s: s.metal == "none", lambda s: s.shape == "sinusoidal" and s.metal != "none"):
         answer = min((answer for answer in KEPT if chosen(answer.setting)), key=lambda a: a.setting.period_um)

@@ -64,7 +64,7 @@ def test_no_direction_reflects_more_than_it_receives(preset):
     assert weight.mean() > 0.3
 
 
-def test_unscaled_surfaces_would_be_caught():
+def test_unscaled_surfaces_exceed_the_bound():
     """Left alone, the obliquity factor makes energy on a deep sinusoid."""
     deep = {"preset": "sinusoidal", "period": 1.25, "height": 0.6}
     free = built("llvm_ad_spectral", **deep, conserve_energy=False)

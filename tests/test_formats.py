@@ -188,7 +188,7 @@ def test_convert_and_the_native_reader_agree(package, tmp_path, name):
     np.testing.assert_allclose(converted(package, path, **options)[0], own, rtol=0, atol=FLOAT_UM)
 
 
-def test_a_channel_is_a_relief_by_its_title_or_the_one_wanted(package, tmp_path):
+def test_channels_are_chosen_by_title_or_number(package, tmp_path):
     path = tmp_path / "scan.gwy"
     write_gwy(path, "Deflection", "Amplitude Error", "Map", "Z Sensor", "Height")
     for wanted, factor in [(None, 4), (2, 3), ("4", 5), ("map", 3), ("Deflection", 1)]:
@@ -201,7 +201,7 @@ def test_a_channel_is_a_relief_by_its_title_or_the_one_wanted(package, tmp_path)
     assert "choose one with channel" in refusal(package, path)
 
 
-def test_a_channel_that_is_no_length_is_refused(package):
+def test_channels_without_lengths_are_refused(package):
     from sunbeam_mitsuba._channels import channel_of, choose
 
     # As the library's readers describe them: by a pair in place of the unit, by the kind, without a unit.
@@ -222,7 +222,7 @@ def test_a_large_offset_costs_no_digits(package, tmp_path):
     np.testing.assert_allclose(heights - heights.mean(), HEIGHTS_UM - HEIGHTS_UM.mean(), rtol=0, atol=FLOAT_UM)
 
 
-def test_size_and_unit_are_taken_where_the_file_tells_none(package, tmp_path):
+def test_given_size_and_unit_complete_a_file(package, tmp_path):
     path = tmp_path / "grid.xyz"
     y, x = np.mgrid[:ROWS, :COLUMNS]
     np.savetxt(path, np.stack([x * DX_UM, y * DY_UM, HEIGHTS_UM], axis=-1).reshape(-1, 3))
@@ -240,7 +240,7 @@ def test_size_and_unit_are_taken_where_the_file_tells_none(package, tmp_path):
     np.testing.assert_allclose(pixel_um, 0.5)
 
 
-def test_refusals_name_what_is_wrong(package, tmp_path):
+def test_refusals_name_the_fault(package, tmp_path):
     np.save(tmp_path / "bare.npy", HEIGHTS_UM)
     assert "bare arrays" in refusal(package, tmp_path / "bare.npy")
     np.savetxt(tmp_path / "profile.csv", np.stack([np.arange(9.0), np.sin(np.arange(9.0))], axis=-1), delimiter=",")
@@ -279,7 +279,7 @@ def test_the_command_lists_channels_and_refuses_in_one_line(package, tmp_path, c
         assert line.startswith("convert: ")
 
 
-def test_without_the_library_one_line_says_how_to_get_it(tmp_path):
+def test_a_missing_library_is_one_line_with_its_remedy(tmp_path):
     """As a process of its own, in which the library cannot be found."""
     (tmp_path / "scan.ibw").write_bytes(b"")
     script = (
@@ -295,14 +295,14 @@ def test_without_the_library_one_line_says_how_to_get_it(tmp_path):
     assert not list(tmp_path.glob("*.gsf"))
 
 
-def test_the_extensions_are_those_of_the_library_that_sunbeam_does_not_read(package):
+def test_extensions_are_the_librarys_without_sunbeams_own(package):
     read = {extension for reader in library.readers for extension in reader.file_extensions()}
     # Nanoscope files end in .di, too, and are known by their content.
     assert (read | {"di"}) - OWN - NO_MAPS == package.convert.EXTENSIONS
     assert read >= NO_MAPS - {"zip"}
 
 
-def test_the_command_names_the_way_for_each_of_these_extensions(package, tmp_path):
+def test_the_command_points_to_the_converter(package, tmp_path):
     for extension in sorted(package.convert.EXTENSIONS):
         with pytest.raises(SetupError) as refused:
             sunbeam("height-field", "--height-field", tmp_path / f"scan.{extension}")
@@ -322,7 +322,7 @@ def f_of(package, *arguments, **parameters):
     return package.Surface(*arguments, **QUICK_SURFACE, **parameters).eval(WI, WO, NM)
 
 
-def test_a_topography_is_the_array_that_it_was_made_of(package):
+def test_a_topography_equals_its_array(package):
     expected = f_of(package, HEIGHTS_UM, (DX_UM, DY_UM))
     upside_down = f_of(package, HEIGHTS_UM[::-1], (DX_UM, DY_UM))
     assert np.abs(upside_down / expected - 1).max() > 0.01
@@ -334,7 +334,7 @@ def test_a_topography_is_the_array_that_it_was_made_of(package):
 
 
 @pytest.mark.parametrize("name", ["scan.gwy", "scan.x3p", "scan.sdf"])
-def test_a_topography_of_a_file_is_that_file(package, tmp_path, name):
+def test_a_topography_equals_its_file(package, tmp_path, name):
     path = tmp_path / name
     if name == "scan.gwy":
         write_gwy(path, "Height")
@@ -345,7 +345,7 @@ def test_a_topography_of_a_file_is_that_file(package, tmp_path, name):
     np.testing.assert_allclose(f_of(package, read_topography(str(path)).detrend(), level="none"), native, rtol=1e-2)
 
 
-def test_topographies_that_are_no_relief_are_refused(package):
+def test_unusable_topographies_are_refused(package):
     sizes = (COLUMNS * DX_UM, ROWS * DY_UM)
     for topography, reason in [
         (Topography(HEIGHTS_UM.T, sizes), "has no unit"),

@@ -88,7 +88,7 @@ def test_changed_textures_count(traced, parameters, key):
     assert frozen.n_recordings <= 3
 
 
-def test_a_bsdf_in_the_place_of_another_counts(traced):
+def test_a_replaced_bsdf_counts(traced):
     frozen = dr.freeze(answers)
     other = diffraction(**METAL)
     values = []
@@ -100,7 +100,7 @@ def test_a_bsdf_in_the_place_of_another_counts(traced):
     assert_changing(values)
 
 
-def test_a_frozen_render_has_the_tables_of_now():
+def test_a_frozen_render_uses_the_current_tables():
     use_variant("llvm_ad_rgb")
     scene = mi.load_dict(
         {
@@ -131,7 +131,7 @@ def test_a_frozen_render_has_the_tables_of_now():
     assert_changing(pictures)
 
 
-def test_derivatives_of_a_frozen_function():
+def test_derivatives_of_frozen_functions_agree():
     use_variant("llvm_ad_spectral")
     bsdf = diffraction(**SKIN)
     params = mi.traverse(bsdf)

@@ -54,14 +54,14 @@ def test_a_dry_run_passes(dry_run, name):
     assert part["rows"]
 
 
-def test_a_dry_run_says_what_the_machine_is(dry_run):
+def test_a_dry_run_describes_the_machine(dry_run):
     about = dry_run["machine"]
     assert about["card"] is None
     assert about["sunbeam"][0].isdigit()
     assert about["mitsuba"][0].isdigit()
 
 
-def test_a_dry_run_is_held_against_another_implementation(dry_run):
+def test_a_dry_run_compares_different_implementations(dry_run):
     """LLVM beside LLVM would agree in any case."""
     for part in ("agree-rgb", "agree-spectral", "agree-polarized", "snake"):
         assert {row["reference"].split("_")[0] for row in dry_run["parts"][part]["rows"]} == {"scalar"}
@@ -87,7 +87,7 @@ def test_pages_read_what_a_run_writes(dry_run, tmp_path):
     assert card.measured(made[0]) != card.NOT_RUN
 
 
-def test_pages_say_not_run_of_what_has_no_row(tmp_path):
+def test_missing_rows_are_shown_as_not_run(tmp_path):
     nothing = card.read(tmp_path / "missing.json")
     failed = card.Card("One", "1.2", {"renders": {"rows": [{"kind": "rgb", "scene": "disc", "passed": False}]}})
     for found in (nothing, failed):
@@ -134,7 +134,7 @@ def test_equal_answers_agree():
 
 @pytest.mark.parametrize("field", ["value", "pdf", "both_value", "both_pdf", "weight", "sampled_pdf", "sampled_wo"])
 @pytest.mark.parametrize("wrong", ["off by 2e-4", "NaN"])
-def test_an_answer_that_is_off_does_not_agree(field, wrong):
+def test_wrong_answers_do_not_agree(field, wrong):
     true = answered()
     given = getattr(true, field).copy()
     # Ten of a thousand questions: ten times as many as may be off.
@@ -142,7 +142,7 @@ def test_an_answer_that_is_off_does_not_agree(field, wrong):
     assert not judged(replace(true, **{field: given}), true)["passed"]
 
 
-def test_answers_of_nothing_do_not_agree():
+def test_zero_answers_do_not_agree():
     true = answered()
     nothing = replace(true, **{name: 0 * given for name, given in vars(true).items()})
     assert not judged(nothing, nothing)["passed"]
@@ -172,7 +172,7 @@ def test_a_glint_in_one_picture_is_no_difference():
     assert snake.judged(glints, pictures(3))["exceeding"] <= snake.EXCEEDING
 
 
-def test_pixels_and_answers_that_are_not_numbers_differ_from_all():
+def test_nan_differs_from_everything():
     image = np.ones((4, 4, 3))
     assert scenes.differing(image, image) == 0
     assert scenes.differing(image * np.nan, image) == 1
@@ -196,7 +196,7 @@ def test_the_cuda_compilers_report_is_read():
     assert set(inspection.reported("").values()) == {None}
 
 
-def test_a_failed_check_is_told_and_the_others_go_on(tmp_path, capsys):
+def test_checks_continue_after_a_failure(tmp_path, capsys):
     def broken():
         raise RuntimeError("no\nsuch thing")
 
@@ -222,13 +222,13 @@ def supervised(monkeypatch, tmp_path, code, seconds=60.0, limit=60):
 ROW = "open(rows, 'a').write(json.dumps({'check': 'a', 'passed': True}) + '\\n')\n"
 
 
-def test_a_crash_is_told_and_the_rows_before_it_are_kept(monkeypatch, tmp_path):
+def test_rows_before_a_crash_are_kept(monkeypatch, tmp_path):
     found = supervised(monkeypatch, tmp_path, ROW + "os.kill(os.getpid(), signal.SIGSEGV)")
     assert (found["status"], found["error"]) == ("failed", "ended by SIGSEGV")
     assert [row["check"] for row in found["rows"]] == ["a"]
 
 
-def test_a_part_that_hangs_is_ended_with_what_it_started(monkeypatch, tmp_path):
+def test_a_hanging_part_is_killed_with_its_children(monkeypatch, tmp_path):
     left = tmp_path / "left"
     grandchild = f"import time, pathlib; time.sleep(3); pathlib.Path({str(left)!r}).touch()"
     code = ROW + f"subprocess.Popen([sys.executable, '-c', {grandchild!r}])\ntime.sleep(60)"
@@ -292,7 +292,7 @@ def test_the_parts_fit_into_a_run():
     assert all(name in listed for name in PARTS)
 
 
-def test_no_package_is_needed_but_mitsuba_and_numpy(tmp_path):
+def test_mitsuba_and_numpy_suffice(tmp_path):
     """Machines that are lent for a while have little more."""
     for name in ("mitsuba", "drjit", "numpy"):
         package = Path(find_spec(name).origin).parent

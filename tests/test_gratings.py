@@ -9,7 +9,7 @@ from tests.judges.gratings.metals import index, surface_plasmon
 PERIOD_UM = 0.8
 
 
-def test_indices_are_mitsubas():
+def test_indices_equal_mitsubas():
     """At wavelengths of the files; between them values lie between those."""
     assert index("Au", 855.063293) == pytest.approx(0.198125 + 5.63125j, rel=1e-5)
     between = index("Al", 870.0)
@@ -32,7 +32,7 @@ def test_an_echelette_of_a_perfect_conductor_sends_tm_back_at_its_blaze(tmp_path
     assert wavelength_nm == pytest.approx(481.1, abs=0.1)
 
 
-def test_orders_that_pass_off_break_tms_curve():
+def test_passing_orders_break_the_curve_of_tm():
     """At λ/d = 2/3 TM of a perfect conductor changes as the root of the distance, by 1e-2 here, and TE does not."""
     steps = {}
     for key in ("te", "tm"):

@@ -64,7 +64,7 @@ def test_gsf(tmp_path, unit, per_um, hole):
     check(path, tolerance_um=FLOAT_UM, hole=hole)
 
 
-def test_gsf_that_the_tool_writes(tmp_path):
+def test_gsf_of_the_tool(tmp_path):
     gsffile = require_module("readers", "gsffile")
     np.save(tmp_path / "heights.npy", HEIGHTS_UM)
     out = tmp_path / "out.gsf"
@@ -272,7 +272,7 @@ def gwyddion_text(path, channel="Height", value_unit="m"):
     path.write_text("\n".join(lines).replace(".", ",") + "\n", encoding="utf-16")
 
 
-def test_text_of_gwyddion_and_where_its_properties_came_from(tmp_path):
+def test_text_of_gwyddion_keeps_its_provenance(tmp_path):
     path = tmp_path / "skin.txt"
     gwyddion_text(path)
     provenance = check(path)["provenance"]

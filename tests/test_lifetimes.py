@@ -58,7 +58,7 @@ def test_a_bsdf_deleted_while_it_is_traced_answers(traced):
 
 @pytest.mark.parametrize("pointers", [False, True])
 @pytest.mark.parametrize("change", [{"coherence_length": 12.0}, {"eta.value": 1.2}, None], ids=str)
-def test_pending_answers_are_of_the_tables_asked(traced, change, pointers):
+def test_pending_answers_use_the_tables_of_their_call(traced, change, pointers):
     asked = question()
     bsdf = mi.load_dict({"type": "diffraction", **QUICK, "eta": 1.56, "k": 0.3})
     ask = dr.repeat(mi.BSDFPtr(bsdf), COUNT) if pointers else bsdf

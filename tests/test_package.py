@@ -100,7 +100,7 @@ LOAD = "print(mi.variant(), mi.load_dict({'type': 'diffraction', 'preset': 'flat
     ],
     ids=["after", "before", "several", "again", "surface-first"],
 )  # fmt: skip
-def test_the_plugin_is_there_whenever_it_is_imported(installed, tmp_path, lines):
+def test_the_plugin_registers_in_any_order_of_imports(installed, tmp_path, lines):
     done = run("\n".join(["import sys", "import mitsuba as mi", *lines]), installed, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout
@@ -147,7 +147,7 @@ def asked(lines, command="eval", **parameters):
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def test_batches_answer_what_the_command_line_does(package):
+def test_batches_equal_the_command_lines(package):
     surface = package.Surface(**QUICK, eta=1.5, k=0.2)
     wi, wo, nm = directions(50, 1), directions(50, 2), np.array([420.0, 550.0, 700.0], dtype=np.float32)
     # In the plane of incidence half of the time, where a grating sends its light.
@@ -165,7 +165,7 @@ def test_batches_answer_what_the_command_line_does(package):
     np.testing.assert_array_equal(surface.pdf(wi, wo, nm), pdf)
 
 
-def test_samples_are_those_of_the_command_line(package):
+def test_samples_equal_the_command_lines(package):
     surface, wi, u = package.Surface(**QUICK), np.float32([0.6, 0, 0.8]), np.random.default_rng(3).random((40, 3), "f4")
     lines = [{"wi": wi.tolist(), "wavelength": [450, 600], "u": random.tolist()} for random in u]
     wo, pdf, weight = surface.sample(wi, [450, 600], u)
@@ -192,7 +192,7 @@ def test_arrays_broadcast_as_numpy_does(package):
     assert surface.eval(wi[0], np.empty((0, 3)), 500).shape == (0,)
 
 
-def test_many_items_are_answered_as_one_by_one(package):
+def test_large_batches_equal_small_ones(package):
     surface, wo = package.Surface(**QUICK), directions(20_000, 7)
     whole = surface.eval([0, 0, 1], wo, 550)
     np.testing.assert_array_equal(
@@ -234,7 +234,7 @@ def test_heights_may_be_an_array(package):
         (lambda p: p.Surface(**QUICK).sample([0, 0, 1], 550, [0, 0, 1.5]), "[0, 1)"),
     ],
 )
-def test_what_is_wrong_is_named(package, call, mentioned):
+def test_refusals_name_the_fault(package, call, mentioned):
     with pytest.raises(package.SunbeamError) as error:
         call(package)
     assert mentioned in str(error.value)

@@ -123,7 +123,7 @@ def test_components_add_up(variant):
     assert np.all(parts[1] > 0)
 
 
-def test_the_pigment_keeps_what_the_surface_leaves(variant):
+def test_the_pigment_reflects_transmitted_light(variant):
     """Nothing below a perfect reflector; below a dielectric, what both crossings let through."""
     si, wo = interaction(direction(40, 0)), mi.Vector3f(direction(20, 90))
     ctx = mi.BSDFContext()

@@ -58,7 +58,7 @@ def scene(**parameters):
         ("rotation.value", "rotation", -35.0),
     ],
 )
-def test_a_changed_bsdf_is_as_one_made_so(typical_variant, make_bsdf, key, parameter, value):
+def test_a_changed_bsdf_equals_a_new_one(typical_variant, make_bsdf, key, parameter, value):
     bsdf, made = make_bsdf(**PIGMENTED), make_bsdf(**{**PIGMENTED, parameter: value})
     before = np.array(evaluated(bsdf))
     params = mi.traverse(bsdf)
@@ -70,7 +70,7 @@ def test_a_changed_bsdf_is_as_one_made_so(typical_variant, make_bsdf, key, param
     assert np.any(np.abs(after - before) > 1e-3 * np.abs(before))
 
 
-def test_a_changed_coherence_length_tells_what_it_is(scalar_rgb, make_bsdf):
+def test_a_changed_coherence_length_is_described(scalar_rgb, make_bsdf):
     bsdf = make_bsdf(**QUICK)
     params = mi.traverse(bsdf)
     assert params["coherence_length"] == 6.0
@@ -81,7 +81,7 @@ def test_a_changed_coherence_length_tells_what_it_is(scalar_rgb, make_bsdf):
 
 
 @pytest.mark.parametrize("value", [-1.0, 0.0, 1e9, float("nan")])
-def test_a_refused_coherence_length_leaves_the_bsdf_as_it_was(typical_variant, make_bsdf, value):
+def test_a_refused_coherence_length_changes_nothing(typical_variant, make_bsdf, value):
     bsdf = make_bsdf(**QUICK)
     before = np.array(evaluated(bsdf))
     params = mi.traverse(bsdf)
@@ -93,7 +93,7 @@ def test_a_refused_coherence_length_leaves_the_bsdf_as_it_was(typical_variant, m
 
 
 @pytest.mark.parametrize("name", ["scalar_rgb", "llvm_ad_spectral"])
-def test_a_scene_renders_as_changed(name):
+def test_a_render_follows_a_changed_parameter(name):
     use_variant(name)
     changed, made = scene(**PIGMENTED), scene(**{**PIGMENTED, "coherence_length": 12.0, "rotation": 40.0})
     before = np.array(mi.render(changed, spp=4, seed=1))

@@ -80,17 +80,17 @@ REFUSED = [
 
 
 @pytest.mark.parametrize("parameters", ACCEPTED, ids=str)
-def test_accepted(typical_variant, make_bsdf, parameters):
+def test_valid_parameters_are_accepted(typical_variant, make_bsdf, parameters):
     make_bsdf(**parameters)
 
 
 @pytest.mark.parametrize("parameters", ACCEPTED_ONCE, ids=str)
-def test_accepted_once(scalar_rgb, make_bsdf, parameters):
+def test_valid_parameters_are_accepted_in_one_variant(scalar_rgb, make_bsdf, parameters):
     make_bsdf(**parameters)
 
 
 @pytest.mark.parametrize(("parameters", "named", "accepted"), REFUSED, ids=str)
-def test_refused(typical_variant, make_bsdf, parameters, named, accepted):
+def test_invalid_parameters_are_refused(typical_variant, make_bsdf, parameters, named, accepted):
     with pytest.raises(RuntimeError) as refusal:
         make_bsdf(**parameters)
     message = str(refusal.value)
@@ -126,7 +126,7 @@ def test_file_is_found_by_the_resolver(scalar_rgb, make_bsdf, height_file):
     assert str(height_file) in str(make_bsdf(filename=height_file.name, conserve_energy=False))
 
 
-def test_missing_points_are_filled_where_asked_to(scalar_rgb, make_bsdf, tmp_path):
+def test_holes_are_filled_on_request(scalar_rgb, make_bsdf, tmp_path):
     path = tmp_path / "holed.gsf"
     path.write_bytes(gsf(with_nan()))
     with pytest.raises(RuntimeError, match="`fill`"):
@@ -159,7 +159,7 @@ def test_xml_is_read(scalar_rgb):
     assert "sinusoidal, period 1.5 µm" in str(bsdf)
 
 
-def test_traverse_shows_what_is_continuous(variant, make_bsdf):
+def test_traverse_shows_the_continuous_parameters(variant, make_bsdf):
     params = mi.traverse(make_bsdf(**QUICK, diffuse_reflectance=0.2))
     names = {key.split(".")[0] for key in params.keys()}  # noqa: SIM118
     assert names == {"eta", "k", "specular_reflectance", "diffuse_reflectance", "rotation", "coherence_length"}

@@ -62,7 +62,7 @@ def test_a_flat_relief_polarises_as_a_mirror_does(variant, surface):
 
 
 @pytest.mark.parametrize("optics", [KERATIN, GOLD, ALUMINIUM], ids=str)
-def test_amplitudes_are_those_of_maxwells_equations_to_first_order(optics):
+def test_amplitudes_agree_with_first_order_maxwell(optics):
     """The matrix of any pair of directions, with the phases and what is crossed, and the grating turned."""
     bsdf = built("llvm_ad_spectral_polarized", obliquity="small_slope", rotation=33.0, **EVERYWHERE, **optics)
     wi, wo = pairs(4000)
@@ -83,7 +83,7 @@ def test_amplitudes_are_those_of_maxwells_equations_to_first_order(optics):
 
 
 @pytest.mark.parametrize("surface", SURFACES[:4], ids=str)
-def test_intensity_is_that_of_variants_without_polarisation(surface):
+def test_intensity_equals_unpolarised_variants(surface):
     wi, wo = pairs(2000)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
     plain = eval_alone(built("llvm_ad_spectral", **EVERYWHERE, **surface), wi, wo, nm)
@@ -110,7 +110,7 @@ def test_matrices_are_physical(surface):
 
 
 @pytest.mark.parametrize("surface", [SURFACES[0], SURFACES[3]], ids=str)
-def test_light_that_returns_is_treated_alike(surface):
+def test_matrices_are_reciprocal(surface):
     """Reciprocity of both transverse states: a matrix is the other's transpose, in frames seen from behind."""
     bsdf = built("llvm_ad_spectral_polarized", **EVERYWHERE, **surface)
     wi, wo = pairs(2000)
@@ -142,7 +142,7 @@ def test_weight_is_value_over_density(variant):
     assert np.all(below == 0)
 
 
-def test_light_from_the_camera_is_treated_as_light_to_it():
+def test_transport_modes_agree():
     """Importance travels the other way, so that both directions change places."""
     bsdf = built("llvm_ad_spectral_polarized", **EVERYWHERE, eta=1.56)
     wi, wo = pairs(500)

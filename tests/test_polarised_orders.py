@@ -67,7 +67,7 @@ def jones_to_mueller(jones):
     return 0.5 * np.einsum("iab,...bc,jcd,...da->...ij", pauli, jones, pauli, adjoint).real
 
 
-def test_orders_polarise_as_they_do_for_a_spectroscopist():
+def test_orders_have_their_jones_matrices():
     """Against `sunbeam orders`, which solves Maxwell's equations for the very directions."""
     grating = {name: METAL[name] for name in ("preset", "period", "height", "theory", "eta", "k")}
     bsdf = built("llvm_ad_spectral_polarized", **METAL)
@@ -106,7 +106,7 @@ def test_orders_polarise_as_they_do_for_a_spectroscopist():
 
 
 @pytest.mark.parametrize("kinds", [("llvm_ad_spectral", "llvm_ad_spectral_polarized"), ("llvm_ad_mono",) * 2], ids=str)
-def test_intensity_and_samples_are_those_of_variants_without_polarisation(kinds):
+def test_intensity_equals_unpolarised_variants(kinds):
     wi, wo = pairs(3000, lowest=0.1)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
     wide = {**METAL, "coherence_length": 2.0}
@@ -120,7 +120,7 @@ def test_intensity_and_samples_are_those_of_variants_without_polarisation(kinds)
     assert np.all(plain_pdf > 0)
 
 
-def test_samples_have_the_density_that_is_told():
+def test_samples_follow_the_density():
     bsdf = built("llvm_ad_spectral_polarized", **METAL)
     for angles in ANGLES:
         test = vectorised(bsdf, direction(*angles))
@@ -143,7 +143,7 @@ def test_matrices_are_physical():
     assert least > -1e-6
 
 
-def test_light_that_returns_is_treated_alike():
+def test_matrices_are_reciprocal():
     """Reciprocity of both transverse states: a matrix is the other's transpose, in frames seen from behind."""
     bsdf = built("llvm_ad_spectral_polarized", **{**METAL, "coherence_length": 1.0})
     wi, wo = pairs(2000)

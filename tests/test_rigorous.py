@@ -44,7 +44,7 @@ def asked(*words, lines=""):
 
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("angles", ANGLES)
-def test_samples_have_the_density_that_is_told(variant, angles):
+def test_samples_follow_the_density(variant, angles):
     bsdf = built(variant, **METAL)
     test = vectorised(bsdf, direction(*angles))
     assert test.run(SIGNIFICANCE, len(ANGLES) * len(VARIANTS), quiet=True), test.messages
@@ -65,7 +65,7 @@ def pairs(count, seed):
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_exchanging_the_directions_changes_nothing(variant):
+def test_values_are_reciprocal(variant):
     bsdf = built(variant, **METAL)
     wi, wo, nm = pairs(4000, 1)
     there, _ = eval_pdf(bsdf, wi, wo, nm)
@@ -76,7 +76,7 @@ def test_exchanging_the_directions_changes_nothing(variant):
     assert np.abs(there - back).max() < SINGLE * np.abs(there).max()
 
 
-def test_the_plugin_the_command_and_the_oracle_answer_alike():
+def test_plugin_command_and_oracle_agree():
     bsdf = built("scalar_spectral", **METAL)
     wi, wo, nm = pairs(60, 2)
     plugin, _ = eval_pdf(bsdf, wi, wo, nm)
@@ -101,7 +101,7 @@ def test_the_plugin_the_command_and_the_oracle_answer_alike():
 
 
 @pytest.mark.parametrize("grating", [PERFECT, METAL])
-def test_what_is_reflected_is_the_sum_of_the_orders(grating):
+def test_the_albedo_is_the_sum_of_the_orders(grating):
     # Of a sum of orders: what the table is off by, and what changes over an order's width beside a plasmon.
     absolute = 0.02
     narrow = {**grating, "coherence_length": 65.0}
@@ -138,13 +138,13 @@ def test_what_is_reflected_is_the_sum_of_the_orders(grating):
         ({"preset": "blazed", "eta": {"type": "checkerboard"}}, "theory"),
     ],
 )
-def test_what_it_cannot_do_is_said_in_one_line(parameters, named):
+def test_unsupported_parameters_are_refused_in_one_line(parameters, named):
     use_variant("scalar_rgb")
     with pytest.raises(RuntimeError, match=named):
         mi.load_dict({"type": "diffraction", "theory": "rigorous", **parameters})
 
 
-def test_the_material_stays_as_it_is():
+def test_the_material_cannot_change():
     use_variant("llvm_ad_rgb")
     bsdf = mi.load_dict({"type": "diffraction", **METAL})
     parameters = mi.traverse(bsdf)
@@ -168,7 +168,7 @@ print(scene.shapes()[0].bsdf().eval(mi.BSDFContext(), si, wo)[0] / wo[2])
 """
 
 
-def test_the_threads_of_a_renderer_solve_it_too(tmp_path):
+def test_renderer_threads_solve_gratings(tmp_path):
     # They flush subnormal numbers to zero, and load the parts of a scene side by side. This grating is quick, and its
     # systems have pivots between 1 and √2, which faer inverts by way of such numbers.
     grating = {"preset": "sinusoidal", "period": 0.3, "height": 0.1, "theory": "rigorous", "eta": 2.5}

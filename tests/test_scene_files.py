@@ -55,7 +55,7 @@ def test_each_file_renders(folder, variant, name):
 
 
 @pytest.mark.parametrize("name", ["snake", "laboratory"])
-def test_the_file_is_the_python_scene(folder, name):
+def test_files_equal_the_python_scene(folder, name):
     use_variant("llvm_ad_rgb")
     small = SMALL[name]
     if name == "snake":
@@ -71,7 +71,7 @@ def test_the_file_is_the_python_scene(folder, name):
     np.testing.assert_allclose(found, expected, rtol=SAME_SCENE_RTOL)
 
 
-def test_the_stock_command_renders_a_scan_of_one_s_own(folder, tmp_path):
+def test_the_mitsuba_command_renders_a_users_scan(folder, tmp_path):
     y, x = np.mgrid[:64, :64] * 0.1
     rows = "\n".join(" ".join(f"{h:.5f}" for h in row) for row in 0.1 * np.sin(2 * np.pi * x / 1.6) + 0 * y)
     (tmp_path / "ridges.txt").write_text(rows)

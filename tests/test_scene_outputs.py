@@ -31,7 +31,7 @@ def contents(folder):
     return sorted((path.name, path.is_file() and path.read_bytes()) for path in folder.iterdir())
 
 
-def test_files_that_cannot_be_written_are_refused_and_nothing_is_changed(taken):
+def test_unwritable_files_are_refused_unchanged(taken):
     before = contents(taken)
     picture = output_file(".exr", beside=(".png",))
     for name, reason in [
@@ -50,7 +50,7 @@ def test_files_that_cannot_be_written_are_refused_and_nothing_is_changed(taken):
     assert contents(taken) == before
 
 
-def test_folders_that_cannot_be_written_are_refused_and_none_is_made(taken):
+def test_unwritable_folders_are_refused_and_not_made(taken):
     before = contents(taken)
     for name, reason in [("file", "file is no folder"), ("file/new", "file is no folder"), ("/proc/new", "cannot")]:
         assert reason in refusal(output_folder, taken / name), name

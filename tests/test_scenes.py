@@ -59,7 +59,7 @@ def test_every_skin_renders(scene_variant, files, skin):
 
 
 @pytest.mark.parametrize("sun", ["directional", "disc"])
-def test_the_sun_gives_what_its_documentation_says(scene_variant, files, sun):
+def test_the_sun_has_its_documented_radiance(scene_variant, files, sun):
     """A white ground alone, facing the sun, has radiance 1."""
     light = Light(azimuth_deg=30, elevation_deg=90, sun=sun, sky=0.25)
     ground = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}
@@ -149,7 +149,7 @@ def test_a_missing_tool_is_named_with_its_remedy(tmp_path):
         snake.snake_files(tool=tmp_path / "sunbeam")
 
 
-def test_without_llvm_the_scalar_variant_is_used_and_said(files, tmp_path):
+def test_without_llvm_the_scalar_variant_is_used(files, tmp_path):
     words = ["--resolution", "16", "12", "--spp", "1", "--mesh", files.mesh, "--pigment", files.pigment]
     done = subprocess.run(
         [sys.executable, "-m", "mitsuba_scenes.render", *map(str, words), "-o", str(tmp_path / "a.exr")],

@@ -49,7 +49,7 @@ def pairs(count, seed=4, lowest=0.05):
 @pytest.mark.parametrize(
     "variant", ["scalar_rgb", "scalar_spectral", "llvm_ad_rgb", "llvm_ad_mono", "llvm_ad_spectral"]
 )
-def test_the_factor_is_that_of_perturbation_theory(variant, optics):
+def test_the_factor_agrees_with_perturbation_theory(variant, optics):
     count = 300 if variant.startswith("scalar") else 3000
     wi, wo = pairs(count)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
@@ -91,7 +91,7 @@ def test_shallow_sinusoids_have_rices_first_orders(optics):
     np.testing.assert_allclose(found, expected, rtol=SECOND_ORDER)
 
 
-def test_auto_is_by_the_index():
+def test_auto_depends_on_the_index():
     """A dielectric has the small slope, a metal and what reflects everything Stam's factor, as `str` says."""
     for variant in ("scalar_rgb", "llvm_ad_spectral"):
         for optics, name in [

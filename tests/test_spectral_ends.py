@@ -68,7 +68,7 @@ def assert_same(bsdf, whole):
 
 
 @pytest.mark.parametrize("obliquity", ["stam", "small_slope"])
-def test_a_spectrum_goes_on_in_every_variant(variant, obliquity, capfd):
+def test_spectra_extend_in_every_variant(variant, obliquity, capfd):
     optics = {"obliquity": obliquity, "diffuse_reflectance": 0.3}
     whole = made(eta=spectrum(WHOLE), k=spectrum(WHOLE_K), **optics)
     assert warnings(capfd) == []
@@ -84,7 +84,7 @@ def test_a_spectrum_goes_on_in_every_variant(variant, obliquity, capfd):
 
 @pytest.mark.parametrize("kind", [regular, irregular])
 @pytest.mark.parametrize("variant", ["scalar_spectral", "llvm_ad_spectral"])
-def test_a_spectrum_s_plugin_goes_on(variant, kind, capfd):
+def test_spectrum_plugins_extend(variant, kind, capfd):
     use_variant(variant)
     whole = made(eta=irregular(WHOLE), k=irregular(WHOLE_K))
     assert warnings(capfd) == []
@@ -94,7 +94,7 @@ def test_a_spectrum_s_plugin_goes_on(variant, kind, capfd):
 
 
 @pytest.mark.parametrize("variant", ["scalar_spectral", "scalar_rgb"])
-def test_xml_and_files_go_on(variant, tmp_path, capfd):
+def test_spectra_of_xml_and_files_extend(variant, tmp_path, capfd):
     use_variant(variant)
     (tmp_path / "eta.spd").write_text("# nm, eta\n" + "".join(f"{nm} {value}\n" for nm, value in SHORT))
     inline = ", ".join(f"{nm}:{value}" for nm, value in SHORT)
@@ -115,7 +115,7 @@ def test_xml_and_files_go_on(variant, tmp_path, capfd):
 
 # Selenium is known up to 688.778 nm, silver throughout.
 @pytest.mark.parametrize("variant", ["scalar_spectral", "llvm_ad_spectral", "scalar_rgb", "llvm_ad_mono"])
-def test_a_material_that_is_known_in_part_goes_on(variant, capfd):
+def test_materials_known_in_part_extend(variant, capfd):
     use_variant(variant)
     made(material="Ag")
     assert warnings(capfd) == []
@@ -134,13 +134,13 @@ def test_a_material_that_is_known_in_part_goes_on(variant, capfd):
 
 
 @pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_rgb"])
-def test_the_colour_of_a_spectrum_is_that_of_all_of_it(variant):
+def test_colours_use_the_extended_spectrum(variant):
     use_variant(variant)
     short, whole = (mi.traverse(made(eta=spectrum(samples))) for samples in (SHORT, WHOLE))
     np.testing.assert_allclose(np.ravel(short["eta.value"]), np.ravel(whole["eta.value"]), rtol=RTOL)
 
 
-def test_spectra_in_a_texture_go_on_where_all_of_them_end(capfd):
+def test_spectra_in_a_texture_extend_from_their_common_range(capfd):
     use_variant("llvm_ad_spectral")
     other = [(430, 1.4), (550, 1.5), (640, 1.68)]
     board = {"type": "checkerboard", "color0": irregular(SHORT), "color1": irregular(other)}
@@ -153,7 +153,7 @@ def test_spectra_in_a_texture_go_on_where_all_of_them_end(capfd):
     np.testing.assert_allclose(evaluated(bsdf), expected, rtol=RTOL)
 
 
-def test_no_other_spectrum_goes_on(capfd):
+def test_reflectances_do_not_extend(capfd):
     """Zero beyond its ends is what a reflectance is meant to be."""
     use_variant("llvm_ad_spectral")
     bsdf = made(eta=1.5, specular_reflectance=spectrum([(450, 1.0), (650, 1.0)]), diffuse_reflectance=0.0)
@@ -163,7 +163,7 @@ def test_no_other_spectrum_goes_on(capfd):
 
 
 @pytest.mark.parametrize("variant", ["scalar_spectral", "llvm_ad_spectral"])
-def test_a_range_that_is_changed_goes_on_from_its_new_ends(variant, capfd):
+def test_changed_ranges_extend_from_their_new_ends(variant, capfd):
     use_variant(variant)
     bsdf = made(eta=irregular(WHOLE))
     assert warnings(capfd) == []
@@ -211,7 +211,7 @@ def test_a_spectrum_beyond_all_wavelengths_is_refused(variant):
 
 
 @pytest.mark.parametrize("variant", ["scalar_spectral", "scalar_rgb"])
-def test_the_rigorous_theory_goes_on_and_says_so(variant, capfd):
+def test_rigorous_tables_use_extended_spectra(variant, capfd):
     grating = {"preset": "sinusoidal", "period": 0.3, "height": 0.1, "theory": "rigorous", "coherence_length": 4.0}
     whole = built(variant, **grating, eta=spectrum(WHOLE), diffuse_reflectance=0.3)
     assert warnings(capfd) == []

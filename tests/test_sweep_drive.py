@@ -57,21 +57,21 @@ def drive(sweep_package):
     return driven
 
 
-def test_a_result_that_died_with_its_worker_is_waited_for(drive):
+def test_lost_results_are_awaited_again(drive):
     """Dask has the batch done again, which may take longer than a result takes to come."""
     assert drive(TimeoutError(), TimeoutError()) == (CASES, 0)
 
 
-def test_a_batch_that_kills_its_workers_the_second_time_is_tried_alone(drive):
+def test_cases_of_a_deadly_batch_are_tried_alone(drive):
     assert drive(KilledWorker("batch", "worker", 3)) == (CASES, 0)
 
 
 @pytest.mark.parametrize("failure", [TimeoutError(), ConnectionError()], ids=repr)
-def test_a_scheduler_that_is_gone_is_one_line(drive, sweep_package, failure):
+def test_a_lost_scheduler_is_one_line(drive, sweep_package, failure):
     with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
         drive(failure, status="closed")
 
 
-def test_a_scheduler_that_dies_while_its_threads_are_counted_is_one_line(drive, sweep_package):
+def test_a_scheduler_lost_while_counting_threads_is_one_line(drive, sweep_package):
     with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
         drive(reset=True)

@@ -45,7 +45,7 @@ def in_the_middle(folder):
     wait_for(lambda: 3 <= len(results(folder / "out")) < CASES)
 
 
-def test_a_killed_driver_is_gone_on_from(tmp_path, undisturbed):
+def test_a_killed_driver_resumes(tmp_path, undisturbed):
     """The scheduler of a sweep on this machine is in the same process, so this kills both."""
     spec = write_spec(tmp_path)
     driver = begin(spec, "--workers", 2, slow=SLOW)
@@ -67,7 +67,7 @@ def test_a_killed_driver_is_gone_on_from(tmp_path, undisturbed):
     assert (tmp_path / "out" / "sweep.parquet").read_bytes() == undisturbed
 
 
-def test_a_killed_worker_is_not_noticed_in_the_table(tmp_path, undisturbed):
+def test_a_killed_worker_does_not_change_the_table(tmp_path, undisturbed):
     driver = begin(write_spec(tmp_path), "--workers", 2, slow=SLOW)
     in_the_middle(tmp_path)
     kill(workers_of(driver)[0])
@@ -110,7 +110,7 @@ def cluster(folder, slow):
     return address, scheduler, [start(folder, "worker", *words, slow=slow) for _ in range(2)]
 
 
-def test_a_killed_scheduler_is_one_line_and_a_new_one_goes_on(tmp_path, undisturbed):
+def test_a_killed_scheduler_is_one_line_and_resumes(tmp_path, undisturbed):
     spec = write_spec(tmp_path)
     processes = []
     try:
@@ -142,7 +142,7 @@ def test_a_killed_scheduler_is_one_line_and_a_new_one_goes_on(tmp_path, undistur
             process.wait()
 
 
-def test_ctrl_c_ends_soon_and_says_how_to_go_on(tmp_path, undisturbed):
+def test_ctrl_c_ends_soon_and_resumes(tmp_path, undisturbed):
     spec = write_spec(tmp_path)
     driver = begin(spec, "--workers", 2, slow=SLOW, group=True)
     in_the_middle(tmp_path)
@@ -173,7 +173,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", str(place)], check=True)
 
 
-def test_a_full_disk_is_one_line_and_more_room_goes_on(tmp_path, small_disk, undisturbed):
+def test_a_full_disk_is_one_line_and_resumes(tmp_path, small_disk, undisturbed):
     spec = write_spec(tmp_path)
     done = sweep(spec, "--workers", 2)
     assert done.returncode == 2, done.stderr

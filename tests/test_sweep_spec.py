@@ -78,13 +78,13 @@ def test_globs_are_sorted_and_relative(sweep_package, tmp_path):
     assert [one["filename"] for one in found] == ["scans/a.txt", "scans/b.txt", "scans/c.npy"]
 
 
-def test_cases_that_are_alike_are_one(sweep_package, tmp_path):
+def test_equal_cases_are_merged(sweep_package, tmp_path):
     spec = read(sweep_package, tmp_path, with_surface('preset = ["flat", "flat"]', "theta_i_deg = [0, 0.0, 10]"))
     assert spec.count == 6
     assert [case.parameters["theta_i_deg"] for case in spec.cases("1")] == [0, 10]
 
 
-def test_an_identity_depends_on_all_that_decides_the_result(sweep_package, tmp_path):
+def test_an_identity_depends_on_every_input(sweep_package, tmp_path):
     def identity(version="1", settings="eta = 1.5", want="[want.colour]"):
         (case,) = read(sweep_package, tmp_path, with_surface('preset = "flat"', settings, want)).cases(version)
         return case.identity
@@ -138,14 +138,14 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("text", "mentioned"), REFUSED, ids=[mentioned[:40] for _, mentioned in REFUSED])
-def test_what_is_wrong_is_named_in_one_line(sweep_package, tmp_path, text, mentioned):
+def test_refusals_are_one_line(sweep_package, tmp_path, text, mentioned):
     with pytest.raises(sweep_package.SweepError) as error:
         read(sweep_package, tmp_path, text)
     assert mentioned in str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_a_file_that_is_not_there_is_named(sweep_package, tmp_path):
+def test_a_missing_file_is_named(sweep_package, tmp_path):
     with pytest.raises(sweep_package.SweepError, match=r"none\.toml cannot be read"):
         sweep_package.read_spec(tmp_path / "none.toml")
 
@@ -156,7 +156,7 @@ def refusal(package, **given):
     return str(error.value)
 
 
-def test_limits_are_those_of_the_library(sweep_package):
+def test_limits_equal_the_librarys(sweep_package):
     """What is outside is refused by the library, too, by name; what is at the ends is not what it refuses."""
     import sunbeam_mitsuba
     from sunbeam_mitsuba.sweep.limits import SOURCE, SURFACE, Numbers, Text, Truth, Words
@@ -197,7 +197,7 @@ def test_limits_are_those_of_the_library(sweep_package):
     assert checked > 25
 
 
-def test_the_parameters_are_those_of_the_plugin(sweep_package):
+def test_parameters_equal_the_plugins(sweep_package):
     import re
 
     from sunbeam_mitsuba.sweep.limits import SCENE, SOURCE, SURFACE
@@ -208,7 +208,7 @@ def test_the_parameters_are_those_of_the_plugin(sweep_package):
     assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == {*SOURCE, *SURFACE, *SCENE}
 
 
-def test_the_workers_of_a_machine_follow_from_its_memory(sweep_package):
+def test_workers_follow_from_memory(sweep_package):
     from sunbeam_mitsuba.sweep.cluster import plan_workers
 
     assert plan_workers(3, 2e9, 0, 100) == (3, 2e9)
@@ -218,7 +218,7 @@ def test_the_workers_of_a_machine_follow_from_its_memory(sweep_package):
     assert memory > 0
 
 
-def test_surfaces_are_given_up_where_memory_is_short(sweep_package, monkeypatch):
+def test_surfaces_are_dropped_where_memory_is_short(sweep_package, monkeypatch):
     from sunbeam_mitsuba.sweep import tables
 
     class Reflector:

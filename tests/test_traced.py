@@ -94,7 +94,7 @@ MODES = [
 
 
 @pytest.mark.parametrize("flag", MODES)
-def test_modes_of_tracing_give_the_same(traced, flags, flag):
+def test_tracing_modes_agree(traced, flags, flag):
     flag = getattr(dr.JitFlag, flag)
     bsdf = built(traced, **SURFACES[0])
     usual = as_numbers(answers(bsdf, *question()))
@@ -198,7 +198,7 @@ def test_references_are_balanced(traced):
         assert before == after
 
 
-def test_what_dr_jit_refuses_is_an_exception(traced):
+def test_refusals_of_dr_jit_are_exceptions(traced):
     if not mi.is_spectral:
         pytest.skip("without wavelengths Mitsuba meets the mismatch first")
     bsdf = built(traced, **SURFACES[0])
@@ -222,7 +222,7 @@ def arrays_of_words():
     return [int(references) for references, size in rows if int(size) > 100]
 
 
-def test_surfaces_of_the_same_tables_share_their_memory(traced):
+def test_equal_surfaces_share_their_tables(traced):
     parameters = {"type": "diffraction", "preset": "sinusoidal", "coherence_length": 33.0}
     first = mi.load_dict(parameters)
     alone = arrays_of_words()

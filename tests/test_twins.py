@@ -145,7 +145,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("wrong", WRONG)
-def test_another_surface_is_told_apart(wrong):
+def test_another_surface_disagrees(wrong):
     parameters = {"preset": "blazed"}
     wi, wo, nm, _ = queries(parameters, "llvm_ad_spectral", QUERIES)
     core = evaluated("scalar_spectral", parameters, wi, wo, nm)
@@ -153,7 +153,7 @@ def test_another_surface_is_told_apart(wrong):
 
 
 @pytest.mark.parametrize("flip", [[-1, 1, 1], [1, -1, 1]], ids=str)
-def test_a_flipped_sign_is_told_apart(flip):
+def test_a_flipped_sign_disagrees(flip):
     parameters = {"preset": "elaphe"}
     wi, wo, nm, _ = queries(parameters, "llvm_ad_spectral", QUERIES)
     core = evaluated("scalar_spectral", parameters, wi, wo, nm)

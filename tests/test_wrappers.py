@@ -129,7 +129,7 @@ def rendered(bsdf, spp=64):
     return image[2:6, 2:6].mean()
 
 
-def test_renders_inside_each(skin):
+def test_renders_inside_wrappers(skin):
     sky, alone = rendered({"type": "null"}), rendered(skin)
     white = {"type": "diffuse", "reflectance": 1.0}
     assert 0 < alone < 0.9 * sky

@@ -125,7 +125,7 @@ static CASES: LazyLock<Vec<Case>> = LazyLock::new(|| {
 });
 
 #[test]
-fn colours_are_those_of_the_spectrum() {
+fn colours_match_the_spectrum() {
     for case in CASES.iter() {
         for (theta, phi) in [(0.0, 0.0), (30.0, 20.0), (60.0, 100.0), (80.0, 0.0)] {
             let wi = direction(theta, phi);
@@ -229,7 +229,7 @@ fn directions_may_be_exchanged_and_families_agree() {
 }
 
 #[test]
-fn luminance_is_that_of_the_spectrum() {
+fn luminance_matches_the_spectrum() {
     // The weights of each channel are scaled to white for themselves, by 0.2 % at most, and 0.4 % for the mantissas.
     const RELATIVE: f64 = 0.02;
     let case = &CASES[0];
@@ -247,7 +247,7 @@ fn luminance_is_that_of_the_spectrum() {
 }
 
 #[test]
-fn a_flat_mirror_is_white_as_a_whole() {
+fn a_flat_mirror_is_white_on_average() {
     let surface = build(&preset(Preset::Flat), &options(), None);
     let lobe = surface.0.lobe::<f64>();
     for theta in [0.0, 30.0, 60.0] {
@@ -286,7 +286,7 @@ fn agreement(surface: &ColourSurface, wi: Vec3, claimed: Vec3) -> (f64, f64) {
 }
 
 #[test]
-fn directions_are_distributed_as_the_pdf_says() {
+fn directions_follow_their_density() {
     for case in CASES.iter() {
         let surface = &case.surfaces[2].1.0;
         for (theta, phi) in [(0.0, 0.0), (55.0, 70.0), (80.0, -160.0), (85.0, 25.0)] {
@@ -355,7 +355,7 @@ const CHANNEL_STD_85: f64 = 1.9;
 const LARGEST: f64 = 60.0;
 
 #[test]
-fn weights_are_even() {
+fn weights_have_a_small_variance() {
     for name in [Preset::Blazed, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis] {
         // The table that keeps energy takes longest to build, and a disc's weights are even without it; a skin's are not.
         let options = if name == Preset::Cd { options() } else { Options::default() };
@@ -397,7 +397,7 @@ fn weights_average_to_the_albedo() {
 }
 
 #[test]
-fn what_is_kept_on_disk_answers_the_same() {
+fn cached_tables_answer_equally() {
     let surface = &CASES[0].surfaces[2].1.0;
     let bytes = postcard::to_stdvec(surface).unwrap();
     let back: ColourSurface = postcard::from_bytes(&bytes).unwrap();
@@ -412,7 +412,7 @@ fn what_is_kept_on_disk_answers_the_same() {
 }
 
 #[test]
-fn what_is_no_pair_answers_zero() {
+fn invalid_pairs_answer_zero() {
     let lobe = CASES[0].surfaces[2].1.0.lobe::<f32>();
     let up = [0.0, 0.0, 1.0];
     let bad =

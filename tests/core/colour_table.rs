@@ -125,7 +125,7 @@ fn scans_are_within_a_just_visible_difference() {
 }
 
 #[test]
-fn a_coarse_table_is_told_from_a_good_one() {
+fn a_coarse_table_exceeds_the_visible_difference() {
     let mut case = Case::new(r#"{"preset":"elaphe","coherence_length":20}"#, Model::Patch);
     let good = percentile(&case.colour_errors(&case.table(), 30.0, 20.0));
     case.options.resolution = 0.4;

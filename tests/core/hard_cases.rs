@@ -200,7 +200,7 @@ fn the_least_tolerance() {
 }
 
 #[test]
-fn directions_that_are_not_above_the_surface_get_zero() {
+fn directions_below_the_surface_answer_zero() {
     let surface = built(&preset(Preset::Blazed), &Options::default());
     let up = [0.0, 0.0, 1.0];
     for bad in
@@ -217,7 +217,7 @@ fn directions_that_are_not_above_the_surface_get_zero() {
 }
 
 #[test]
-fn the_value_alone_is_that_beside_the_density() {
+fn eval_matches_eval_pdf() {
     for preset in [Preset::Blazed, Preset::Elaphe] {
         for model in [Model::Ensemble, Model::Patch] {
             // With all that multiplies the value; of a skin that takes long to build, so that its ensemble is the one that other tests

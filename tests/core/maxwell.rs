@@ -88,7 +88,7 @@ fn misplaced(folder: &Path, species: &str, obliquity: Obliquity) -> [Vec<f64>; 2
 }
 
 #[test]
-fn power_on_measured_skins_is_where_maxwell_has_it() {
+fn power_on_scans_matches_maxwell() {
     let Some(folder) = sunbeam_testing::data("maxwell") else { return };
     // What orders summed directly misplace on these crops up to 60° and at 75°: with Stam's factor each is divided by the larger of
     // both directions' exact albedos where that exceeds one; with the small slope none does.

@@ -95,7 +95,7 @@ fn options() -> MethodOptions {
 }
 
 #[test]
-fn flss_is_the_direct_sum() {
+fn flss_matches_the_direct_sum() {
     for name in [Preset::Flat, Preset::Blazed, Preset::Sinusoidal, Preset::Elaphe, Preset::Xenopeltis] {
         let field = preset(name);
         for tolerance in [1e-3, 1e-5] {
@@ -218,7 +218,7 @@ fn difference(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 #[test]
-fn weights_take_the_shift_of_hue_from_nmm() {
+fn weights_remove_the_hue_shift_of_nmm() {
     let (mut without, mut with) = (Vec::new(), Vec::new());
     for (name, places) in [
         (Preset::Blazed, [(-0.18, 0.0), (-0.22, 0.0), (0.4, 0.0)]),
@@ -306,7 +306,7 @@ fn stam_has_its_orders_where_the_grating_has() {
 }
 
 #[test]
-fn no_query_gives_anything_but_finite_numbers() {
+fn every_query_answers_finite_numbers() {
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.0, -0.0, 1e-30, 1e-4, 0.152, 1.0, 2.0];
     let deep = relief(17, 13, 0.1, 0.1, 12.0);
     let fields = [preset(Preset::Flat), preset(Preset::Lamellar), waves(24, 18, 0.065, 0.07, 0.5), deep];
@@ -334,7 +334,7 @@ fn no_query_gives_anything_but_finite_numbers() {
 }
 
 #[test]
-fn what_a_method_cannot_do_is_said() {
+fn unsupported_options_are_refused() {
     let (flat, xenopeltis) = (preset(Preset::Flat), waves(24, 18, 0.065, 0.07, 0.8));
     let refused =
         |kind, field: &HeightField, options: MethodOptions| match build(kind, field, &surface(65.0, 1e-3), &options) {

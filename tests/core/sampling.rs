@@ -139,7 +139,7 @@ fn incidences(surface: usize) -> impl Iterator<Item = (f64, f64, f64)> {
 }
 
 #[test]
-fn squares_draw_as_their_density_says() {
+fn squares_follow_their_density() {
     for (i, (name, surface)) in squares().into_iter().enumerate() {
         assert!(matches!(surface.sampler().layout(), SamplerLayout::Square(_)), "{name}");
         for (theta, phi, nm) in incidences(i) {
@@ -151,7 +151,7 @@ fn squares_draw_as_their_density_says() {
 }
 
 #[test]
-fn single_orders_draw_as_their_density_says() {
+fn single_orders_follow_their_density() {
     let deep = sinusoid(64, 1.2, 0.125);
     let surfaces = [
         ("deep", build(&deep, &options(15.0, Model::Ensemble))),
@@ -183,7 +183,7 @@ fn column() -> HeightField {
 
 /// Orders of long windows are narrower than bins of the hemisphere; they are looked at closely, about one that is bright.
 #[test]
-fn narrow_orders_are_drawn_as_their_density_says() {
+fn narrow_orders_follow_their_density() {
     for (coherence, kind) in [(500.0, "square"), (70.0, "square"), (1e4, "square"), (500.0, "orders")] {
         let period = if kind == "square" { 20.0 } else { 1.2 };
         let surface = build(&crossed(80, period, 0.1), &options(coherence, Model::Ensemble));
@@ -203,7 +203,7 @@ fn narrow_orders_are_drawn_as_their_density_says() {
 
 /// The density about each order against the sum of docs/model.md#the-reflectance: `|c_j|²·O·cosθo/cosθo` over that of all.
 #[test]
-fn orders_have_their_shares_of_what_is_reflected() {
+fn orders_have_their_fraction_of_the_power() {
     /// Powers are means over intervals in κ, and orders have a width.
     const RELATIVE: f64 = 0.03;
     let field = preset(Preset::Sinusoidal);
@@ -234,7 +234,7 @@ fn orders_have_their_shares_of_what_is_reflected() {
 
 /// What a kernel computes in single precision is what is computed here in double.
 #[test]
-fn single_precision_is_as_good() {
+fn single_precision_matches_double() {
     /// Directions of single precision are good to 6e-8, and positions are up to 400 nodes from the origin.
     const RELATIVE: f64 = 2e-3;
     /// Questions at the edge of a block or of an interval in κ may go either way.
@@ -267,7 +267,7 @@ fn single_precision_is_as_good() {
 
 /// Four wavelengths in four lanes are four times one.
 #[test]
-fn four_lanes_answer_as_one_does() {
+fn lanes_match_scalar() {
     /// The powers of two of Gaussians, whose exponents are rounded, and products in another order.
     const RELATIVE: f64 = 1e-4;
     /// Lanes have no power of two below the normal numbers, and a power times its node's is smaller still.
@@ -311,7 +311,7 @@ fn pdf(view: &SamplerView<Plain<'_, f32>>, wi: [f32; 3], wo: [f32; 3], nm: f32) 
 }
 
 #[test]
-fn directions_are_distributed_as_the_pdf_says() {
+fn directions_follow_their_density() {
     for (name, surface) in surfaces() {
         for (theta, phi, nm) in INCIDENCES {
             let p = agreement(&surface, direction(theta, phi), &[nm], &[nm]);
@@ -365,7 +365,7 @@ fn weight_times_density_is_the_reflectance() {
 /// What is reflected is never drawn with next to no density: the weight stays bounded over the whole hemisphere, where
 /// sampling alone would seldom look.
 #[test]
-fn the_density_is_positive_wherever_something_is_reflected() {
+fn the_density_is_positive_where_light_is_reflected() {
     for (name, surface) in surfaces() {
         let mut random = Random::new(12);
         for _ in 0..5000 {

@@ -155,7 +155,7 @@ fn skins_match_the_scans() {
 }
 
 #[test]
-fn the_comparison_rejects_wrong_skins() {
+fn wrong_skins_do_not_match_the_scans() {
     let (Some(elaphe), Some(xenopeltis)) = (scan("elaphe"), scan("xenopeltis")) else { return };
     for (preset, other) in [(Preset::Elaphe, &xenopeltis), (Preset::Xenopeltis, &elaphe)] {
         for (what, deviation) in deviations(&procedural(&fingers_along_x(preset)), other) {
@@ -184,7 +184,7 @@ fn orders(field: &HeightField) -> Array2<f64> {
 }
 
 #[test]
-fn the_period_that_was_set_comes_out() {
+fn skins_have_their_periods() {
     // The presets' periods are set to what Single 2014 finds for the skins: this says that the number that was put in is that
     // of the strongest order along x, to the rounding of the tile's extent, and nothing of the animals.
     for (preset, period_um) in [(Preset::Elaphe, 1.144_26), (Preset::Xenopeltis, 1.552_27)] {

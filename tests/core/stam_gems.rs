@@ -111,7 +111,7 @@ fn an_order_has_its_light_at_half_a_micrometre_to_one() {
 }
 
 #[test]
-fn left_and_right_are_alike_where_those_of_the_blazed_grating_are_not() {
+fn gems_is_symmetric_where_a_blaze_is_not() {
     let (gems, exact) = (method(&gems()), Exact::new(&preset(Preset::Blazed), &surface(), None));
     let visible = SpectralToRgb::visible(5.0).unwrap();
     let wi = [0.0, 0.0, 1.0];
@@ -146,7 +146,7 @@ fn it_has_no_values_by_wavelength_and_all_its_colours_are_finite() {
 }
 
 #[test]
-fn its_options_are_read_and_checked() {
+fn options_are_read_and_checked() {
     let read: MethodOptions =
         serde_json::from_str(r#"{"stam_form":"gems","gems_sharpness":9,"gems_highlight":[1,2,3]}"#).unwrap();
     assert_eq!(read, MethodOptions { gems_sharpness: 9.0, gems_highlight: [1.0, 2.0, 3.0], ..gems() });

@@ -99,7 +99,7 @@ fn every_coherence_length_is_within_the_tolerance() {
 }
 
 #[test]
-fn a_patch_of_a_scan_that_stands_alone_is_within_the_tolerance() {
+fn aperiodic_patches_are_within_the_tolerance() {
     let field = waves(100, 100, 0.065, 0.065, 0.4);
     for length in [10.0, 65.0] {
         let options = with(Model::Patch, Tiling::Aperiodic, length, 1e-3);
@@ -108,7 +108,7 @@ fn a_patch_of_a_scan_that_stands_alone_is_within_the_tolerance() {
 }
 
 #[test]
-fn the_ensemble_of_a_scan_that_stands_alone_is_within_the_tolerance() {
+fn aperiodic_ensembles_are_within_the_tolerance() {
     let mut all = true;
     let (scan, small) = (waves(100, 100, 0.065, 0.065, 0.4), waves(24, 18, 0.065, 0.07, 0.5));
     for length in [10.0, 65.0] {
@@ -141,7 +141,7 @@ fn fine_pixels_are_within_the_tolerance() {
 
 /// Beyond half the rate of the pixels a table says nothing, and there is no error to measure.
 #[test]
-fn the_stated_error_is_within_the_tolerance_where_pixels_are_coarse() {
+fn stated_errors_of_coarse_pixels_are_within_the_tolerance() {
     let field = waves(40, 40, 0.13, 0.13, 0.5);
     for model in MODELS {
         let options = Options { conserve_energy: false, ..with(model, Tiling::Aperiodic, 20.0, 1e-3) };
@@ -167,7 +167,7 @@ fn every_tolerance_is_met() {
 }
 
 #[test]
-fn the_oracle_of_a_repeating_tile_is_the_sum_over_its_orders() {
+fn the_periodic_oracle_is_the_sum_over_orders() {
     let field = relief(7, 5, 0.3, 0.4, 0.5);
     let (lx, ly) = field.extent_um();
     let mut random = Random::new(11);
@@ -200,7 +200,7 @@ fn edge(i: usize, n: usize) -> f64 {
 }
 
 #[test]
-fn the_oracle_of_a_scan_alone_is_the_sum_over_its_pixels() {
+fn the_aperiodic_oracle_is_the_sum_over_pixels() {
     let (nx, ny, dx, dy) = (9, 7, 0.3, 0.2);
     let field = relief(nx, ny, dx, dy, 0.5);
     let mut random = Random::new(13);
