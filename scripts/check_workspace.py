@@ -1,9 +1,9 @@
-"""Holds what the manifests of the workspace promise.
+"""Checks the manifests of the workspace.
 
-- A member that is built alone compiles no package with other features than all members together: such a package is
-  compiled once more whenever another member is built, and crates/unify/Cargo.toml asks for what is missing.
-- No dependency needs a newer Rust than `rust-version` says.
-- The library itself has few dependencies that are neither optional nor of one target alone.
+- A member built alone compiles every package with the features of the whole workspace. A package with other features
+  would be compiled again for the next member; crates/unify/Cargo.toml requests the missing features.
+- No dependency needs a newer Rust than `rust-version`.
+- The library has at most DEPENDENCIES_MAX dependencies on every platform.
 """
 
 from __future__ import annotations
@@ -14,20 +14,19 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Members that the Makefile builds alone, and those whose tests docs/contributing.md runs alone; with the kinds of
-# dependencies that a build of either takes in.
+# Members that the Makefile or a command in docs/contributing.md builds alone, by the kinds of the build's dependencies.
 ALONE = {
     "normal,build": ["sunbeam-mitsuba", "sunbeam-cli", "sunbeam-c"],
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
-# What the Makefile compiles before there are Python's packages.
+# Arguments of the Makefile's first build, beside the installation of Python's packages.
 GROUND = re.search(r"^GROUND := (.*)$", Path("Makefile").read_text(), re.M)[1].split()
-# Of the library.
+# Largest number of dependencies of the library that are neither optional nor of one target alone.
 DEPENDENCIES_MAX = 15
 
 
 def features(edges: str, *selection: str) -> set[str]:
-    """The packages of a build, each with its features; `edges` are the kinds of dependencies."""
+    """Packages of a build with their features; `edges` are the kinds of dependencies."""
     command = ["cargo", "tree", "--locked", "--edges", edges, "--prefix", "none", "--no-dedupe"]
     listed = subprocess.run(
         [*command, "--format", "{p} with {f}", *selection], check=True, capture_output=True, text=True
@@ -47,7 +46,7 @@ def compiled_twice() -> list[str]:
 
 
 def packages() -> tuple[list[dict], list[dict]]:
-    """The members of the workspace, and what they depend on."""
+    """Members of the workspace, and all packages that they depend on."""
     command = ["cargo", "metadata", "--locked", "--format-version", "1"]
     found = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
     members = set(found["workspace_members"])

@@ -18,8 +18,9 @@ QUADRATURE_RTOL = 3e-3
 # Single precision, with a floor as in test_twins.py: values below this share of the
 # density are known to no more digits.
 RECIPROCITY_RTOL, RECIPROCITY_FLOOR = 2e-4, 2e-2
-# Where orders are wide, colours are integrated over 64 wavelengths, which misses the spikes of D65 by 0.1 %.
-MIRROR_RTOL = 2e-3
+# Error of a mirror's integral over its lobe: the colour table's splines, and its mantissas of nine bits. Measured
+# 1.0e-3.
+MIRROR_RTOL = 1.5e-3
 
 # Five standard errors of a channel of one pixel: 0.012 with 256 samples, since a path's colour varies much.
 FURNACE_NOISE = 0.06
@@ -74,15 +75,20 @@ def test_unscaled_surfaces_exceed_the_bound():
     assert np.all(kept - SIGMAS * noise <= 1 + ALBEDO_EXCESS)
 
 
+# Surfaces and angles: near the normal and grazing for each sampler, each Fresnel factor and each obliquity factor.
 INTEGRATED = [
-    *[{"preset": preset} for preset in ("blazed", "sinusoidal", "elaphe", "xenopeltis")],
-    {"preset": "xenopeltis", "eta": 1.56},
-    {"preset": "blazed", "eta": 1.56, "k": 4.0, "obliquity": "small_slope"},
+    ({"preset": "blazed"}, ANGLES[1]),
+    ({"preset": "blazed"}, ANGLES[3]),
+    ({"preset": "elaphe"}, ANGLES[0]),
+    ({"preset": "elaphe"}, ANGLES[2]),
+    ({"preset": "xenopeltis", "eta": 1.56}, ANGLES[1]),
+    ({"preset": "xenopeltis", "eta": 1.56}, ANGLES[3]),
+    ({"preset": "blazed", "eta": 1.56, "k": 4.0, "obliquity": "small_slope"}, ANGLES[0]),
+    ({"preset": "blazed", "eta": 1.56, "k": 4.0, "obliquity": "small_slope"}, ANGLES[2]),
 ]
 
 
-@pytest.mark.parametrize("angles", ANGLES, ids=str)
-@pytest.mark.parametrize("surface", INTEGRATED, ids=str)
+@pytest.mark.parametrize(("surface", "angles"), INTEGRATED, ids=str)
 def test_mean_weight_is_the_integral(surface, angles):
     bsdf = built("llvm_ad_spectral", **surface)
     truth = brute_force(bsdf, direction(*angles))

@@ -19,8 +19,8 @@ from mueller import (
     reversed_path,
     turned,
 )
-from test_chi2 import SIGNIFICANCE, vectorised
-from test_rigorous import ANGLES, METAL, asked
+from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
+from test_rigorous import METAL, asked
 
 POLARISED = ["scalar_spectral_polarized", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized"]
 # Elements of an order's matrix in the root mean square, and at most: what interpolation between nodes of the table

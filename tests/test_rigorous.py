@@ -11,10 +11,8 @@ import numpy as np
 import pytest
 from batches import direction, eval_pdf
 from conftest import PLUGIN_FOLDER, REPOSITORY, built, use_variant
-from test_chi2 import SIGNIFICANCE, vectorised
+from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
 
-# Of the tests of samples below.
-ANGLES = [(0, 0), (0, 70), (30, 0), (30, 70), (60, 0), (60, 70), (80, 0), (80, 70)]
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
 # Small periods are quick to solve; a short coherence length makes orders wide enough for the test's cells.
 METAL = {
