@@ -29,7 +29,7 @@ help:
 	@echo "make plugin   build $(PLUGIN)"
 	@echo "make tool     build target/release/sunbeam"
 	@echo "make library  build $(LIBRARY)/lib/libsunbeam.{so,a} and its header, for C"
-	@echo "make test     build and run every test"
+	@echo "make test     build and run every test; make check the fast part, for a change of the optics"
 	@echo "make test-versions  test the plugin with each Mitsuba that it can be compiled for"
 	@echo "make wheel    the Python package with a plugin for each of these, out/wheel/"
 	@echo "make lint     check formatting and lints; make format mends the former"
@@ -87,6 +87,12 @@ library:
 # crates/c_abi/include/sunbeam.h from crates/c_abi/src/.
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
+
+# The part that a change of the library breaks: its own tests, and those that compare the plugin with it.
+CHECKED := chi2 energy plugin_bsdf small_slope twins
+check: plugin
+	$(CARGO) test --release -p sunbeam -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous --lib --test core
+	$(PY) -m pytest -q -n 2 --dist loadfile $(CHECKED:%=tests/test_%.py)
 
 # SUNBEAM_REQUIRE names parts of the machine without which a test fails instead of being skipped: tests/needs.txt.
 test: new-skips test-rust test-python test-web

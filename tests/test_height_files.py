@@ -20,6 +20,8 @@ DX_UM, DY_UM = 0.065, 0.11
 # Rounding of products of doubles; of 32-bit floats below 1 µm.
 DOUBLE_UM, FLOAT_UM = 1e-12, 5e-8
 HOLE = (3, 2)
+# Parameters for tables that are built at once.
+WIDE = {"coherence_length": 2.0, "conserve_energy": False}
 
 
 def with_hole():
@@ -314,8 +316,7 @@ def test_command_and_mitsuba_warn_of_metres_taken_for_micrometres(tmp_path):
     mi.logger().add_appender(listener)
     try:
         for _ in range(2):
-            parameters = {"filename": str(path), "pixel_size": 0.1, "coherence_length": 2.0}
-            mi.load_dict({"type": "diffraction", **parameters})
+            mi.load_dict({"type": "diffraction", "filename": str(path), "pixel_size": 0.1, **WIDE})
     finally:
         mi.logger().remove_appender(listener)
     warnings = [text for level, text in logged if level == mi.LogLevel.Warn and "metres" in text]
@@ -329,7 +330,7 @@ def test_mitsuba_takes_a_channel_by_number(tmp_path):
     path = tmp_path / "heights.gwy"
     gwyddion_file(path, False)
     use_variant("scalar_rgb")
-    bsdf = {"type": "diffraction", "filename": str(path), "coherence_length": 2.0}
+    bsdf = {"type": "diffraction", "filename": str(path), **WIDE}
     mi.load_dict({**bsdf, "channel": 2})
     for channel, reason in [(0, "not a length"), (7, "no `channel`"), (-1, "title or its number")]:
         with pytest.raises(RuntimeError, match=reason):

@@ -33,8 +33,8 @@ impl Bins {
     }
 }
 
-/// Probability that samples, `None` for one that is lost, are as far as they are from a density in 1/sr if they have it; and the share that
-/// is lost. What lies in no bin along x and y is one bin with that.
+/// Probability that samples, `None` for one that is lost, are as far as they are from a density in 1/sr if they have
+/// it; and the share that is lost. What lies in no bin along x and y is one bin with that.
 ///
 /// # Panics
 /// If the density integrates to more than one.

@@ -58,8 +58,8 @@ pub fn preset(preset: Preset) -> HeightField {
     preset.build(None, None).unwrap()
 }
 
-/// Where tests in every language keep tables that take seconds, for each other and for the next time: a hash of the sources that
-/// build them is in their names.
+/// Where tests in every language keep tables that take seconds, for each other and for the next time: a hash of the
+/// sources that build them is in their names.
 pub const CACHE_FOLDER: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/../test_cache");
 
 /// The tables that tests keep.
@@ -86,8 +86,8 @@ pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
     place.get_or_init(|| Arc::new(cache().surface(field, options).unwrap().0)).clone()
 }
 
-/// ΔE₀₀ between pairs of a true colour and one that was found, linear sRGB, ascending; exposed so that a tenth of what is lit
-/// at all clips.
+/// ΔE₀₀ between pairs of a true colour and one that was found, linear sRGB, ascending; exposed so that a tenth of what
+/// is lit at all clips.
 pub fn colour_differences(pixels: &[([f64; 3], [f64; 3])]) -> Vec<f64> {
     let brightest = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |a, b| a.max(*b));
     let peak = pixels.iter().map(|(truth, _)| brightest(truth)).fold(0.0, f64::max);

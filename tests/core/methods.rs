@@ -2,7 +2,6 @@
 
 use super::common::{Random, preset, relief, sinusoid, waves};
 use std::f64::consts::{PI, TAU};
-use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::Exact;
@@ -42,6 +41,8 @@ fn oracle(field: &HeightField, model: Model) -> Exact {
 fn errors(field: &HeightField, method: &dyn Method) -> Vec<f64> {
     let (patch, mean) = (oracle(field, Model::Patch), oracle(field, Model::Ensemble));
     let (lx, ly) = field.extent_um();
+    // The oracle sums over all pixels, a million for a skin.
+    let queries = if field.heights_um().len() > 100_000 { 20 } else { 60 };
     let mut random = Random::new(5);
     let mut errors = Vec::new();
     for (w, nm) in [(1.99, 380.0), (1.9, 450.0), (1.5, 380.0), (1.2, 550.0), (0.6, 633.0), (0.1, 780.0), (1e-4, 500.0)]
@@ -50,7 +51,7 @@ fn errors(field: &HeightField, method: &dyn Method) -> Vec<f64> {
         // Rounded as the method's arguments are, so that both see one place.
         let w = f64::from(w as f32);
         let across = (4.0 - w * w).sqrt();
-        for i in 0..60 {
+        for i in 0..queries {
             let turn = random.between(0.0, TAU);
             let distance = across * random.unit().sqrt();
             let mut uv = [distance * turn.cos(), distance * turn.sin()];
@@ -96,18 +97,18 @@ fn options() -> MethodOptions {
 
 #[test]
 fn flss_matches_the_direct_sum() {
-    for name in [Preset::Flat, Preset::Blazed, Preset::Sinusoidal, Preset::Elaphe, Preset::Xenopeltis] {
+    for (name, tolerances) in [
+        (Preset::Flat, &[1e-3, 1e-5][..]),
+        (Preset::Blazed, &[1e-3, 1e-5]),
+        (Preset::Sinusoidal, &[1e-3, 1e-5]),
+        (Preset::Elaphe, &[1e-5]),
+        (Preset::Xenopeltis, &[1e-3]),
+    ] {
         let field = preset(name);
-        for tolerance in [1e-3, 1e-5] {
-            let start = Instant::now();
+        for &tolerance in tolerances {
             let flss = method(MethodKind::Flss, &field, tolerance, &options());
-            let built = start.elapsed();
-            // Single precision: places of orders to 1e-5, amplitudes to 1e-6.
-            within(
-                &format!("{name} {tolerance:e}, built in {built:?}"),
-                &errors(&field, &*flss),
-                1e-4f64.max(tolerance),
-            );
+            // In single precision orders' directions are good to 1e-5 and amplitudes to 1e-6.
+            within(&format!("{name} {tolerance:e}"), &errors(&field, &*flss), 1e-4f64.max(tolerance));
         }
     }
 }
@@ -181,7 +182,7 @@ fn a_mirror_is_white() {
         assert!(r == g && g == b && (f64::from(g) / (4.0 * PI * s * s / 0.55f64.powi(2)) - 1.0).abs() < 1e-5);
     }
     // Over all directions each wavelength has the same power, 1: ∫ response du dv = (1, 1, 1).
-    for (kind, half, steps) in [(MethodKind::Flss, 0.04, 80), (MethodKind::Pq, 0.38, 1501)] {
+    for (kind, half, steps) in [(MethodKind::Flss, 0.04, 80), (MethodKind::Pq, 0.38, 751)] {
         let method = method(kind, &flat, 1e-3, &options());
         let mut sum = [0.0f64; 3];
         let at = |i: usize| (half * (2.0 * (i as f64 + 0.5) / steps as f64 - 1.0)) as f32;

@@ -11,7 +11,8 @@ use sunbeam_fourier::{Direction, Fft2};
 /// A scan is one crop, and single crops of one skin differ from their own average by 0.07 (median) and up to
 /// 0.13 to 0.17 (95 %), so more than 0.13 would say that the skins differ.
 const RADIAL: f64 = 0.13;
-/// The same for sectors of direction. Found: 0.06 and 0.07; single crops differ from their average by up to 0.09 (95 %).
+/// The same for sectors of direction. Found: 0.06 and 0.07; single crops differ from their average by up to 0.09 (95
+/// %).
 const ANGULAR: f64 = 0.10;
 /// Relative difference of the root mean square height and slopes. Found: at most 0.13; they scatter by 0.03 (height)
 /// to 0.12 (slope along the fingers of Elaphe) between crops.
@@ -185,8 +186,8 @@ fn orders(field: &HeightField) -> Array2<f64> {
 
 #[test]
 fn skins_have_their_periods() {
-    // The presets' periods are set to what Single 2014 finds for the skins: this says that the number that was put in is that
-    // of the strongest order along x, to the rounding of the tile's extent, and nothing of the animals.
+    // The presets' periods are set to what Single 2014 finds for the skins: this says that the number that was put in
+    // is that of the strongest order along x, to the rounding of the tile's extent, and nothing of the animals.
     for (preset, period_um) in [(Preset::Elaphe, 1.144_26), (Preset::Xenopeltis, 1.552_27)] {
         let field = preset.build(None, None).unwrap();
         let power = fft2(field.heights_um()).mapv(|c| c.norm_sqr());
