@@ -20,7 +20,7 @@ ALONE = {
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
 # Arguments of the Makefile's first build, beside the installation of Python's packages.
-GROUND = re.search(r"^GROUND := (.*)$", Path("Makefile").read_text(), re.M)[1].split()
+GROUND = " ".join(re.findall(r"^GROUND [:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
 # Largest number of dependencies of the library that are neither optional nor of one target alone.
 DEPENDENCIES_MAX = 15
 
