@@ -178,7 +178,7 @@ def with_nan():
 
 
 PIXEL = {"pixel_size": 0.1}
-# File name, how it is written, further parameters, and what the message must say besides the file's name.
+# File name, writer, further parameters, and the parts of the message besides the file's name.
 BAD_FILES = [
     ("nan.npy", lambda p: npy(p, with_nan()), PIXEL, ["row 3", "column 2", "fill"]),
     ("infinite.npy", lambda p: npy(p, np.full((2, 2), np.inf)), PIXEL, ["row 0", "4 of 4 points"]),
@@ -224,14 +224,14 @@ def test_a_bad_scale_is_refused(variant, make_bsdf, height_file, parameter, valu
 
 @pytest.mark.parametrize("variant", ["scalar_rgb", "llvm_ad_spectral"])
 def test_a_relief_too_deep_for_tables_is_refused(variant, make_bsdf):
-    """A quarter of a millimetre, as nanometres taken for micrometres."""
+    """A range of a quarter of a millimetre, as of nanometres taken for micrometres, is refused."""
     use_variant(variant)
     with pytest.raises(RuntimeError, match=r"building the tables would take .* Is the height in µm\?"):
         make_bsdf(preset="blazed", height=250.0)
 
 
 def test_wrong_parameters_are_refused_before_tables_are_built(scalar_rgb, make_bsdf):
-    """Of a skin in a coherence that makes it dear; the limit is far below what building takes."""
+    """The refusal of an expensive skin takes far less time than its build."""
     start = time.perf_counter()
     with pytest.raises(RuntimeError, match='"speculer_reflectance"'):
         make_bsdf(preset="xenopeltis", tolerance=1e-6, speculer_reflectance=0.5)

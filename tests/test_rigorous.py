@@ -1,4 +1,4 @@
-"""Gratings by Maxwell's equations in Mitsuba: samples, energy, reciprocity, and that every interface answers alike."""
+"""Gratings by Maxwell's equations in Mitsuba: samples, energy, reciprocity, and agreement of the interfaces."""
 
 import json
 import os
@@ -14,7 +14,7 @@ from conftest import PLUGIN_FOLDER, REPOSITORY, built, use_variant
 from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
 
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
-# Small periods are quick to solve; a short coherence length makes orders wide enough for the test's cells.
+# A small period is quick to solve; a short coherence length makes orders wide against the cells of the χ² test.
 METAL = {
     "preset": "sinusoidal",
     "period": 0.9,
@@ -25,7 +25,8 @@ METAL = {
     "coherence_length": 8.0,
 }
 PERFECT = {"preset": "lamellar", "period": 0.9, "theory": "rigorous", "coherence_length": 8.0}
-# Interpolation of the tables in single precision beside the square roots at passing-off lines.
+# Error of interpolation in single precision, relative to the largest value, beside the square roots at passing-off
+# lines.
 SINGLE = 2e-3
 
 
@@ -35,7 +36,7 @@ def arguments(parameters):
 
 
 def asked(*words, lines=""):
-    """What the command answers."""
+    """Output of the command."""
     tool = REPOSITORY / "target" / "release" / "sunbeam"
     return subprocess.run([tool, *map(str, words)], input=lines, capture_output=True, text=True, check=True).stdout
 
@@ -49,7 +50,7 @@ def test_samples_follow_the_density(variant, angles):
 
 
 def pairs(count, seed):
-    """Directions over the hemisphere and, for each, one near an order of the grating at a random wavelength."""
+    """Random directions and wavelengths, each with a direction near an order of the grating."""
     rng = np.random.default_rng(seed)
     xy = np.sqrt(rng.random((2, count))) * [np.cos(t := 2 * np.pi * rng.random(count)), np.sin(t)]
     wi = np.stack([*xy, np.sqrt(np.maximum(1 - (xy**2).sum(0), 1e-4))], axis=-1)
@@ -90,8 +91,8 @@ def test_plugin_command_and_oracle_agree():
     largest = exact.max()
     assert largest > 1
     assert np.abs(plugin / wo[:, 2:] - table).max() < SINGLE * largest
-    # In units of an order that has all of the light, at its middle: 4πs²/λ². Of the efficiencies 99 % are off by less
-    # than 0.015, and the rest lies beside a plasmon.
+    # Errors of efficiencies: differences relative to the peak of an order with all of the light, 4πs²/λ². Beside
+    # plasmons one in a hundred exceeds 0.015.
     off = np.abs(table - exact) * (nm * 1e-3) ** 2 / (4 * np.pi * (METAL["coherence_length"] / 4) ** 2)
     assert np.quantile(off, 0.98) < 0.015
     assert off.max() < 0.06
@@ -100,7 +101,7 @@ def test_plugin_command_and_oracle_agree():
 
 @pytest.mark.parametrize("grating", [PERFECT, METAL])
 def test_the_albedo_is_the_sum_of_the_orders(grating):
-    # Of a sum of orders: what the table is off by, and what changes over an order's width beside a plasmon.
+    # Error of a sum of orders: the table's, and the change over an order's width beside a plasmon.
     absolute = 0.02
     narrow = {**grating, "coherence_length": 65.0}
     bsdf = built("llvm_ad_spectral", **narrow)
@@ -126,7 +127,7 @@ def test_the_albedo_is_the_sum_of_the_orders(grating):
         ({"preset": "blazed", "model": "patch"}, "model"),
         ({"preset": "blazed", "obliquity": "stam"}, "obliquity"),
         ({"preset": "blazed", "period": 20.0}, "building the tables"),
-        # Whatever a build may take: no time would do.
+        # Refused with any build limit.
         ({"preset": "blazed", "period": 900.0, "build_limit": 1e6}, "2500.0 wavelengths of 360 nm in air.*at most 108"),
         ({"preset": "lamellar", "period": 30.0, "eta": 1.5, "build_limit": 1e6}, "in the medium below.*at most 108"),
         (
@@ -152,7 +153,7 @@ def test_the_material_cannot_change():
     assert "Maxwell" in str(mi.load_dict({"type": "diffraction", **METAL}))
 
 
-# A process of its own: the threads that make tables are started by the first to need one.
+# Runs in its own process, in which the first scene starts the threads that build tables.
 IN_A_SCENE = """
 import json, sys
 import mitsuba as mi
@@ -167,8 +168,8 @@ print(scene.shapes()[0].bsdf().eval(mi.BSDFContext(), si, wo)[0] / wo[2])
 
 
 def test_renderer_threads_solve_gratings(tmp_path):
-    # They flush subnormal numbers to zero, and load the parts of a scene side by side. This grating is quick, and its
-    # systems have pivots between 1 and √2, which faer inverts by way of such numbers.
+    # Mitsuba's threads flush subnormal numbers to zero and load parts of a scene in parallel. This grating's systems
+    # have pivots between 1 and √2, which the library faer inverts through subnormal numbers.
     grating = {"preset": "sinusoidal", "period": 0.3, "height": 0.1, "theory": "rigorous", "eta": 2.5}
     bsdfs = [{"type": "diffraction", **grating}, {"type": "diffuse"}]
     wi, wo, nm = direction(15, 10), direction(15, 190.2), [500] * 4
@@ -179,5 +180,5 @@ def test_renderer_threads_solve_gratings(tmp_path):
     line = json.dumps({"wi": wi, "wo": wo, "wavelength": nm})
     exact = json.loads(asked("eval", "--method", "exact", *arguments(grating), lines=line))["f"][0]
     assert exact > 0.1
-    # What a table of efficiencies may be off by, of an order of some tenths.
+    # Error of the table of efficiencies, for an order of some tenths.
     assert float(done.stdout) == pytest.approx(exact, rel=0.05)

@@ -1,4 +1,4 @@
-"""The XML scenes load beside what `make scenes` writes, show what the Python scenes do, and suit the stock command."""
+"""The XML scenes of `make scenes` load, equal the Python scenes, and render with the command `mitsuba`."""
 
 import subprocess
 import sys
@@ -16,14 +16,14 @@ from mitsuba_scenes.scene import View, snake_scene
 from mitsuba_scenes.skin import skin_bsdf
 from mitsuba_scenes.snake import snake_files
 
-# Small pictures; of the presets the one whose tables are made fastest.
+# Small pictures, with the preset whose tables are built fastest.
 SMALL = {
     "snake": {"width": 48, "height": 32, "spp": 16, "preset": "blazed"},
     "disc": {"width": 48, "height": 32, "spp": 16},
     "laboratory": {"width": 40, "height": 36, "crop_height": 30, "spp": 64, "preset": "blazed"},
     "scan": {"width": 32, "height": 32, "spp": 16},
 }
-# The files have the same numbers as the Python scenes, to five digits, and draw the same samples.
+# The files hold the Python scenes' numbers to five digits, and samples are equal.
 SAME_SCENE_RTOL = 2e-3
 
 
@@ -40,7 +40,7 @@ def rendered(scene):
 
 
 def loaded(folder, name):
-    """The scene of a file, small."""
+    """Loads the scene of a file at a small size."""
     return mi.load_file(str(folder / f"{name}.xml"), **{key: str(value) for key, value in SMALL[name].items()})
 
 

@@ -1,4 +1,4 @@
-"""Outputs of the commands of `mitsuba_scenes` are checked before anything is rendered."""
+"""Commands of `mitsuba_scenes` check their outputs before rendering."""
 
 import argparse
 import os
@@ -12,7 +12,7 @@ from mitsuba_scenes.outputs import output_file, output_folder
 
 
 def refusal(convert, path):
-    """The reason for which a path is refused."""
+    """The message that refuses a path."""
     with pytest.raises(argparse.ArgumentTypeError) as refused:
         convert(str(path))
     return str(refused.value)
@@ -20,7 +20,7 @@ def refusal(convert, path):
 
 @pytest.fixture
 def taken(tmp_path):
-    """A folder that holds a file, and folders that are called as files are."""
+    """A folder that holds a file, and folders with names of files."""
     (tmp_path / "file").write_text("years of work")
     (tmp_path / "a.exr").mkdir()
     (tmp_path / "b.png").mkdir()

@@ -1,4 +1,4 @@
-"""A sweep from the command line: what comes out, and that it is the same however it was computed."""
+"""Results of a sweep from the command line, and their independence of the number of workers."""
 
 import json
 import re
@@ -11,7 +11,7 @@ import pytest
 from sweeps import QUICK, REPOSITORY, SPEC, begin, environment, one_line, results, sweep, wait_for, write_spec
 
 TOOL = REPOSITORY / "target" / "release" / "sunbeam"
-# A file that cannot be read among good ones, a skin among gratings, and all kinds of figures.
+# A corrupt and a good file, two gratings, and all kinds of figures.
 EVERYTHING = f"""
 output = "out"
 
@@ -59,7 +59,7 @@ BALL = """
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A sweep with two workers, and the same with one beside it."""
+    """The folder of a sweep with two workers (`out`) and with one (`one`)."""
     folder = tmp_path_factory.mktemp("sweep")
     (folder / "scans").mkdir()
     y, x = np.mgrid[:40, :40] * 0.05
@@ -83,10 +83,10 @@ def rows(folder):
 def test_one_and_two_workers_give_the_same_bytes(folder):
     for name in ("sweep.parquet", "index.html"):
         one, two = (folder / "one" / name).read_bytes(), (folder / "out" / name).read_bytes()
-        # The page is named for its folder.
+        # The page's title is its folder's name.
         assert one.replace(b"<title>one", b"<title>out").replace(b"<h1>one", b"<h1>out") == two, name
     pictures = sorted((folder / "out" / "pictures").glob("*/*"))
-    # A strip and two files of the map and of the render, of three cases.
+    # Three cases, each with a strip, two files of the map and two of the render.
     assert len(pictures) == 3 * 5
     for picture in pictures:
         other = folder / "one" / picture.relative_to(folder / "out")
@@ -104,7 +104,7 @@ def test_a_corrupt_file_becomes_a_failed_row(rows):
     assert "corrupt.npy" in bad["error"]
     assert "\n" not in bad["error"]
     assert bad["map_png"] is None
-    # A relief that varies along y has no orders of a grating, and everything else.
+    # A relief that varies along y has all figures except a grating's orders.
     assert re.match(r"orders: the relief varies along y", skin["error"])
     assert skin["orders_list"] is None
     assert skin["statistics_period_x_um"] == pytest.approx(0.5, rel=0.02)
@@ -116,7 +116,7 @@ def test_statistics_and_peaks_match_the_surface(rows):
     for row, height in zip(rows[2:], (0.1, 0.2)):
         assert row["statistics_rms_um"] == pytest.approx(height / np.sqrt(8), rel=1e-3)
         assert row["statistics_period_x_um"] == pytest.approx(1.6, rel=1e-3)
-        # Orders of 10 µm of coherent light are some degrees wide, which moves their peaks a little.
+        # With a window of 10 µm orders are some degrees wide, which shifts their peaks slightly.
         assert row["peaks_spacing_nm"] == pytest.approx(1600, rel=3e-3)
         assert row["peaks_rms_error_deg"] < 0.2
         for angle in row["peaks_angles"]:
@@ -155,14 +155,14 @@ def test_maps_equal_the_commands(rows, folder, tmp_path):
     words += ["--conserve-energy=false", "--tolerance=0.01", "--obliquity=stam", "--size=48"]
     subprocess.run([TOOL, "brdf-map", "-o", tmp_path / "map.exr", *words], check=True, capture_output=True)
     theirs, ours = linear(tmp_path / "map.exr"), linear(folder / "out" / rows[3]["map_exr"])
-    # Mitsuba's table of the observer has steps of 5 nm where the command's has 1 nm.
+    # Mitsuba's table of the observer has steps of 5 nm, the command's of 1 nm.
     np.testing.assert_allclose(ours, theirs, rtol=0.02, atol=0.003 * theirs.max())
     assert ours.max() > 0.1
 
 
 def test_the_mean_colour_is_the_power_of_all_orders(rows):
     for row in rows[2:]:
-        # At 550 nm, near the middle of what the eye sees.
+        # The orders are at 550 nm, near the peak of luminance.
         assert row["colour_luminance"] == pytest.approx(row["orders_scalar_reflected"], rel=0.05)
         assert row["colour_gamut_area"] > 0.05
         assert all(abs(corner["view_deg"] - 30) > 3 for corner in row["colour_gamut"])
@@ -171,7 +171,7 @@ def test_the_mean_colour_is_the_power_of_all_orders(rows):
 def test_renders_show_the_surface(rows, folder):
     pictures = [linear(folder / "out" / row["render_exr"]) for row in rows[1:]]
     assert all(picture.shape == (12, 16, 3) for picture in pictures)
-    # The sky is 1, and the ball before it reflects some percent of it.
+    # The sky's radiance is 1, and the ball reflects some per cent.
     assert all(picture[0, 0].min() > 0.9 and 0 < picture[6, 8].max() < 0.3 for picture in pictures)
     assert not np.array_equal(pictures[1], pictures[2])
 
@@ -207,7 +207,7 @@ def test_only_changed_cases_are_computed_again(folder, tmp_path):
     assert "cases to do" not in done.stderr
     assert {path: path.stat().st_mtime_ns for path in results(folder / "out")} == before
     assert (folder / "out" / "sweep.parquet").read_bytes() == table
-    # Another time alone changes nothing; other heights do.
+    # A new modification time changes nothing; new heights do.
     (folder / "scans" / "good.npy").touch()
     np.save(folder / "scans" / "corrupt.npy", np.zeros((8, 8)))
     done = sweep(folder / "spec.toml")

@@ -1,4 +1,4 @@
-"""How a sweep's driver takes what Dask tells of its batches, where the moment at which a worker dies is chosen."""
+"""The sweep's driver against a fake Dask client, whose workers die at chosen moments."""
 
 import pytest
 from distributed.comm.core import CommClosedError
@@ -8,7 +8,7 @@ CASES = 3
 
 
 class Result:
-    """What Dask holds of a batch; the first of `failures` happen to whoever asks for it."""
+    """A fake future of a batch; `result` raises the failures first, one a call."""
 
     status = "finished"
 
@@ -29,7 +29,7 @@ class Result:
 
 @pytest.fixture
 def drive(sweep_package):
-    """Drives three cases with one worker, and gives how many are done and how many of them failed."""
+    """A function that drives three cases with one worker and returns the numbers of finished and failed cases."""
     from sunbeam_mitsuba.sweep.drive import drive
     from sunbeam_mitsuba.sweep.spec import Case
     from sunbeam_mitsuba.sweep.work import Done, Job
@@ -58,7 +58,7 @@ def drive(sweep_package):
 
 
 def test_lost_results_are_awaited_again(drive):
-    """Dask has the batch done again, which may take longer than a result takes to come."""
+    """Dask repeats the batch, which may take longer than the wait for a result."""
     assert drive(TimeoutError(), TimeoutError()) == (CASES, 0)
 
 

@@ -1,4 +1,4 @@
-"""What a sweep is asked for: what is accepted, what is refused, and how values are combined."""
+"""Specifications of sweeps: accepted and refused ones, and combinations of values."""
 
 from pathlib import Path
 
@@ -47,10 +47,10 @@ def test_a_sample_is_the_same_for_its_seed(sweep_package, tmp_path):
     assert first != drawn(4)
     assert len(first) == 200
     assert all(10 <= one["theta_i_deg"] < 70 and 1 <= one["coherence_length"] < 100 for one in first)
-    # Evenly in the logarithm: half of them below 10.
+    # Uniform in the logarithm: half of the values are below 10.
     assert 70 < sum(one["coherence_length"] < 10 for one in first) < 130
     assert 70 < sum(one["model"] == "patch" for one in first) < 130
-    # What Python's generator gives for this seed, in every version.
+    # The number of Python's generator for this seed, equal in all versions.
     assert first[0]["coherence_length"] == pytest.approx(2.9925, abs=1e-3)
 
 
@@ -157,7 +157,7 @@ def refusal(package, **given):
 
 
 def test_limits_equal_the_librarys(sweep_package):
-    """What is outside is refused by the library, too, by name; what is at the ends is not what it refuses."""
+    """The library refuses values outside of the limits by name, and accepts the ends."""
     import sunbeam_mitsuba
     from sunbeam_mitsuba.sweep.limits import SOURCE, SURFACE, Numbers, Text, Truth, Words
 
@@ -166,7 +166,7 @@ def test_limits_equal_the_librarys(sweep_package):
     bases.update(region_spread=regions, k={"filename": "none.gsf", "eta": 1.5})
 
     def names_it(name, value):
-        # What is accepted gets as far as the next complaint: a file that is not there, or this contradiction.
+        # An accepted value leads to the next error: a missing file, or the contradiction of preset and max_height.
         base = bases.get(name, {"filename": "none.gsf"})
         given = {**base, name: value, **({"max_height": 1.0} if "preset" in base else {})}
         return f'parameter "{name}"' in refusal(sunbeam_mitsuba, **given)
@@ -229,7 +229,7 @@ def test_surfaces_are_dropped_where_memory_is_short(sweep_package, monkeypatch):
     held = tables.HeldSurfaces(2 * 2.5e9 + tables.WORKER_BYTES)
     for eta in (1, 2, 1, 3, 1, 2):
         held.get({"preset": "flat", "eta": eta, "theta_i_deg": 10 * eta})
-    # Two fit: 3 pushes 2 out, which was used longer ago than 1.
+    # Two surfaces fit: 3 replaces 2, which was used before 1.
     assert built == [1, 2, 3, 2]
     assert len(held) == 2
     monkeypatch.setattr(tables, "estimated_bytes", lambda parameters: 7e9)

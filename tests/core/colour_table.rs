@@ -63,7 +63,7 @@ impl Case {
 
     /// ΔE₀₀ over the hemisphere for one `wi`, ascending: of f_r, exposed so that a tenth of what is lit at all clips.
     fn colour_errors(&self, table: &ColourTable, theta_deg: f64, phi_deg: f64) -> Vec<f64> {
-        const SIZE: usize = 40;
+        const SIZE: usize = 64;
         let spectrum = SpectralToRgb::visible(1.0).unwrap();
         let ((sin, cos), (sin_phi, cos_phi)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
         let wi = [sin * cos_phi, sin * sin_phi, cos];
