@@ -36,7 +36,7 @@ class Relief:
         return found[0], found[1]
 
     def rms_slopes(self) -> tuple[float, float]:
-        """Along x and y, of the polynomial."""
+        """Root mean square slopes of the polynomial along x and y."""
         ny, nx = self.heights.shape
         x, y = self.sampled(4 * nx + 1, 4 * ny + 1).slopes()
         return float(np.sqrt((x**2).mean())), float(np.sqrt((y**2).mean()))
