@@ -70,7 +70,7 @@ def words(spec, *more):
 def sweep(spec, *more, slow=None, **variables):
     """Runs a sweep to its end."""
     env = environment(spec.parent, slow, **variables)
-    return subprocess.run(words(spec, *more), env=env, capture_output=True, text=True, timeout=120)
+    return subprocess.run(words(spec, *more), env=env, capture_output=True, text=True, timeout=300)
 
 
 def begin(spec, *more, slow=None, group=False, **variables):

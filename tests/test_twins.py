@@ -34,11 +34,8 @@ QUERIES_RGB = 500
 
 SURFACES = {
     "flat": {"preset": "flat"},
-    "sinusoidal": {"preset": "sinusoidal"},
     "blazed": {"preset": "blazed"},
-    "lamellar": {"preset": "lamellar"},
     "cd": {"preset": "cd"},
-    "elaphe": {"preset": "elaphe"},
     "xenopeltis": {"preset": "xenopeltis"},
     "unscaled": {"preset": "sinusoidal", "conserve_energy": False},
     "unit": {"preset": "sinusoidal", "obliquity": "unit", "period": 1.25, "height": 0.15},
@@ -51,7 +48,6 @@ SURFACES = {
     "patch skin": {"preset": "elaphe", "model": "patch", "coherence_length": 20.0},
     "1 µm": {"preset": "blazed", "coherence_length": 1.0, "conserve_energy": False},
     "10 µm": {"preset": "blazed", "coherence_length": 10.0, "conserve_energy": False},
-    "1 mm": {"preset": "blazed", "coherence_length": 1e3, "conserve_energy": False},
     "10 mm": {"preset": "blazed", "coherence_length": 1e4, "conserve_energy": False},
     "tolerance": {"preset": "blazed", "tolerance": 1e-5, "conserve_energy": False},
     "file": {"filename": "rough.npy", "pixel_size": 0.1, "coherence_length": 20.0},

@@ -185,7 +185,7 @@ fn worst<T: Precision + Into<f64>>(field: &HeightField, series: Series, terms: u
 }
 
 #[test]
-fn chebyshev_terms_keep_their_tolerance_and_are_no_more_than_needed() {
+fn chebyshev_terms_suffice_and_are_few() {
     let kappa_h = KAPPA * HALF_RANGE_UM;
     // Order amplitudes need the model's counts; the bound at every height needs a few more.
     for (tolerance, enough) in [(1e-3, 20), (3e-6, 25)] {
