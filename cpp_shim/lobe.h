@@ -1,5 +1,5 @@
-// The diffracted lobe: what the evaluators in Rust (src/lobe/spectral.rs and src/lobe/colour.rs) answer, by
-// value in scalar variants and traced into the kernel in the others.
+// The diffracted lobe, evaluated in Rust (src/lobe/ and src/grating/): by value in scalar variants, traced into the
+// kernel in `llvm_*` and `cuda_*` variants.
 #pragma once
 
 #include <algorithm>
@@ -13,10 +13,12 @@
 
 namespace sunbeam {
 
-/// Directions are in the grating's frame and point away from the surface. Wavelengths are in nm in spectral variants
-/// and empty in the others, which carry colours. Values contain cosθo. In spectral variants they leave out what the
-/// interface does to light (interface.h); in the others it is inside if the surface was made with an index. All of it
-/// is zero where `active` is false or a direction lies below the surface.
+/// Value, density and samples of the diffracted light.
+///
+/// Directions are unit vectors in the relief's frame and point away from the surface. Wavelengths are in nm in spectral
+/// variants and empty in RGB and mono variants. Values contain cosθo. Spectral values leave out the interface's factor
+/// (interface.h); RGB and mono values include it if the surface was made with an index. Everything is zero where
+/// `active` is false or a direction lies below the surface.
 template <typename Float, typename Spectrum> class DiffractionLobe {
 public:
     using UnpolarizedSpectrum    = mitsuba::unpolarized_spectrum_t<Spectrum>;
@@ -28,28 +30,28 @@ public:
 
     explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_buffers(*m_surface) {}
 
-    /// Differentiable by both directions.
+    /// Value times cosθo, differentiable by both directions.
     UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                              const Mask &active) const {
-        return value(ask(Question::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
+        return value(evaluate(Part::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
     }
 
-    /// Density of `sample`. It belongs to the sampler and not to the integrand, so it is not differentiable.
+    /// Density of `sample` in 1/sr. Not differentiable, since it is no part of the integrand.
     Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
-        return ask(Question::Density, wi, wo, wavelengths, active)[4];
+        return evaluate(Part::Density, wi, wo, wavelengths, active)[4];
     }
 
     std::pair<UnpolarizedSpectrum, Float> eval_pdf(const Vector3f &wi, const Vector3f &wo,
                                                    const Wavelength &wavelengths, const Mask &active) const {
-        const Answer answer = ask(Question::ValueAndDensity, wi, wo, wavelengths, active);
+        const Answer answer = evaluate(Part::ValueAndDensity, wi, wo, wavelengths, active);
         return { value(answer, wo) + first_order(wi, wo, wavelengths, active), answer[4] };
     }
 
-    /// `eval` of a rigorous surface in a polarised variant, over the cosine, of light from `from` to `to`: a Mueller
-    /// matrix in frames of reference whose first axis is the grooves', made transverse to the light. Not
+    /// Mueller matrix of a rigorous surface in a polarised variant, for light from `from` to `to`, without cosθo. Its
+    /// frames of reference have the grooves' direction, made transverse to the light, as first axis. Not
     /// differentiable.
     Spectrum matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths, const Mask &active) const {
-        const auto elements = ask_matrix(from, to, wavelengths, active);
+        const auto elements = evaluate_matrix(from, to, wavelengths, active);
         Spectrum matrix;
         for (size_t i = 0; i < 4; ++i)
             for (size_t j = 0; j < 4; ++j)
@@ -57,12 +59,16 @@ public:
         return matrix;
     }
 
-    /// A direction from three uniform variates. Zero where there is none.
+    /// A direction from three uniform variates; the zero vector where the draw falls below the horizon.
     Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
                     const Mask &active) const {
         const Vector3f variates(sample1, sample2.x(), sample2.y());
-        const Answer answer = ask(Question::Direction, wi, variates, wavelengths, active);
-        return { answer[0], answer[1], answer[2] };
+        std::array<Float, 3> wo;
+        if constexpr (Traces)
+            wo = owned(m_surface->trace_sample(query(wi, wavelengths, active), indices(variates)));
+        else
+            wo = m_surface->sample(by_value(wi), by_value(variates), by_value(wavelengths));
+        return { wo[0], wo[1], wo[2] };
     }
 
     const Surface &surface() const { return *m_surface; }
@@ -76,7 +82,7 @@ public:
     }
 
 private:
-    /// Values at four wavelengths, or red, green, blue and luminance; and a density.
+    /// Values at four wavelengths, or red, green, blue and luminance; then the density in 1/sr.
     using Answer = std::array<Float, 5>;
 
     static UnpolarizedSpectrum value(const Answer &answer, const Vector3f &wo) {
@@ -98,42 +104,42 @@ private:
             return {};
     }
 
-    /// What a tracing surface is asked with.
-    Traced arguments(const Vector3f &wi, const Vector3f &other, [[maybe_unused]] const Wavelength &wavelengths,
-                     const Mask &active) const {
-        Traced arguments{};
-        arguments.backend = uint32_t(dr::backend_v<Float>);
-        for (size_t i = 0; i < 3; ++i) {
-            arguments.wi[i]    = wi[i].index();
-            arguments.other[i] = other[i].index();
-        }
-        arguments.active = active.index();
-        arguments.words  = m_buffers.indices();
+    /// Dr.Jit variables of a traced call, but for its second vector.
+    TracedQuery query(const Vector3f &wi, [[maybe_unused]] const Wavelength &wavelengths, const Mask &active) const {
+        TracedQuery query{};
+        query.backend = uint32_t(dr::backend_v<Float>);
+        query.wi      = indices(wi);
+        query.active  = active.index();
+        query.words   = m_buffers.indices();
         if constexpr (IsSpectral)
             for (size_t i = 0; i < 4; ++i)
-                arguments.wavelengths_nm[i] = wavelengths[i].index();
-        return arguments;
+                query.wavelengths_nm[i] = wavelengths[i].index();
+        return query;
     }
 
-    Answer ask(Question question, const Vector3f &wi, const Vector3f &other, const Wavelength &wavelengths,
-               [[maybe_unused]] const Mask &active) const {
-        if constexpr (Traces)
-            return taken(m_surface->trace(question, arguments(wi, other, wavelengths, active)));
-        else
-            return m_surface->ask(question, by_value(wi), by_value(other), by_value(wavelengths));
+    static std::array<uint32_t, 3> indices(const Vector3f &w) {
+        return { w.x().index(), w.y().index(), w.z().index() };
     }
 
-    /// Elements of matrices, as the bridge has them.
-    auto ask_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
+    Answer evaluate(Part part, const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                     [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
-            return taken(m_surface->trace_matrix(arguments(from, to, wavelengths, active)));
+            return owned(m_surface->trace_evaluate(part, query(wi, wavelengths, active), indices(wo)));
         else
-            return m_surface->ask_matrix(by_value(from), by_value(to), by_value(wavelengths));
+            return m_surface->evaluate(part, by_value(wi), by_value(wo), by_value(wavelengths));
     }
 
-    /// Variables that are the caller's from now on.
-    template <size_t N> static std::array<Float, N> taken(const std::array<uint32_t, N> &indices) {
+    /// Matrix elements in the bridge's order: the four wavelengths of an element lie side by side.
+    auto evaluate_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
+                         [[maybe_unused]] const Mask &active) const {
+        if constexpr (Traces)
+            return owned(m_surface->trace_matrix(query(from, wavelengths, active), indices(to)));
+        else
+            return m_surface->evaluate_matrix(by_value(from), by_value(to), by_value(wavelengths));
+    }
+
+    /// Takes ownership of variables that the bridge returned.
+    template <size_t N> static std::array<Float, N> owned(const std::array<uint32_t, N> &indices) {
         std::array<Float, N> answer;
         std::transform(indices.begin(), indices.end(), answer.begin(), [](uint32_t i) { return Float::steal(i); });
         return answer;
@@ -148,8 +154,8 @@ private:
 
     /// Zero, with the derivatives of the value by the components of both directions, from central differences.
     ///
-    /// The look-ups loop over nodes, whose number and places depend on the directions, and such loops cannot be run
-    /// backwards.
+    /// Reverse mode cannot differentiate the look-ups, whose loops have a number of steps that depends on the
+    /// directions.
     UnpolarizedSpectrum first_order(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                                     const Mask &active) const {
         UnpolarizedSpectrum change(0.f);
@@ -170,15 +176,15 @@ private:
                     Float distance(0.f);
                     for (uint32_t c = 0; c < 6; ++c) {
                         const Float here = from[c / 3][c % 3];
-                        // Not through the horizon.
+                        // A quarter of the cosine at most, so that the step does not cross the horizon.
                         const Float step =
-                            c % 3 < 2 ? Float(steps.across[c % 3]) : dr::minimum(steps.along, .25f * here);
+                            c % 3 < 2 ? Float(steps.tangential[c % 3]) : dr::minimum(steps.normal, .25f * here);
                         const auto moves = (i >> 1) == c;
                         to[c / 3][c % 3] += dr::select(moves, sign * step, 0.f);
-                        // What is left of the steps in single precision.
+                        // The difference of the two positions as rounded to single precision.
                         distance = dr::select(moves, (here + step) - (here - step), distance);
                     }
-                    const auto there = value(ask(Question::Value, to[0], to[1], wavelengths, active), to[1]);
+                    const auto there = value(evaluate(Part::Value, to[0], to[1], wavelengths, active), to[1]);
                     for (uint32_t c = 0; c < 6; ++c)
                         slopes[c] += dr::select((i >> 1) == c, there * (sign / distance), 0.f);
                     i += 1;

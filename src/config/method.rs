@@ -59,6 +59,7 @@ impl SurfaceConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lobe::{LinearSrgb, Lobe};
     use crate::scattering::ComplexIndex;
 
     #[test]
@@ -79,7 +80,7 @@ mod tests {
         assert_eq!(method.answers(), AnswerKind::Reflectance);
         assert_eq!(method.answer_spectral(wi, wo, 550.0), None);
         let colours = config.build_shared_grating_colours(Some(&aluminium), &Cache::off(), &Progress::none()).unwrap();
-        assert_eq!(method.answer_rgb(wi, wo), colours.0.lobe::<f32>().eval(wi, wo, true));
+        assert_eq!(method.answer_rgb(wi, wo), colours.0.lobe::<f32>().eval(wi, wo, LinearSrgb, true));
         assert!(method.answer_rgb(wi, wo)[1] > 1.0);
         let scalar = SurfaceConfig { theory: Theory::Scalar, ..config };
         assert_eq!(build(&scalar, MethodKind::Table, None).unwrap().answers(), AnswerKind::Relief);

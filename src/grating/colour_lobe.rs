@@ -8,11 +8,11 @@
 use super::GratingLayout;
 use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, PROPOSED, SPREADS, TAU_SCALE};
 use super::efficiencies::EfficiencyView;
-use super::lobe::{REACH, across};
+use super::lobe::{REACH, groove_t};
 use super::place::Place;
 use super::polarisation::JonesView;
-use crate::lobe::{Gamut, UNIFORM_SHARE, above, desaturated, luminance};
-use crate::numeric::math::{SQUARE_PDF, lerp, normal_quantile, square_to_hemisphere};
+use crate::lobe::{Gamut, LinearSrgb, Lobe, are_above, desaturated, luminance, mixture_density, sample_mixture};
+use crate::numeric::math::{lerp, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
@@ -48,17 +48,6 @@ struct Line<N: Numbers> {
 }
 
 impl<N: Numbers> GratingColourLobe<N> {
-    /// `f_r` in 1/sr as linear sRGB, with what the material reflects and without the cosine. Zero unless both directions lie above
-    /// the surface.
-    #[inline(always)]
-    pub fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        let colour = self.values(wi, wo, active, |_, _, colour, _| colour, |colour, _| colour);
-        match self.gamut {
-            Gamut::Keep => colour,
-            Gamut::Desaturate => desaturated(colour),
-        }
-    }
-
     /// The luminance of [`GratingColourLobe::eval`], whatever the gamut, as a Mueller matrix like that of
     /// [`GratingLobe::matrix`](super::GratingLobe::matrix). An order polarises as it does in the middle of its colours, and order
     /// 0 as at 550 nm.
@@ -73,7 +62,7 @@ impl<N: Numbers> GratingColourLobe<N> {
             let nm = N::Real::lit(ORDER_ZERO_NM);
             let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
             let half = periods * N::Double::lit(0.5);
-            let t = across::<N>(periods, (N::widen(from[1]) - N::widen(to[1])) * N::Double::lit(0.5));
+            let t = groove_t::<N>(periods, (N::widen(from[1]) - N::widen(to[1])) * N::Double::lit(0.5));
             let place = Place::<N>::new(t, (N::widen(to[0]) - N::widen(from[0])) * half);
             of(&place, (place.incident, nm), colour, active & place.propagates)
         })
@@ -91,7 +80,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         of_zero: impl Fn([N::Real; 3], N::Mask) -> [N::Real; R],
     ) -> [N::Real; R] {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
-        let active = active & above::<N>(wi) & above::<N>(wo);
+        let active = active & are_above::<N>(wi, wo);
         let line = self.line(wi, wo);
         let tau = real(line.sigma) / line.length.max(real(1e-9));
         let view = EfficiencyView::<N> { layout: self.layout.efficiencies, words: self.words[0] };
@@ -110,7 +99,7 @@ impl<N: Numbers> GratingColourLobe<N> {
                 let (nu, kernel) = line.met(order);
                 let range = [1e3 / WAVELENGTH_MAX_NM, 1e3 / WAVELENGTH_MIN_NM].map(real);
                 let periods = N::widen(nu.clip(range[0], range[1]) * real(self.layout.period_um));
-                let t = across::<N>(periods, y);
+                let t = groove_t::<N>(periods, y);
                 let place = Place::<N>::new(t, (x * periods - N::widen(order)) * half);
                 let (at, there) = place.outgoing(N::widen(order));
                 // Order 0 has been counted.
@@ -126,11 +115,10 @@ impl<N: Numbers> GratingColourLobe<N> {
         sum.map(|value| N::Real::select(active, value * scale, zero))
     }
 
-    /// Density of [`GratingColourLobe::sample`] in 1/sr.
+    /// Density of [`GratingColourLobe::draw`] in 1/sr.
     #[inline(always)]
-    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
+    fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
-        let active = active & above::<N>(wi) & above::<N>(wo);
         let line = self.line(wi, wo);
         let row = self.tables.shares_row::<N>(wi);
         let total = self.tables.share::<N>(self.words[1], row, real(0.0), true, active);
@@ -161,36 +149,23 @@ impl<N: Numbers> GratingColourLobe<N> {
         );
         // √(2π)·σ of the Gaussian along the line, over its two dimensions' 2πσ².
         let scale = real(1.0 / (PROPOSED.len() as f64 * TAU * line.sigma));
-        let drawn = N::Real::select(zero.lt(total), sum * scale * wo[2] / total, zero);
-        let pdf = drawn.fma(real(1.0 - UNIFORM_SHARE), real(UNIFORM_SHARE * SQUARE_PDF));
-        N::Real::select(active, pdf, zero)
+        N::Real::select(zero.lt(total), sum * scale * wo[2] / total, zero)
     }
 
-    /// [`GratingColourLobe::eval`] and [`GratingColourLobe::pdf`].
+    /// A direction from three random numbers in [0, 1): the first chooses an order, then a wavenumber, the others a frequency
+    /// within the order's Gaussian. The zero vector where the direction falls below the horizon.
     #[inline(always)]
-    pub fn eval_pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> ([N::Real; 3], N::Real) {
-        (self.eval(wi, wo, active), self.pdf(wi, wo, active))
-    }
-
-    /// A direction from three random numbers in [0, 1), of which the first picks the even share, or an order and then a
-    /// wavelength. Zeros where there is none above the surface.
-    #[inline(always)]
-    pub fn sample(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+    fn draw(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
-        let active = active & above::<N>(wi);
-        let evenly = u[0].lt(real(UNIFORM_SHARE));
-        let rest = (u[0] - real(UNIFORM_SHARE)).max(zero) * real(1.0 / (1.0 - UNIFORM_SHARE));
         let row = self.tables.shares_row::<N>(wi);
         let share = |order: N::Real, total| self.tables.share::<N>(self.words[1], row, order, total, active);
-        let wanted = rest * share(zero, true);
+        let wanted = u[0] * share(zero, true);
         let least = real(-f64::from(self.tables.orders));
         // The order whose share of the sum holds `wanted`, what lies before it, and its share.
         let (order, before, own) = N::while_loop(
             c"order",
             (least, zero, share(least, false)),
-            |(order, before, own)| {
-                active & !evenly & (before + own).le(wanted) & order.lt(real(f64::from(self.tables.orders)))
-            },
+            |(order, before, own)| active & (before + own).le(wanted) & order.lt(real(f64::from(self.tables.orders))),
             |(order, before, own)| (order + one, before + own, share(order + one, false)),
         );
         let left = ((wanted - before) / own.max(real(1e-20))).clip(zero, real(1.0 - 6e-8));
@@ -204,7 +179,7 @@ impl<N: Numbers> GratingColourLobe<N> {
                 nu,
             )
         });
-        let there = active & !evenly & zero.lt(nu) & zero.lt(own);
+        let there = active & zero.lt(nu) & zero.lt(own);
         let wavelength = one / nu.max(real(1e-3));
         let [fx, fy] = [1, 2].map(|i| normal_quantile(u[i]) * real(self.layout.sigma_per_um));
         let x = (order * real(1.0 / self.layout.period_um) + fx) * wavelength - wi[0];
@@ -212,9 +187,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let squared = one - x * x - y * y;
         let there = there & zero.lt(squared);
         let drawn = [x, y, squared.max(zero).sqrt()];
-        let (even, inside) = square_to_hemisphere::<N>([u[1], u[2]]);
-        let inside = inside & active & evenly;
-        array::from_fn(|c| N::Real::select(inside, even[c], N::Real::select(there, drawn[c], zero)))
+        drawn.map(|c| N::Real::select(there, c, zero))
     }
 
     /// The line of a pair through the orders' frequencies.
@@ -262,6 +235,41 @@ impl<N: Numbers> GratingColourLobe<N> {
         let across = (one - y * y).max(zero);
         let within = (one - x * x / across.max(real(1e-12))).max(zero);
         self.tables.order_zero::<N>(self.words[1], within.sqrt(), across.sqrt(), active)
+    }
+}
+
+impl<N: Numbers> Lobe<N, LinearSrgb> for GratingColourLobe<N> {
+    type Value = [N::Real; 3];
+
+    #[inline(always)]
+    fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> [N::Real; 3] {
+        let colour = self.values(wi, wo, active, |_, _, colour, _| colour, |colour, _| colour);
+        match self.gamut {
+            Gamut::Keep => colour,
+            Gamut::Desaturate => desaturated(colour),
+        }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> N::Real {
+        let active = active & are_above::<N>(wi, wo);
+        mixture_density::<N, 1>([self.density(wi, wo, active)], active)
+    }
+
+    #[inline(always)]
+    fn eval_pdf(
+        &self,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
+        carried: LinearSrgb,
+        active: N::Mask,
+    ) -> ([N::Real; 3], N::Real) {
+        (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
+    }
+
+    #[inline(always)]
+    fn sample(&self, wi: [N::Real; 3], _: LinearSrgb, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        sample_mixture::<N, 1>(wi, u, active, |_, u, active| self.draw(wi, u, active))
     }
 }
 

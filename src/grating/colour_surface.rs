@@ -3,7 +3,7 @@
 use super::GratingColourLobe;
 use super::colour_tables::ColourTables;
 use super::surface::GratingSurface;
-use crate::lobe::Gamut;
+use crate::lobe::{Gamut, LinearSrgb, Lobe};
 use crate::numeric::{Numbers, Plain};
 use crate::scattering::Vec3;
 use serde::{Deserialize, Serialize};
@@ -65,6 +65,6 @@ impl GratingColourSurface {
     /// `f_r` in 1/sr as linear sRGB, with what the material reflects: [`GratingSurface::eval`] weighted by D65 and the CIE 1931
     /// functions.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
-        self.lobe::<f64>().eval(wi, wo, true)
+        self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::colour_lobe::packets;
 use super::surface::GratingSurface;
-use crate::lobe::WavelengthWeights;
+use crate::colour::WavelengthWeights;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;

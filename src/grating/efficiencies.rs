@@ -93,7 +93,13 @@ impl<N: Numbers> EfficiencyView<N> {
         Row { begins: [0, 4].map(|j| std::array::from_fn(|corner| of(j + corner))), between }
     }
 
-    /// An entry of the row: an order of [`Place::outgoing`], or the sum for one more than the last.
+    /// Sum of all efficiencies of the row: the entry after the last order's.
+    #[inline(always)]
+    pub fn row_total(&self, row: &Row<N>, place: &Place<N>, active: N::Mask) -> N::Real {
+        self.entry(row, place.cell + N::Index::lit(1), active)
+    }
+
+    /// Efficiency of an order, by its number among the cell's orders ([`Place::outgoing`]).
     #[inline(always)]
     pub fn entry(&self, row: &Row<N>, at: N::Index, active: N::Mask) -> N::Real {
         let [p, q, to_longer] = row.between;

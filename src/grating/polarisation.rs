@@ -257,7 +257,7 @@ fn mueller<N: Numbers>([xx, xy, yx, yy]: [Pair<N>; 4]) -> [N::Real; 16] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::grating::lobe::across;
+    use crate::grating::lobe::groove_t;
     use crate::numeric::Plain;
     use crate::scattering::{ComplexIndex, SpectralIndex};
     use sunbeam_rigorous::{Medium, Profile, solve_orders};
@@ -275,7 +275,7 @@ mod tests {
 
     fn tabulated(table: &JonesTable, period_um: f64, nm: f64, wi: [f64; 3], order: i32) -> [f64; 16] {
         let periods = 1e3 * period_um / nm;
-        let place = Place::<Double>::new(across::<Double>(periods, wi[1]), -wi[0] * periods);
+        let place = Place::<Double>::new(groove_t::<Double>(periods, wi[1]), -wi[0] * periods);
         let (at, there) = place.outgoing(f64::from(order));
         assert!(there);
         table.view::<Double>(&table.words).matrix(&place, at, nm, -wi[1], true)

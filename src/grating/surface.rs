@@ -2,15 +2,15 @@
 
 use super::build::{EfficiencyTable, Fineness, GratingReport, Orders};
 use super::efficiencies::EfficiencyView;
-use super::lobe::{GratingLayout, GratingLobe, across};
+use super::lobe::{GratingLayout, GratingLobe, groove_t};
 use super::place::Place;
 use super::polarisation::JonesTable;
 use super::solved::{Meshes, Solved, resolution};
 use super::wavelengths::{Spacing, ever_solved, wavelengths};
 use crate::clock::Instant;
-use crate::lobe::{Answer, Sample};
+use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
-use crate::scattering::{Pair, SpectralIndex, Vec3};
+use crate::scattering::{SpectralIndex, Vec3};
 use crate::table::{Estimate, Progress, TableError, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{SQRT_2, TAU};
@@ -115,7 +115,7 @@ impl GratingSurface {
     /// order that does not propagate.
     pub fn efficiency(&self, wavelength_nm: f64, wi: [f64; 2], order: i32) -> f64 {
         let periods = 1e3 * self.layout.period_um / wavelength_nm;
-        let t = across::<Plain<f64>>(periods, wi[1]);
+        let t = groove_t::<Plain<f64>>(periods, wi[1]);
         let place = Place::<Plain<f64>>::new(t, -wi[0] * periods);
         let (at, there) = place.outgoing(f64::from(order));
         if !(there && place.propagates) {
@@ -125,47 +125,32 @@ impl GratingSurface {
         view.entry(&view.row(&place, wavelength_nm, true), at, true)
     }
 
-    /// `f_r` in 1/sr, with what the material reflects and without the cosine. Zero unless both directions lie above the surface
+    /// `f_r` in 1/sr, the material's reflectance included, the cosine left out. Zero unless both directions lie above the surface
     /// and the wavelength (nm) within 360 to 830. Never negative, never NaN.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-        if !answers(wi, wo, wavelength_nm) {
-            return 0.0;
-        }
-        let [f] = self.lobe::<f64>().eval(wi, wo, [wavelength_nm], true);
-        f
+        lobe::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
 
-    /// [`GratingSurface::eval`] and the density of [`GratingSurface::sample`], zero where that is.
+    /// [`GratingSurface::eval`] and the density of [`GratingSurface::sample`], in 1/sr.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
-        if !answers(wi, wo, wavelength_nm) {
-            return Answer::default();
-        }
-        let ([f], pdf) = self.lobe::<f64>().eval_pdf(wi, wo, [wavelength_nm], true);
-        Answer { f, pdf }
+        lobe::eval_pdf(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
 
-    /// The density of a direction sampled for several wavelengths at once: the mean of each one's.
+    /// Density in 1/sr of a direction sampled for several wavelengths (nm): the mean of their densities.
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
-        let density = |&nm: &f64| self.eval_pdf(wi, wo, nm).pdf;
-        wavelengths_nm.iter().map(density).sum::<f64>() / wavelengths_nm.len().max(1) as f64
+        lobe::pdf(&self.lobe::<f64>(), wi, wo, wavelengths_nm)
     }
 
-    /// Samples an outgoing direction for the wavelengths carried (at least one, nm), with its density and weight. `None` as in
-    /// [`GratingSurface::sample_direction`]; such samples count as zero.
+    /// Samples a direction for at least one wavelength (nm) from three random numbers in [0, 1), with density and weight. `None`
+    /// as in [`GratingSurface::sample_direction`]; such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
-        let wo = self.sample_direction(wi, wavelengths_nm, u)?;
-        let pdf = self.pdf(wi, wo, wavelengths_nm);
-        (pdf > 0.0).then(|| Sample { wo, pdf, weight: self.eval(wi, wo, wavelengths_nm[0]) * wo[2] / pdf })
+        lobe::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// A direction from three random numbers in [0, 1): the first picks one of the wavelengths (nm) and then an order or the even
-    /// share, the others a place in the order. `None` where that lies below the horizon, or `wi` does.
+    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there. The first
+    /// number chooses the uniform part or one of the wavelengths (nm), then the order.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
-        let scaled = u[0] * wavelengths_nm.len() as f64;
-        let hero = (scaled as usize).min(wavelengths_nm.len().checked_sub(1)?);
-        let u = [scaled - hero as f64, u[1], u[2]];
-        let wo = self.lobe::<f64>().sample(wi, [wavelengths_nm[hero]], u, wi[2] > 0.0);
-        (wo[2] > 0.0).then_some(wo)
+        lobe::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 }
 
@@ -245,10 +230,6 @@ fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
 /// Standard deviation of an order in cycles/µm.
 pub(super) fn sigma_per_um(coherence_length_um: f64) -> f64 {
     4.0 / (coherence_length_um * TAU * SQRT_2)
-}
-
-fn answers(wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
-    Pair::new(wi, wo).is_some() && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }
 
 /// Why a grating was not tabulated.

@@ -3,6 +3,7 @@
 
 use super::{AnswerKind, Method, MethodShader};
 use crate::grating::GratingColourSurface;
+use crate::lobe::{LinearSrgb, Lobe};
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
@@ -28,7 +29,7 @@ pub(super) struct GratingUniform {
 
 impl Method for GratingColourSurface {
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
-        self.lobe::<f32>().eval(wi, wo, true)
+        self.lobe::<f32>().eval(wi, wo, LinearSrgb, true)
     }
 
     fn answer_spectral(&self, _wi: [f32; 3], _wo: [f32; 3], _wavelength_nm: f32) -> Option<f32> {

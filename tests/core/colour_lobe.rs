@@ -6,8 +6,9 @@ use rayon::prelude::*;
 use std::sync::{Arc, LazyLock};
 use sunbeam::cache::Origin;
 use sunbeam::colour::SpectralToRgb;
+use sunbeam::colour::WavelengthWeights;
 use sunbeam::height_field::{HeightField, Preset};
-use sunbeam::lobe::{ColourSurface, Gamut, Surface, WavelengthWeights, luminance};
+use sunbeam::lobe::{ColourSurface, Gamut, LinearSrgb, Lobe, Surface, luminance};
 use sunbeam::scattering::{ComplexIndex, Options, Pair, SpectralIndex, Vec3, fresnel_unpolarised};
 use sunbeam::table::{Model, Progress, WAVELENGTH_MIN_NM};
 
@@ -184,9 +185,9 @@ fn colours_outside_srgb_are_kept_or_desaturated() {
         let x = f64::from(i) / 200.0 - 1.0;
         let wo = [x, 0.0, (1.0 - x * x).sqrt()];
         let truth = case.truth.rgb(wi, wo, None);
-        let kept = lobe.eval(wi, wo, true);
+        let kept = lobe.eval(wi, wo, LinearSrgb, true);
         lobe.factors.gamut = Gamut::Desaturate;
-        let inside = lobe.eval(wi, wo, true);
+        let inside = lobe.eval(wi, wo, LinearSrgb, true);
         lobe.factors.gamut = Gamut::Keep;
         // Desaturation keeps the luminance, leaves no negative channel, and changes nothing where no channel was
         // negative.
@@ -210,7 +211,7 @@ fn values_are_reciprocal() {
         let lobe = surface.0.lobe::<f64>();
         for _ in 0..1000 {
             let (wi, wo) = (random.direction(), random.direction());
-            assert_eq!(lobe.eval(wi, wo, true), lobe.eval(wo, wi, true));
+            assert_eq!(lobe.eval(wi, wo, LinearSrgb, true), lobe.eval(wo, wi, LinearSrgb, true));
         }
     }
 }
@@ -225,17 +226,17 @@ fn single_precision_matches_double() {
         for (_, surface) in &case.surfaces {
             let (double, single) = (surface.0.lobe::<f64>(), surface.0.lobe::<f32>());
             let pairs: Vec<_> = (0..3000).map(|_| (random.direction(), random.direction())).collect();
-            let answers: Vec<_> = pairs.iter().map(|&(wi, wo)| double.eval(wi, wo, true)).collect();
+            let answers: Vec<_> = pairs.iter().map(|&(wi, wo)| double.eval(wi, wo, LinearSrgb, true)).collect();
             let mean = answers.as_flattened().iter().sum::<f64>() / (3.0 * answers.len() as f64);
             for (&(wi, wo), answer) in pairs.iter().zip(&answers) {
                 let narrow = |w: Vec3| w.map(|c| c as f32);
-                let found = single.eval(narrow(wi), narrow(wo), true);
-                let pdf = double.pdf(wi, wo, true);
+                let found = single.eval(narrow(wi), narrow(wo), LinearSrgb, true);
+                let pdf = double.pdf(wi, wo, LinearSrgb, true);
                 let scale = brightest(*answer).max(0.01 * mean);
                 for (found, answer) in found.into_iter().zip(answer) {
                     assert!((f64::from(found) - answer).abs() < SINGLE * scale, "{found} {answer} {mean}");
                 }
-                assert!((f64::from(single.pdf(narrow(wi), narrow(wo), true)) / pdf - 1.0).abs() < SINGLE);
+                assert!((f64::from(single.pdf(narrow(wi), narrow(wo), LinearSrgb, true)) / pdf - 1.0).abs() < SINGLE);
             }
         }
     }
@@ -254,7 +255,7 @@ fn luminance_matches_the_spectrum() {
         let truth: f64 =
             weights.map(|(i, w)| f64::from(w[3]) * case.truth.surface.eval(wi, wo, WAVELENGTH_MIN_NM + i as f64)).sum();
         sum += truth;
-        off += (luminance(lobe.eval(wi, wo, true)) - truth).abs();
+        off += (luminance(lobe.eval(wi, wo, LinearSrgb, true)) - truth).abs();
     }
     assert!(off < RELATIVE * sum, "{off} of {sum}");
 }
@@ -273,7 +274,7 @@ fn a_flat_mirror_is_white_on_average() {
             for j in -STEPS..=STEPS {
                 let (x, y) = (f64::from(i) * STEP - wi[0], f64::from(j) * STEP - wi[1]);
                 let wo = [x, y, (1.0 - x * x - y * y).sqrt()];
-                let f = lobe.eval(wi, wo, true);
+                let f = lobe.eval(wi, wo, LinearSrgb, true);
                 (0..3).for_each(|c| sum[c] += f[c] * STEP * STEP);
             }
         }
@@ -291,9 +292,9 @@ const BINS: Bins = Bins { count: 37, low: -1.0, width: 2.0 / 37.0, places: 48 };
 /// Probability of the samples under the density for the incidence `claimed`, and the fraction of lost samples.
 fn agreement(surface: &ColourSurface, wi: Vec3, claimed: Vec3) -> (f64, f64) {
     let (single, exact) = (surface.lobe::<f32>(), surface.lobe::<f64>());
-    let density = |wo: Vec3| exact.pdf(claimed, wo, true);
+    let density = |wo: Vec3| exact.pdf(claimed, wo, LinearSrgb, true);
     chi_square::agreement([BINS; 2], density, |random| {
-        let wo = single.sample(wi.map(|c| c as f32), random.three().map(|u| u as f32), true);
+        let wo = single.sample(wi.map(|c| c as f32), LinearSrgb, random.three().map(|u| u as f32), true);
         (wo[2] > 0.0).then(|| wo.map(f64::from))
     })
 }
@@ -334,11 +335,11 @@ fn weights(surface: &ColourSurface, wi: Vec3, count: usize, gamut: Gamut) -> Wei
     let mut random = Random::new(5);
     let (mut sum, mut squares, mut largest) = ([0.0; 4], [0.0; 4], 0.0f64);
     for _ in 0..count {
-        let wo = lobe.sample(wi, random.three(), true);
+        let wo = lobe.sample(wi, LinearSrgb, random.three(), true);
         if wo[2] <= 0.0 {
             continue;
         }
-        let (f, pdf) = lobe.eval_pdf(wi, wo, true);
+        let (f, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
         assert!(pdf > 0.0 && pdf.is_finite());
         let [r, g, b] = f.map(|f| f * wo[2] / pdf);
         for (i, weight) in [r, g, b, luminance([r, g, b])].into_iter().enumerate() {
@@ -419,8 +420,8 @@ fn cached_tables_answer_equally() {
     for _ in 0..100 {
         let (wi, wo, u) = (random.direction(), random.direction(), random.three());
         let (a, b) = (surface.lobe::<f64>(), back.lobe::<f64>());
-        assert_eq!(a.eval_pdf(wi, wo, true), b.eval_pdf(wi, wo, true));
-        assert_eq!(a.sample(wi, u, true), b.sample(wi, u, true));
+        assert_eq!(a.eval_pdf(wi, wo, LinearSrgb, true), b.eval_pdf(wi, wo, LinearSrgb, true));
+        assert_eq!(a.sample(wi, LinearSrgb, u, true), b.sample(wi, LinearSrgb, u, true));
     }
 }
 
@@ -431,12 +432,12 @@ fn invalid_pairs_answer_zero() {
     let bad =
         [[0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [f32::NAN, 0.0, 1.0], [0.0, f32::INFINITY, 1.0], [0.0, 0.0, f32::NAN]];
     for w in bad {
-        assert_eq!(lobe.eval(w, up, true), [0.0; 3]);
-        assert_eq!(lobe.eval(up, w, true), [0.0; 3]);
+        assert_eq!(lobe.eval(w, up, LinearSrgb, true), [0.0; 3]);
+        assert_eq!(lobe.eval(up, w, LinearSrgb, true), [0.0; 3]);
     }
-    assert_eq!(lobe.sample([0.0, 0.0, -1.0], [0.5; 3], true), [0.0; 3]);
-    assert_eq!(lobe.eval(up, up, false), [0.0; 3]);
-    assert_eq!(lobe.pdf(up, [0.0, 0.0, -1.0], true), 0.0);
+    assert_eq!(lobe.sample([0.0, 0.0, -1.0], LinearSrgb, [0.5; 3], true), [0.0; 3]);
+    assert_eq!(lobe.eval(up, up, LinearSrgb, false), [0.0; 3]);
+    assert_eq!(lobe.pdf(up, [0.0, 0.0, -1.0], LinearSrgb, true), 0.0);
 }
 
 #[test]

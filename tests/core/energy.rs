@@ -3,9 +3,10 @@
 use super::common::{Random, built as build, direction, oracle, preset, relief, sinusoid, waves};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use sunbeam::colour::WavelengthWeights;
 use sunbeam::energy::ColourAlbedoTable;
 use sunbeam::height_field::Preset;
-use sunbeam::lobe::{Surface, WavelengthWeights};
+use sunbeam::lobe::Surface;
 use sunbeam::scattering::{ComplexIndex, Obliquity, Options, SpectralIndex, Vec3};
 use sunbeam::table::{Progress, Tiling};
 

@@ -6,7 +6,7 @@ use ndarray::Array2;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 use sunbeam::height_field::{HeightField, Level, Preset};
-use sunbeam::lobe::{SpectralLobe, Surface, UNIFORM_SHARE};
+use sunbeam::lobe::{Lobe, SpectralLobe, Surface, UNIFORM_FRACTION};
 use sunbeam::numeric::{Lanes, Numbers, Plain};
 use sunbeam::sampling::{SamplerLayout, SamplerView};
 use sunbeam::scattering::{Options, Vec3};
@@ -205,7 +205,7 @@ fn orders_have_their_fraction_of_the_power() {
                 let wo = [x, 0.0, (1.0 - x * x).sqrt()];
                 let (u, w) = (wi[0] + wo[0], wi[2] + wo[2]);
                 let power = transform.amplitudes(TAU * w / um)[j.rem_euclid(pixels) as usize].norm_sqr();
-                let drawn = surface.pdf(wi, wo, &[nm]) - UNIFORM_SHARE * sunbeam::numeric::math::SQUARE_PDF;
+                let drawn = surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * sunbeam::numeric::math::SQUARE_PDF;
                 shares.push((power * (u * u + w * w).powi(2) / (w * w * wo[2]), drawn / wo[2]));
             }
         }

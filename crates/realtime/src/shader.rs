@@ -6,6 +6,7 @@ use bytemuck::Zeroable;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
+use sunbeam::scattering::map_direction;
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
 /// second or two, and a window that shares it should not stutter.
@@ -159,6 +160,24 @@ impl Shader {
             answers.reflectances.extend(contents.chunks_exact(16).map(colour));
         }
         Ok(answers)
+    }
+
+    /// Answers over the hemisphere for light from `wi`, in the layout of [`map_direction`] with `side` pixels along each
+    /// side, rows from the top; `None` outside the disc.
+    ///
+    /// # Errors
+    /// As [`Shader::evaluate_async`].
+    pub async fn brdf_map_async(
+        &self,
+        gpu: &Gpu,
+        wi: [f32; 3],
+        side: usize,
+    ) -> Result<Vec<Option<[f32; 3]>>, GpuError> {
+        let directions: Vec<_> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
+        let queries: Vec<Query> =
+            directions.iter().flatten().map(|wo| Query::new(wi, wo.map(|component| component as f32))).collect();
+        let mut answers = self.evaluate_async(gpu, &queries).await?.reflectances.into_iter();
+        Ok(directions.iter().map(|direction| direction.and_then(|_| answers.next())).collect())
     }
 
     /// Ties the shader to the buffers it reads and writes.

@@ -29,7 +29,7 @@ def test_the_picture_of_the_page_is_the_page(page):
     # Where the first order of the map's light goes.
     page.browser.hover("#map", (-98, 2))
     page.browser.wait("return sunbeam.spectrum?.length", "the spectrum", 20)
-    shot = Image.open(io.BytesIO(base64.b64decode(page.browser.call("GET", f"{page.browser.session}/screenshot"))))
+    shot = Image.open(io.BytesIO(page.browser.screenshot()))
     shot = shot.convert("RGB")
     assert shot.size == SIZE
     if os.environ.get("SUNBEAM_WRITE_PICTURE"):

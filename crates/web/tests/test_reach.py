@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import graphlib
 import hashlib
 import re
 import shutil
@@ -14,10 +15,10 @@ import pytest
 from browser import Browser
 from conftest import REPOSITORY, SITE
 from page import SMALL, Page
+from selenium.webdriver.common.keys import Keys
 
 AXE = "4.14.1"
 AXE_SHA256 = "e6b0ce02b84d892e2e33e403485e7f3d6c29e2be6df65daf44d89ba564139745"
-TAB = "\ue004"
 # A style that only one scheme has: that what is looked at is both of them.
 PALE_IN_THE_LIGHT = "@media (prefers-color-scheme: light) { label { color: #ccc !important } }"
 # A name that the browser takes for a host of its own.
@@ -124,7 +125,7 @@ def test_every_control_is_reached_by_the_tabulator(page):
     name = "const one = document.activeElement; return one.id || one.name || one.textContent.trim().slice(0, 20)"
     reached, rings = [], []
     for _ in range(80):
-        page.browser.keys(TAB)
+        page.browser.keys(Keys.TAB)
         found = page.js(name)
         if reached and found == reached[0]:
             break
@@ -204,3 +205,11 @@ def test_hardly_any_data_is_committed():
     data = [path.stat().st_size for path in paths if path.suffix not in code and path.exists()]
     assert len(paths) > 30
     assert sum(data) <= 300e3
+
+
+def test_modules_of_the_page_import_in_one_direction():
+    pattern = re.compile(r'^import .*? from "\./([\w.]+)";', re.MULTILINE)
+    modules = {path.name: pattern.findall(path.read_text()) for path in (REPOSITORY / "crates/web/page").glob("*.js")}
+    assert len(modules) > 15
+    # Raises CycleError.
+    list(graphlib.TopologicalSorter(modules).static_order())
