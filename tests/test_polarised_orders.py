@@ -20,7 +20,7 @@ from mueller import (
     turned,
 )
 from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
-from test_rigorous import METAL, asked
+from test_rigorous import METAL, TEST_COUNT, asked
 
 POLARISED = ["scalar_spectral_polarized", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized"]
 # Errors of an order's matrix elements, root mean square and largest: interpolation between nodes of the table, beside
@@ -124,7 +124,7 @@ def test_samples_follow_the_density():
     bsdf = built("llvm_ad_spectral_polarized", **METAL)
     for angles in ANGLES:
         test = vectorised(bsdf, direction(*angles))
-        assert test.run(SIGNIFICANCE, len(ANGLES), quiet=True), (angles, test.messages)
+        assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), (angles, test.messages)
 
 
 def test_matrices_are_physical():

@@ -14,6 +14,8 @@ from conftest import PLUGIN_FOLDER, REPOSITORY, built, use_variant
 from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
 
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
+# Number of χ² tests: of these variants, and of the polarised one in test_polarised_orders.py.
+TEST_COUNT = len(ANGLES) * (len(VARIANTS) + 1)
 # A small period is quick to solve; a short coherence length makes orders wide against the cells of the χ² test.
 METAL = {
     "preset": "sinusoidal",
@@ -46,7 +48,7 @@ def asked(*words, lines=""):
 def test_samples_follow_the_density(variant, angles):
     bsdf = built(variant, **METAL)
     test = vectorised(bsdf, direction(*angles))
-    assert test.run(SIGNIFICANCE, len(ANGLES) * len(VARIANTS), quiet=True), test.messages
+    assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 
 
 def pairs(count, seed):
