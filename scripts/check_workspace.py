@@ -24,7 +24,7 @@ ALONE = {
     "normal,build,dev": ["sunbeam", "sunbeam-height-field", "sunbeam-realtime", "sunbeam-cli", "sunbeam-c"],
 }
 # Packages that the Makefile compiles first, while Python's packages are installed.
-GROUND = re.search(r"^GROUND := (.*)$", Path("Makefile").read_text(), re.M)[1].split()
+GROUND = " ".join(re.findall(r"^GROUND [:+]= (.*)$", Path("Makefile").read_text(), re.M)).split()
 # Packages that make up the library and its C interface.
 LIBRARY = ["sunbeam", "sunbeam-c", "sunbeam-fourier", "sunbeam-guard", "sunbeam-height-field", "sunbeam-rigorous"]
 # Limit on the library's dependencies. Chosen: it had this number when the limit was set.

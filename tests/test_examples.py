@@ -1,4 +1,4 @@
-"""The programs in examples/, which `cargo test` builds."""
+"""The programs in examples/, which `cargo test` builds, print correct results."""
 
 import subprocess
 from pathlib import Path
@@ -22,7 +22,7 @@ def test_evaluate_finds_the_orders():
     rows = [line.split() for line in run("evaluate").decode().splitlines()[1:]]
     found = {float(row[0].rstrip("°")): [float(value) for value in row[1:]] for row in rows}
     assert len(found) == 33
-    # Light at 20°: order zero leaves into the mirror's direction at every wavelength, and next to nothing beside it.
+    # For light at 20° order 0 leaves at -20° at every wavelength, and little light leaves beside it.
     assert all(value > 100 * between for value, between in zip(found[-20.0], found[-30.0]))
 
 
