@@ -34,7 +34,6 @@ help:
 	@echo "make scenes   write scenes for the mitsuba command, and the files that they need, into out/scenes/"
 	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
 	@echo "make figures  make every page of figures in docs/ anew; or one: make figures PAGES=brdf-maps"
-	@echo "              peers is one that also needs PEER=PROGRAM, another's: see docs/peers.md"
 	@echo "make docs     build the documentation, target/docs/index.html; make api-docs that of the Rust API"
 	@echo "make web      build the page for browsers, target/web/; make web-serve opens it to this machine's browsers"
 	@echo "make test-web the part of make test that tests it in headless Chromium; make bench-web measures it there"
@@ -150,7 +149,7 @@ bench-gpu: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m benches.gpu $(PARTS)
 
-# Those named in PAGES, or all. The page peers stays as it is unless PEER names the program that it needs.
+# The parts of pages named in PAGES, or all.
 figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m docs.figures $(PAGES)

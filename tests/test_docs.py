@@ -14,6 +14,7 @@ from xml.etree import ElementTree
 import doc_pages
 import pytest
 import run_page
+import yaml
 from doc_pages import PACKAGE_PAGES, PAGES, REPOSITORY, SITE_PAGES
 
 TOOL = REPOSITORY / "target" / "release"
@@ -21,6 +22,8 @@ TOOL = REPOSITORY / "target" / "release"
 SHOWN = {"text", "{toctree}"}
 # Subcommands and options that draw on a GPU, or on its software adapter.
 NEEDS_ADAPTER = re.compile(r"sunbeam (adapter|render|view)\b|--backend gpu")
+# Files that pages name and a command writes.
+WRITTEN_LATER = {"docs/data/gpu.json"}
 EXAMPLES = sorted((REPOSITORY / "examples").glob("*.py"))
 
 
@@ -159,6 +162,25 @@ def test_links_lead_somewhere(page):
 def test_a_package_s_page_stands_alone(page):
     relative = [f"line {number}: {target}" for number, target in doc_pages.links(page) if ":" not in target]
     assert not relative, f"{page} links to what its readers do not have: {relative}"
+
+
+@pytest.mark.parametrize("page", ["architecture.md", "contributing.md"])
+def test_named_files_and_folders_exist(page):
+    """Paths in backquotes that begin with a folder of the repository; `NAME` and `*` stand for any name."""
+    folders = {path.name for path in REPOSITORY.iterdir() if path.is_dir()} - {"out", "target"}
+    prose = "\n".join(line for _, line in doc_pages.split(REPOSITORY / "docs" / page)[1])
+    named = [path for path in re.findall(r"`([^`\s]+/[^`\s]*)`", prose) if path.split("/")[0] in folders]
+    assert len(named) > 20
+    missing = [path for path in named if not any(REPOSITORY.glob(path.rstrip("/").replace("NAME", "*")))]
+    assert set(missing) <= WRITTEN_LATER, f"{page} names what is not there: {missing}"
+
+
+def test_the_citation_has_the_version_of_the_crate():
+    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
+    crate = re.search(r'^version = "(.*)"', (REPOSITORY / "Cargo.toml").read_text(encoding="utf-8"), re.M)[1]
+    assert citation["version"] == crate
+    assert {"cff-version", "message", "title", "authors"} <= set(citation), "a field that the format demands is missing"
+    assert all({"type", "title", "authors"} <= set(reference) for reference in citation["references"])
 
 
 def test_site_builds(tmp_path):
