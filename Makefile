@@ -4,6 +4,8 @@ PYTHON ?= python3
 PY     := .venv/bin/python
 READY  := .venv/.ready
 FORMATS := .venv/.formats
+# One line for each skipped test of the last `make test`.
+SKIPS := target/skips.txt
 PLUGIN := target/mitsuba/plugins/diffraction.so
 LIBRARY := target/c_abi
 CARGO  := cargo
@@ -11,6 +13,7 @@ CARGO  := cargo
 GROUND := -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous -p sunbeam-unify --features sunbeam-height-field/files
 # Fixed, because Mitsuba's file resolver and the documentation name it.
 export CARGO_TARGET_DIR := target
+export SUNBEAM_SKIPS := $(CURDIR)/$(SKIPS)
 
 # Tests start hundreds of interpreters, and packages come without their modules compiled (scripts/setup.sh): where the
 # environment forbids keeping these, as images of containers do, each would compile them once more.
@@ -18,7 +21,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 # Two builds at a time would only wait for each other.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test test-rust test-python test-versions wheel lint format demo scenes crosscheck bench bench-gpu figures docs api-docs web web-serve test-web bench-web clean help
+.PHONY: all setup plugin tool library header test check new-skips test-rust test-python test-versions wheel lint format demo scenes crosscheck bench bench-gpu figures docs api-docs web web-serve test-web bench-web clean help
 
 all: plugin
 
@@ -84,15 +87,21 @@ library:
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
 
-test: test-rust test-python test-web
+# SUNBEAM_REQUIRE names parts of the machine without which a test fails instead of being skipped: tests/needs.txt.
+test: new-skips test-rust test-python test-web
+	@if [ -s $(SKIPS) ]; then printf '\nNot tested on this machine:\n'; sort -u $(SKIPS); fi
 
-# In the release profile, which all else is built in too: one set of dependencies serves everything. The plugin's tests, of
-# what Dr.Jit records without a renderer, need the libraries of the wheels.
+new-skips:
+	@mkdir -p $(dir $(SKIPS)); : > $(SKIPS)
+
+# The release profile serves everything, so that dependencies are built once. The tests of the plugin's Rust half load
+# the libraries of the wheels.
 test-rust: $(READY)
 	LD_LIBRARY_PATH=$$($(PY) -c "import importlib.util as u; print(':'.join(u.find_spec(n).submodule_search_locations[0] for n in ('drjit', 'mitsuba')))") \
 		$(CARGO) test --release --workspace --no-fail-fast
 
 test-python: plugin library tool $(FORMATS)
+	$(CARGO) build --release -p sunbeam --examples
 	$(PY) -m pytest -n 2 --dist loadfile
 
 # The plugin against each release of Mitsuba that it can be compiled for, or those named in RELEASES; and a wheel that

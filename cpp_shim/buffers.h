@@ -1,4 +1,4 @@
-// The words of a surface's tables in a backend's memory.
+// A surface's tables in a backend's memory.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// Variables that kernels gather from. Surfaces that share their tables share the memory, in all variants of a backend.
+/// Arrays of `u32` that kernels gather from. Surfaces with the same tables share one copy in all variants of a backend.
 template <typename Float> class Buffers {
 public:
     static constexpr size_t COUNT = 3;
@@ -26,7 +26,7 @@ public:
 
     explicit Buffers(const Surface &surface) : m_words(shared(surface)) {}
 
-    /// The indices of the variables, 0 where there are no words.
+    /// Dr.Jit indices of the arrays; 0 for an empty table.
     std::array<uint32_t, COUNT> indices() const {
         std::array<uint32_t, COUNT> indices;
         for (size_t i = 0; i < COUNT; ++i)
@@ -46,7 +46,7 @@ public:
     }
 
 private:
-    /// Uploads what is not in use yet.
+    /// The copy in use, or a new one.
     static std::shared_ptr<const Words> shared(const Surface &surface) {
         static std::mutex mutex;
         static std::map<uint64_t, std::weak_ptr<const Words>> in_use;
@@ -59,7 +59,7 @@ private:
         auto words = std::make_shared<Words>();
         for (size_t i = 0; i < COUNT; ++i)
             if (const auto from = surface.words(i); !from.empty()) {
-                // Packets are read only from arrays whose length is a multiple of theirs.
+                // Packet gathers need arrays whose length is a multiple of the packet's four words.
                 std::vector<uint32_t> whole_packets((from.size() + 3) / 4 * 4);
                 std::copy(from.begin(), from.end(), whole_packets.begin());
                 (*words)[i] = dr::load<UInt32X>(whole_packets.data(), whole_packets.size());

@@ -15,8 +15,8 @@
 #include "compat.h"
 #include "sunbeam_mitsuba/src/bridge.rs.h"
 
-// Dr.Jit's small arrays are SIMD registers exactly when the compiler may use AVX; the wheels were built so, and those
-// since 3.9 with AVX2. With other flags all of this compiles, loads and renders garbage, so the compiler must refuse.
+// Dr.Jit's small arrays are SIMD registers if and only if the compiler may use AVX. The wheels were built with AVX, and
+// since 3.9 with AVX2. With other flags the plugin would compile, load and render garbage, so the compiler refuses.
 #if !defined(__AVX__) || !defined(__F16C__)
 #error "compile with the -march of the wheel of Mitsuba"
 #endif
@@ -32,15 +32,16 @@ static_assert(std::string_view(MI_VERSION) == SUNBEAM_MITSUBA, "the headers are 
 namespace sunbeam {
 namespace {
 
-/// Precedes the version in the metadata of every image that Mitsuba saves.
+/// Label before the version in the metadata of images that Mitsuba saves.
 constexpr std::string_view VERSION_LABEL = "Mitsuba version ";
 
+/// Input and result of `search_library`.
 struct Search {
     uintptr_t address;
     std::string version;
 };
 
-/// Called for each loaded library: looks for the label in the one that contains the address.
+/// Visitor of loaded libraries: reads the version from the library that contains the address.
 int search_library(dl_phdr_info *info, size_t, void *payload) {
     auto &search          = *static_cast<Search *>(payload);
     auto for_each_segment = [&](auto &&visit) {
@@ -66,10 +67,11 @@ int search_library(dl_phdr_info *info, size_t, void *payload) {
     return 1;
 }
 
-/// Passes small arrays in and out of the running library by value and sees whether they survive.
+/// Passes small arrays by value to the running library and back, and checks the result.
 void probe_calling_convention() {
     using Array3f = dr::Array<float, 3>;
-    // Coefficients of a smooth reflectance spectrum for a blue; the colour goes in by reference, they come by value.
+    // Coefficients of a smooth reflectance spectrum of a blue. The library takes the colour by reference and returns
+    // the coefficients by value.
     const Array3f coeff = mitsuba::srgb_model_fetch(mitsuba::Color<float, 3>(.1f, .3f, .7f));
     auto reflectance    = [&](float nm) {
         float v = (coeff.x() * nm + coeff.y()) * nm + coeff.z();
@@ -85,6 +87,7 @@ void probe_calling_convention() {
             "PyPI. Use that wheel (pip install mitsuba==" MI_VERSION ").");
 }
 
+/// Throws the reason if the running Mitsuba does not fit.
 void check(const void *address) {
 #if SUNBEAM_AVX2
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma"))

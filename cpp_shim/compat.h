@@ -1,5 +1,5 @@
-// What differs between the releases of Mitsuba and Dr.Jit that the plugin can be compiled against (`RELEASES` in
-// build.rs). Everything else here is written for the newest.
+// Differences between the releases of Mitsuba and Dr.Jit that the plugin is compiled against (`RELEASES` in build.rs).
+// All other code is written for the newest release.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace sunbeam {
 
-// Strings for Rust and from it. cxx has conversions of its own, but those are compiled apart from this, and where a
-// wheel has the `std::string` of before C++11, theirs is another.
+// Conversions between C++ and Rust strings. cxx's own conversions are compiled separately with the `std::string` of
+// C++11, which older wheels do not use.
 inline rust::Str rust_str(std::string_view text) {
     return rust::Str(text.data(), text.size());
 }

@@ -14,40 +14,40 @@
  *                                        (blazed: 2.5 and 0.25, rising along +x); in (0, 1e3]
  * region_size           float, um        edge of sub-regions of elaphe and xenopeltis, in [3, 33] (none)
  * region_spread         float            relative rise and fall of the frequency in alternate sub-regions, in [0, 0.1];
- *                                        needs region_size, as that needs it (none)
+ *                                        given together with region_size (none)
  * filename              string           height field (.gwy, .gsf, .spm, .sdf, .x3p, .tif, .exr, .png, .npy, .xyz,
  *                                        .txt, .csv, .asc; see docs/height-fields.md), found as Mitsuba finds files
  * pixel_size            float, um        edge of a pixel, where the file does not say; in (0, 1e3]
  * max_height            float, um        height of the largest value, where the file does not say; in (0, 1e3]
  * channel               string           channel of a file of several, by number or title (the first height)
- * fill                  string           none, laplace, mean: what is put where the file has no height (none: such a
- *                                        file is refused)
- * level                 string           none, mean, plane, quadratic, lines: what is subtracted (plane for files, none
- *                                        for presets)
+ * fill                  string           none, laplace, mean: heights for the file's holes (none: a file with holes
+ *                                        is refused)
+ * level                 string           none, mean, plane, quadratic, lines: form subtracted from the heights (plane
+ *                                        for files, none for presets)
  * tiling                string           periodic, aperiodic (aperiodic for files, periodic for presets)
  * theory                string           scalar, or rigorous: Maxwell's equations, for reliefs along x alone (scalar)
  * coherence_length      float, um        4 standard deviations of the coherence window, in [1e-3, 1e5] (65). Exposed;
- *                                        a change takes as long as building the tables
+ *                                        a change builds the tables anew
  * model                 string           ensemble, patch (ensemble)
  * obliquity             string           auto, stam, small_slope, unit (auto: small_slope where k is at most a tenth of
  *                                        eta at every wavelength, else stam); small_slope needs numbers or spectra
  * conserve_energy       boolean          keeps the albedo at or below 1 (true for ensemble, false for patch)
  * shadowing             boolean          V-cavity shadowing and masking (false)
  * tolerance             float            relative error that tables are built to, in [1e-6, 0.1] (1e-3)
- * build_limit           float            factor on what building tables may take, 8 GB and two minutes on two cores, in
+ * build_limit           float            factor on the limits of a build, 8 GB and two minutes on two cores, in
  *                                        [1, 1e6] (1)
- * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none reflects all (none)
+ * material              string           a measured metal of Mitsuba ("Al", "Au", ...); none: perfect reflector (none)
  * eta, k                spectrum or      complex index of refraction instead of a material; eta alone is a dielectric
- *                       texture          such as keratin (1.56). A spectrum goes on beyond its ends. Exposed,
- *                                        differentiable
+ *                       texture          such as keratin (1.56). Beyond its ends a spectrum keeps its end values.
+ *                                        Exposed, differentiable
  * specular_reflectance  spectrum or      scales the diffracted light (1). Exposed, differentiable
  *                       texture
- * diffuse_reflectance   spectrum or      pigment under the skin, lit by what the surface does not reflect, that is by
- *                       texture          nothing where the material is none (0). Exposed where given, differentiable
+ * diffuse_reflectance   spectrum or      pigment under the surface, lit by the light that the surface does not reflect:
+ *                       texture          none under a perfect reflector (0). Exposed where given, differentiable
  * rotation              float or         turns the relief counter-clockwise against the tangent, in degrees (0).
  *                       texture          Exposed, differentiable
  *
- * A parameter that is unknown, contradicts another, or is out of range raises an error that names it.
+ * An unknown parameter, a contradiction, or a value out of range raises an error that names the parameter.
  *
  * Model
  * -----
@@ -55,16 +55,16 @@
  *
  *     f_r(wi, wo, lambda) = R O M S(f; kappa) / lambda^2,     f = (u, v) / lambda,     kappa = 2 pi w / lambda
  *
- * S is the power spectrum of the phase screen exp(i kappa h), seen through a Gaussian window of coherent light; R is
- * the Fresnel reflectance at the half vector, O the obliquity factor (stam: (1 + wi.wo)^2 / (cos cos w^2), unit: 1),
- * M the optional V-cavity factor. With small_slope, the factor Q of first-order small-slope theory takes the place
- * of R O (docs/model.md). The pigment adds
+ * S is the power spectrum of the phase screen exp(i kappa h) under a Gaussian coherence window, R the Fresnel
+ * reflectance at the half vector, O the obliquity factor (stam: (1 + wi.wo)^2 / (cos cos w^2), unit: 1), and M the
+ * optional V-cavity factor. With small_slope, the factor Q of first-order small-slope theory replaces R O
+ * (docs/model.md). The pigment adds
  *
  *     (1 - specular R(theta_i)) (1 - specular R(theta_o)) diffuse / pi.
  *
  * Component 0 is the diffracted light (glossy), component 1 the pigment where it is given. In polarised variants the
- * diffracted light is polarised as the interface does it: by Fresnel's amplitudes at the half vector, or by the small
- * slope's; the orders of the rigorous theory have matrices of their own. The pigment depolarises.
+ * diffracted light has the Mueller matrix of Fresnel's amplitudes at the half vector, or of the small-slope amplitudes.
+ * Each order of the rigorous theory has a matrix of its own. The pigment depolarises.
  *
  *   J. Stam: Diffraction Shaders. SIGGRAPH 1999.
  *   D. S. Dhillon et al.: Interactive Diffraction from Biological Nanostructures. Comput. Graph. Forum 33(8), 2014.
@@ -86,10 +86,22 @@
  *     mi.file_resolver().append("<repository>/target/mitsuba")
  *     skin = mi.load_dict({"type": "diffraction", "preset": "xenopeltis", "eta": 1.56, "diffuse_reflectance": 0.05})
  *
- * Structure: parameters.cpp reads the properties, diffraction.h is the BSDF, optics.h its answers, lobe.h the
- * diffracted lobe, interface.h what the interface does to it, fingerprint.h what frozen functions compare, variants_*
- * the instantiations, checks.cpp what must hold before any of it runs, progress.cpp what the log is told while tables
- * are built. This file is the entry point.
+ * Files
+ * -----
+ *     diffraction.cpp    entry point
+ *     diffraction.h      the BSDF class that Mitsuba calls
+ *     optics.h           value, density and samples of one instance
+ *     lobe.h             the diffracted lobe, evaluated in Rust
+ *     interface.h        Fresnel and small-slope factors, and their Mueller matrices
+ *     spectral_ends.h    eta and k beyond the ends of their spectra
+ *     parameters.cpp     Mitsuba's properties to the JSON that Rust reads
+ *     buffers.h          tables in a backend's memory
+ *     fingerprint.h      validity of frozen functions
+ *     checks.cpp         compatibility with the running Mitsuba
+ *     jit.cpp            Dr.Jit's operations for Rust's tracing
+ *     progress.cpp       lines for Mitsuba's log
+ *     variants_*.cpp     instantiations, one file per backend
+ *     src/               the Rust side
  */
 
 #include <stdexcept>
@@ -104,7 +116,7 @@ const void *mitsuba_address = nullptr;
 
 namespace {
 
-/// How many variants the wheel has.
+/// Number of variants in the wheel's list, one per line.
 constexpr size_t count_variants(std::string_view list) {
     size_t count = 0;
     for (char c : list)
@@ -115,7 +127,7 @@ constexpr size_t count_variants(std::string_view list) {
 } // namespace
 } // namespace sunbeam
 
-/// Called by Rust's `init_plugin`, which has the name that Mitsuba looks for.
+/// Registers every variant. Rust's `init_plugin`, whose name Mitsuba looks up, calls this function.
 extern "C" void sunbeam_register_variants(std::string_view name, mitsuba::PluginRegisterFn fn) {
     using namespace sunbeam;
     mitsuba_address = reinterpret_cast<const void *>(fn);

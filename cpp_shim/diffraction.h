@@ -62,7 +62,7 @@ public:
             set_optics(m_optics->without_index());
         if (const float built = m_optics->coherence_length_um(); m_coherence_length != built) {
             const float wanted = m_coherence_length;
-            // If it is refused, the BSDF goes on as it was.
+            // A refused length throws and leaves the BSDF unchanged.
             m_coherence_length = built;
             set_optics(m_optics->with_coherence_length(wanted));
             m_coherence_length = wanted;
@@ -117,11 +117,11 @@ private:
     MI_TRAVERSE_CB(Base, m_optics)
 };
 
-/// Tells Mitsuba how to make an instance of one variant; returns 1, for counting.
+/// Registers one variant's constructor with Mitsuba. Returns 1, so that sums count the variants.
 template <typename Float, typename Spectrum> size_t register_variant(std::string_view name, PluginRegisterFn fn) {
     using Class = Diffraction<Float, Spectrum>;
     fn(name, Class::Variant, Class::Type, [](void *, const Properties &props) -> ref<Object> {
-        // Here and not when the plugin is loaded, so that every attempt is told the reason.
+        // Checked for each instance, not at load time, so that every attempt reports the reason.
         require_compatible(mitsuba_address);
         return new Class(props);
     });

@@ -1,4 +1,4 @@
-// Number by which a frozen function (`dr.freeze`) tells whether its kernels still fit a BSDF.
+// Number that lets a frozen function (`dr.freeze`) detect that its kernels no longer fit a BSDF.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@ namespace sunbeam {
 
 namespace dr = drjit;
 
-/// A number below 2^32 in a form that frozen functions compare.
+/// A number below 2^32 encoded in types that frozen functions compare.
 ///
-/// Sizes and layouts of tables are constants of the traced code, so kernels fit no other tables. A frozen function
-/// compares the number of its inputs, their types, and the values of literals. A literal whose value changes becomes an
-/// input whose value is compared no more. Therefore the digits to base four are types: each digit is shown as one of
-/// four literals, which are all zero.
+/// Sizes and layouts of tables are constants of the traced code, so a kernel fits one set of tables. A frozen function
+/// compares the number of its inputs, their types, and the values of literals. A literal whose value has changed once
+/// becomes an input, and its value is not compared again. Therefore each base-four digit of the number is shown as a
+/// zero literal of one of four types.
 template <typename Float> class Fingerprint {
 public:
     explicit Fingerprint(uint64_t number) : m_number(number) {}

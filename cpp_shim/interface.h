@@ -1,5 +1,5 @@
-// What the interface does to light between two directions: the factor R or Q of docs/model.md as a number, or with the
-// phases as a Mueller matrix in polarised variants.
+// The interface's factor between two directions: R (Fresnel) or Q (small slope) of docs/model.md as a number, or as a
+// Mueller matrix in polarised variants.
 #pragma once
 
 #include <mitsuba/core/spectrum.h>
@@ -9,8 +9,12 @@
 
 namespace sunbeam {
 
-/// Directions are in the shading frame, of unit length, and point away from the surface; `from` is where the light
-/// comes from, `to` where it goes. Both lie above the surface.
+/// Reflection by an interface of complex index.
+///
+/// Directions are unit vectors in the shading frame and point away from the surface: `from` towards the light, `to`
+/// towards the viewer. Both lie above the surface. Small-slope symbols follow src/scattering/small_slope.rs: `q0` and
+/// `q` are the cosines of `from` and `to`, `w` their sum, `cos` and `sin` those of the azimuth between them, `sines`
+/// the product of the polar sines, and ε the squared index.
 template <typename Float, typename Spectrum> class Interface {
 public:
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
@@ -19,7 +23,8 @@ public:
     using Vector3f            = mitsuba::Vector<Float, 3>;
     using Mask                = dr::mask_t<Float>;
 
-    /// Fresnel's at the half vector, or the small slope's; for these a perfect conductor has an index of its own.
+    /// `small_slope` selects Q instead of R. `perfect` selects the perfect conductor, for which Q has a form of its
+    /// own.
     Interface(const Complex &index, bool small_slope, bool perfect)
         : m_index(index), m_epsilon(dr::square(index)), m_small_slope(small_slope), m_perfect(perfect) {}
 
@@ -30,7 +35,8 @@ public:
         return mitsuba::fresnel_conductor(UnpolarizedSpectrum(cos_half(from, to)), m_index);
     }
 
-    /// The matrix, in Mitsuba's frames of reference of the light that arrives along `-from` and leaves along `to`.
+    /// The Mueller matrix between Mitsuba's frames of reference for light that arrives along `-from` and leaves along
+    /// `to`.
     Spectrum mueller(const Vector3f &from, const Vector3f &to) const {
         namespace mueller = mitsuba::mueller;
         Spectrum matrix;
@@ -42,18 +48,18 @@ public:
             s_out  = Vector3f(-azimuth.to.y(), azimuth.to.x(), 0.f);
         } else {
             matrix = mueller::specular_reflection(UnpolarizedSpectrum(cos_half(from, to)), m_index);
-            // Perpendicular to the half vector and to both directions. Where these are one, both states are alike, and
-            // any axis will do.
-            const Vector3f across = dr::cross(from, to);
-            const Float squared   = dr::squared_norm(across);
-            s_in                  = dr::select(squared > 1e-10f, across * dr::rsqrt(dr::maximum(squared, 1e-10f)),
+            // The s axis is perpendicular to both directions. Where they coincide, s and p reflect alike and any axis
+            // serves.
+            const Vector3f normal = dr::cross(from, to);
+            const Float squared   = dr::squared_norm(normal);
+            s_in                  = dr::select(squared > 1e-10f, normal * dr::rsqrt(dr::maximum(squared, 1e-10f)),
                                                mitsuba::coordinate_system(to).first);
             s_out                 = s_in;
         }
         return in_stokes_bases(matrix, from, s_in, to, s_out);
     }
 
-    /// A matrix for light from `from` to `to`, given in frames of reference with these first axes, in Mitsuba's.
+    /// Converts a Mueller matrix from frames of reference with the given first axes to Mitsuba's.
     static Spectrum in_stokes_bases(const Spectrum &matrix, const Vector3f &from, const Vector3f &first_in,
                                     const Vector3f &to, const Vector3f &first_out) {
         namespace mueller = mitsuba::mueller;
@@ -62,7 +68,8 @@ public:
     }
 
 private:
-    /// Unit vectors along the surface in which light comes and goes. Along the normal any will do.
+    /// Unit tangential vectors along which the light arrives and leaves. A direction along the normal takes the
+    /// other's.
     struct Azimuth {
         Vector2f from, to;
 
@@ -79,7 +86,8 @@ private:
         Float sin() const { return from.x() * to.y() - from.y() * to.x(); }
     };
 
-    /// Of one direction: the transmitted normal component, and the denominators of s and p.
+    /// Terms of one direction with cosine q: the transmitted normal component t = √(ε − 1 + q²), and the denominators
+    /// q + t of s and εq + t of p.
     struct Side {
         Complex t, s, p;
 
@@ -90,26 +98,26 @@ private:
         }
     };
 
-    /// Of either direction with the half vector. The dot product with one of them would tell them apart by their
-    /// rounding, which near the horizon is as large as this cosine.
+    /// Cosine between either direction and the half vector. Computed from their sum, which is symmetric: a dot product
+    /// with one of them rounds differently for each, by as much as this cosine near the horizon.
     static Float cos_half(const Vector3f &from, const Vector3f &to) {
         return dr::minimum(.5f * dr::norm(from + to), 1.f);
     }
 
-    /// Cosines are not taken below COSINE_MIN of src/reflectance/geometry.rs.
+    /// Cosine with the normal, at least COSINE_MIN of src/scattering/geometry.rs.
     static Float cosine(const Vector3f &w) { return dr::maximum(w.z(), 1e-7f); }
 
-    /// Twin of `small_slope` in src/reflectance/small_slope.rs.
+    /// Q for unpolarised light; twin of `small_slope` in src/scattering/small_slope.rs.
     UnpolarizedSpectrum small_slope_power(const Vector3f &from, const Vector3f &to) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
         const Float q_squared = q * q, q0_squared = q0 * q0;
         const Float half = .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
-        // Not zero, where a square root has no derivative.
+        // Positive, since a square root has no derivative at zero.
         const Float sines = dr::sqrt(dr::maximum((1.f - q_squared) * (1.f - q0_squared), 1e-12f)),
                     cos = dr::clip((1.f + product - half) / sines, -1.f, 1.f), cos_squared = cos * cos,
                     sin_squared = 1.f - cos_squared;
         if (m_perfect) {
-            // cos − sines. Where both directions graze the surface these cancel, and nothing does in the other form.
+            // cos − sines. At grazing directions the difference cancels; the second form does not.
             const Float grazing    = (q_squared + q0_squared + product - q_squared * q0_squared - half) / sines;
             const Float difference = dr::select(sines < .5f, cos - sines, grazing);
             const Float straight   = dr::fmadd(difference, difference, cos_squared * product * product);
@@ -125,17 +133,17 @@ private:
         return dr::squared_norm(m_epsilon - 1.f) * (straight + crossed) * (2.f * product / (w * w));
     }
 
-    /// Twin of `small_slope_amplitudes` there, as a matrix between the frames of s. Only instantiated in polarised
-    /// variants.
+    /// Mueller matrix of the amplitudes, between frames of reference along s; twin of `small_slope_amplitudes` in
+    /// src/scattering/small_slope.rs. Instantiated in polarised variants alone.
     Spectrum small_slope_matrix(const Vector3f &from, const Vector3f &to, const Azimuth &azimuth) const {
         const Float q0 = cosine(from), q = cosine(to), product = q * q0, w = q + q0;
         const UnpolarizedSpectrum g(4.f * product / (w * w));
         const UnpolarizedSpectrum cos(azimuth.cos()), sin(azimuth.sin());
-        // Not zero, as above.
+        // Positive, as in small_slope_power.
         const Float squares = (dr::square(from.x()) + dr::square(from.y())) * (dr::square(to.x()) + dr::square(to.y()));
         const UnpolarizedSpectrum sines(dr::sqrt(dr::maximum(squares, 1e-24f)));
         if (m_perfect) {
-            // As above.
+            // cos − sines without cancellation, as in small_slope_power.
             const Float half = .5f * dr::squared_norm(Vector3f(from.x() + to.x(), from.y() + to.y(), w));
             const Float difference =
                 (q * q + q0 * q0 + product - product * product - half) / dr::maximum(Float(sines[0]), 1e-6f);
@@ -150,8 +158,8 @@ private:
                                     contrast * (o.t * i.t * cos - m_epsilon * sines) / (o.p * i.p));
     }
 
-    /// The Mueller matrix of amplitudes between states that are right-handed with the light's direction, first letter
-    /// out. Time goes as exp(−iωt), and Mitsuba's fourth Stokes component is then 2 Im(x y*).
+    /// Mueller matrix of a Jones matrix; the first letter is the outgoing state, and states are right-handed with the
+    /// light's direction. With the time dependence exp(−iωt), Mitsuba's fourth Stokes component is 2 Im(x y*).
     static Spectrum jones_to_mueller(const Complex &xx, const Complex &xy, const Complex &yx, const Complex &yy) {
         auto power                  = [](const Complex &z) { return dr::squared_norm(z); };
         const UnpolarizedSpectrum a = power(xx), b = power(xy), c = power(yx), d = power(yy);

@@ -1,5 +1,5 @@
-// The diffracted lobe: what the evaluators in Rust (src/lobe/spectral.rs and src/lobe/colour.rs) answer, by
-// value in scalar variants and traced into the kernel in the others.
+// The diffracted lobe, evaluated in Rust (src/lobe/ and src/grating/): by value in scalar variants, traced into the
+// kernel in `llvm_*` and `cuda_*` variants.
 #pragma once
 
 #include <algorithm>
@@ -13,10 +13,12 @@
 
 namespace sunbeam {
 
-/// Directions are in the grating's frame and point away from the surface. Wavelengths are in nm in spectral variants
-/// and empty in the others, which carry colours. Values contain cosθo. In spectral variants they leave out what the
-/// interface does to light (interface.h); in the others it is inside if the surface was made with an index. All of it
-/// is zero where `active` is false or a direction lies below the surface.
+/// Value, density and samples of the diffracted light.
+///
+/// Directions are unit vectors in the relief's frame and point away from the surface. Wavelengths are in nm in spectral
+/// variants and empty in RGB and mono variants. Values contain cosθo. Spectral values leave out the interface's factor
+/// (interface.h); RGB and mono values include it if the surface was made with an index. Everything is zero where
+/// `active` is false or a direction lies below the surface.
 template <typename Float, typename Spectrum> class DiffractionLobe {
 public:
     using UnpolarizedSpectrum    = mitsuba::unpolarized_spectrum_t<Spectrum>;
@@ -28,13 +30,13 @@ public:
 
     explicit DiffractionLobe(rust::Box<Surface> surface) : m_surface(std::move(surface)), m_buffers(*m_surface) {}
 
-    /// Differentiable by both directions.
+    /// Value times cosθo, differentiable by both directions.
     UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                              const Mask &active) const {
         return value(ask(Question::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
     }
 
-    /// Density of `sample`. It belongs to the sampler and not to the integrand, so it is not differentiable.
+    /// Density of `sample` in 1/sr. Not differentiable, since it is no part of the integrand.
     Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
         return ask(Question::Density, wi, wo, wavelengths, active)[4];
     }
@@ -45,8 +47,8 @@ public:
         return { value(answer, wo) + first_order(wi, wo, wavelengths, active), answer[4] };
     }
 
-    /// `eval` of a rigorous surface in a polarised variant, over the cosine, of light from `from` to `to`: a Mueller
-    /// matrix in frames of reference whose first axis is the grooves', made transverse to the light. Not
+    /// Mueller matrix of a rigorous surface in a polarised variant, for light from `from` to `to`, without cosθo. Its
+    /// frames of reference have the grooves' direction, made transverse to the light, as first axis. Not
     /// differentiable.
     Spectrum matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths, const Mask &active) const {
         const auto elements = ask_matrix(from, to, wavelengths, active);
@@ -57,7 +59,7 @@ public:
         return matrix;
     }
 
-    /// A direction from three uniform variates. Zero where there is none.
+    /// A direction from three uniform variates; the zero vector where the draw falls below the horizon.
     Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
                     const Mask &active) const {
         const Vector3f variates(sample1, sample2.x(), sample2.y());
@@ -76,7 +78,7 @@ public:
     }
 
 private:
-    /// Values at four wavelengths, or red, green, blue and luminance; and a density.
+    /// Values at four wavelengths, or red, green, blue and luminance; then the density in 1/sr.
     using Answer = std::array<Float, 5>;
 
     static UnpolarizedSpectrum value(const Answer &answer, const Vector3f &wo) {
@@ -98,7 +100,7 @@ private:
             return {};
     }
 
-    /// What a tracing surface is asked with.
+    /// Dr.Jit variables of a traced call.
     Traced arguments(const Vector3f &wi, const Vector3f &other, [[maybe_unused]] const Wavelength &wavelengths,
                      const Mask &active) const {
         Traced arguments{};
@@ -123,7 +125,7 @@ private:
             return m_surface->ask(question, by_value(wi), by_value(other), by_value(wavelengths));
     }
 
-    /// Elements of matrices, as the bridge has them.
+    /// Matrix elements in the bridge's order: the four wavelengths of an element lie side by side.
     auto ask_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
                     [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
@@ -132,7 +134,7 @@ private:
             return m_surface->ask_matrix(by_value(from), by_value(to), by_value(wavelengths));
     }
 
-    /// Variables that are the caller's from now on.
+    /// Takes ownership of variables that the bridge returned.
     template <size_t N> static std::array<Float, N> taken(const std::array<uint32_t, N> &indices) {
         std::array<Float, N> answer;
         std::transform(indices.begin(), indices.end(), answer.begin(), [](uint32_t i) { return Float::steal(i); });
@@ -148,8 +150,8 @@ private:
 
     /// Zero, with the derivatives of the value by the components of both directions, from central differences.
     ///
-    /// The look-ups loop over nodes, whose number and places depend on the directions, and such loops cannot be run
-    /// backwards.
+    /// Reverse mode cannot differentiate the look-ups, whose loops have a number of steps that depends on the
+    /// directions.
     UnpolarizedSpectrum first_order(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                                     const Mask &active) const {
         UnpolarizedSpectrum change(0.f);
@@ -170,12 +172,12 @@ private:
                     Float distance(0.f);
                     for (uint32_t c = 0; c < 6; ++c) {
                         const Float here = from[c / 3][c % 3];
-                        // Not through the horizon.
+                        // A quarter of the cosine at most, so that the step does not cross the horizon.
                         const Float step =
                             c % 3 < 2 ? Float(steps.across[c % 3]) : dr::minimum(steps.along, .25f * here);
                         const auto moves = (i >> 1) == c;
                         to[c / 3][c % 3] += dr::select(moves, sign * step, 0.f);
-                        // What is left of the steps in single precision.
+                        // The difference of the two positions as rounded to single precision.
                         distance = dr::select(moves, (here + step) - (here - step), distance);
                     }
                     const auto there = value(ask(Question::Value, to[0], to[1], wavelengths, active), to[1]);

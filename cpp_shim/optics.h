@@ -56,17 +56,17 @@ public:
         return optics;
     }
 
-    /// A copy whose reflectance follows the textures `eta` and `k`, and not an index inside the tables.
+    /// A copy whose reflectance follows the textures `eta` and `k`, instead of an index that the tables include.
     Optics without_index() const {
         Optics optics(*this);
         optics.m_perfect            = false;
-        optics.m_reflectance_inside = false;
+        optics.m_interface_included = false;
         auto surface                = [&] { return m_lobe->surface().without_index(); };
-        optics.set_lobe(m_reflectance_inside ? std::make_shared<const Lobe>(checked(surface)) : m_lobe);
+        optics.set_lobe(m_interface_included ? std::make_shared<const Lobe>(checked(surface)) : m_lobe);
         return optics;
     }
 
-    /// A copy that continues the spectra of `eta` and `k` from where these end now.
+    /// A copy that continues the spectra of `eta` and `k` from their present ends.
     Optics with_present_ends() const {
         Optics optics(*this);
         optics.m_eta_ends.update(*optics.m_eta);
@@ -92,7 +92,7 @@ public:
         put("rotation", m_rotation, ParamFlags::Differentiable | ParamFlags::Discontinuous);
     }
 
-    /// Shows frozen functions the variables of textures and tables, and which code is traced.
+    /// Shows frozen functions the variables of textures and tables, and a fingerprint of the traced code.
     void traverse_1_cb_ro(void *payload, dr::detail::traverse_callback_ro fn) const {
         each_traversable([&](auto part) { dr::traverse_1_fn_ro(part, payload, fn); });
     }
@@ -115,7 +115,7 @@ public:
         const Vector3f wo_glossy = local.to_shading(m_lobe->sample(dr::detach(local.to_grating(si.wi)), si.wavelengths,
                                                                    sample_lobe, sample2, active && pick_glossy));
 
-        // Directions and densities are detached: derivatives are those of the integrand at the places sampled.
+        // Directions and densities are detached: derivatives are those of the integrand at the sampled directions.
         bs.wo  = dr::detach(dr::select(pick_glossy, wo_glossy, warp::square_to_cosine_hemisphere(sample2)));
         bs.eta = 1.f;
         bs.sampled_component = dr::select(pick_glossy, UInt32(0), UInt32(1));
@@ -129,7 +129,7 @@ public:
         return { bs, (dr::select(active, dr::rcp(pdf), 0.f) * value) & active };
     }
 
-    /// Value times cosine, density, or both, where both directions lie above the surface, zero elsewhere.
+    /// Value times cosθo, density in 1/sr, or both. Zero where a direction lies below the surface.
     template <bool Value, bool Density> std::pair<Spectrum, Float>
     answer(const BSDFContext &ctx, const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
         active &= Frame3f::cos_theta(si.wi) > 0.f && Frame3f::cos_theta(wo) > 0.f;
@@ -160,13 +160,13 @@ public:
     }
 
 private:
-    /// Scalar variants trace no code.
+    /// Empty stand-in for scalar variants, which trace no code.
     struct NoFingerprint {
         explicit NoFingerprint(uint64_t) {}
     };
     using FrozenAs = std::conditional_t<dr::is_jit_v<Float>, Fingerprint<Float>, NoFingerprint>;
 
-    /// Which components the caller wants.
+    /// Components that the caller's context enables.
     struct Lobes {
         bool diffraction, diffuse;
 
@@ -176,12 +176,12 @@ private:
         bool none() const { return !diffraction && !diffuse; }
     };
 
-    /// The parameters at one point of the surface, and what depends on them and `wi` only.
+    /// Parameters at one point of the surface, and quantities that depend on them and `wi` alone.
     struct Local {
         dr::Complex<UnpolarizedSpectrum> ior;
         UnpolarizedSpectrum specular, diffuse;
         Float sin_rotation, cos_rotation;
-        /// Probability with which `sample` picks the diffracted lobe.
+        /// Probability that `sample` picks the diffracted lobe.
         Float prob_diffraction;
 
         Vector3f to_grating(const Vector3f &w) const {
@@ -194,12 +194,12 @@ private:
                      dr::fmadd(cos_rotation, w.y(), sin_rotation * w.x()), w.z() };
         }
 
-        /// Reflectance of a facet seen under this angle.
+        /// Fresnel reflectance of a facet at this cosine, times `specular_reflectance`.
         UnpolarizedSpectrum reflectance(const Float &cos_theta) const {
             return specular * fresnel_conductor(UnpolarizedSpectrum(cos_theta), ior);
         }
 
-        /// Light that it leaves for the pigment below.
+        /// Fraction of the light that passes the facet to the pigment below.
         UnpolarizedSpectrum remainder(const Float &cos_theta) const {
             return dr::maximum(1.f - reflectance(cos_theta), 0.f);
         }
@@ -215,8 +215,8 @@ private:
         local.prob_diffraction = lobes.diffraction ? 1.f : 0.f;
         if (lobes.diffraction && lobes.diffuse) {
             const Float cos_theta_i = Frame3f::cos_theta(si.wi);
-            // Detached: the choice of a lobe is no part of the integrand. Bounded away from 0, so that each lobe is
-            // sampled wherever it may contribute.
+            // Detached: the choice of a lobe is no part of the integrand. Between 0.1 and 0.9, so that each lobe is
+            // sampled wherever it contributes, with a weight of at most ten times its own.
             const Float glossy     = dr::detach(dr::mean(local.reflectance(cos_theta_i))),
                         rest       = dr::detach(dr::mean(local.diffuse * local.remainder(cos_theta_i)));
             local.prob_diffraction = dr::select(glossy + rest > 0.f, dr::clip(glossy / (glossy + rest), .1f, .9f), .5f);
@@ -224,7 +224,7 @@ private:
         return local;
     }
 
-    /// Value times cosine, density, or both, of all wanted lobes: the one routine behind eval, pdf, and sample.
+    /// Value times cosθo, density, or both, summed over the enabled components. eval, pdf and sample all call it.
     template <bool Value, bool Density>
     std::pair<Spectrum, Float> evaluate(const Local &local, const Lobes &lobes, const BSDFContext &ctx,
                                         const SurfaceInteraction3f &si, const Vector3f &wo, Mask active) const {
@@ -260,7 +260,7 @@ private:
         return { value, pdf };
     }
 
-    /// Mueller matrix of the orders by Maxwell's equations: zero in variants that carry none.
+    /// Mueller matrix of the rigorous theory's orders, times cosθo. Zero in unpolarised variants.
     Spectrum polarised_orders([[maybe_unused]] const Local &local, [[maybe_unused]] const BSDFContext &ctx,
                               [[maybe_unused]] const SurfaceInteraction3f &si, [[maybe_unused]] const Vector3f &wo,
                               [[maybe_unused]] const Mask &active) const {
@@ -272,8 +272,8 @@ private:
                 dr::detach(Frame3f::cos_theta(wo));
             const Vector3f grooves = local.to_shading({ 0.f, 1.f, 0.f });
             auto transverse        = [&](const Vector3f &w) {
-                const Vector3f across = dr::fnmadd(w, dr::dot(grooves, w), grooves);
-                return across * dr::rsqrt(dr::maximum(dr::squared_norm(across), 1e-12f));
+                const Vector3f axis = dr::fnmadd(w, dr::dot(grooves, w), grooves);
+                return axis * dr::rsqrt(dr::maximum(dr::squared_norm(axis), 1e-12f));
             };
             return local.specular *
                    Interface<Float, Spectrum>::in_stokes_bases(matrix, from, transverse(from), to, transverse(to));
@@ -281,8 +281,8 @@ private:
         return Spectrum(0.f);
     }
 
-    /// Response to the light that the relief sends from one direction to the other, by what the interface does to
-    /// it. It does so with all of that light alike, so nothing is depolarised.
+    /// The relief's answer times the interface's factor or Mueller matrix. One matrix applies to all diffracted light,
+    /// so nothing is depolarised.
     Spectrum reflected(const Local &local, const UnpolarizedSpectrum &relief, const BSDFContext &ctx,
                        const Vector3f &wi, const Vector3f &wo) const {
         if (m_lobe->surface().is_rigorous())
@@ -291,16 +291,16 @@ private:
         if constexpr (is_polarized_v<Spectrum>) {
             const bool radiance   = ctx.mode == TransportMode::Radiance;
             const Spectrum matrix = interface.mueller(radiance ? wo : wi, radiance ? wi : wo);
-            if (!m_reflectance_inside)
+            if (!m_interface_included)
                 return relief * matrix;
             const UnpolarizedSpectrum power = matrix(0, 0);
             return dr::select(power > 0.f, relief / power, 0.f) * matrix;
         } else {
-            return m_reflectance_inside ? relief : relief * interface.power(wi, wo);
+            return m_interface_included ? relief : relief * interface.power(wi, wo);
         }
     }
 
-    /// Sets the textures and builds the surface. Everything is checked before the tables are built, since that takes
+    /// Sets the textures and builds the surface. Parameters are checked before the tables are built, which takes
     /// seconds.
     rust::Box<Surface> new_lobe_surface(const Properties &props) {
         const std::string json = surface_json(props);
@@ -344,14 +344,15 @@ private:
             rust::Box<Surface> surface = is_spectral_v<Spectrum>
                                              ? new_surface(rust_str(json), samples, polarised)
                                              : new_colour_surface(rust_str(json), samples, polarised);
-            // The small slope's factor of a perfect conductor is not in colours, which have no index to be for.
-            m_reflectance_inside = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
+            // Colour tables include the factor of an index. A perfect conductor has none, so its small-slope factor is
+            // computed here.
+            m_interface_included = surface->is_rigorous() || (!is_spectral_v<Spectrum> && samples.known &&
                                                               !(m_perfect && surface->is_small_slope()));
             return surface;
         });
     }
 
-    /// Calls Rust; an error of Rust's becomes one of Mitsuba's.
+    /// Calls Rust and rethrows its errors as Mitsuba's.
     template <typename Call> static auto checked(const Call &call) -> decltype(call()) {
         try {
             return call();
@@ -365,11 +366,11 @@ private:
         m_fingerprint = FrozenAs(code());
     }
 
-    /// A number that differs where the traced code does.
+    /// Hash of all choices that change the traced code.
     uint64_t code() const {
         const Surface &surface = m_lobe->surface();
         uint64_t code          = surface.identity();
-        for (bool choice : { m_reflectance_inside, m_perfect, surface.is_small_slope(), bool(m_diffuse_reflectance),
+        for (bool choice : { m_interface_included, m_perfect, surface.is_small_slope(), bool(m_diffuse_reflectance),
                              m_eta_ends.are_clipped(), m_k_ends.are_clipped() })
             code = 2 * code + choice;
         return code;
@@ -390,12 +391,12 @@ private:
     ref<Texture> m_eta, m_k, m_specular_reflectance, m_diffuse_reflectance, m_rotation;
     SpectralEnds<Float, Spectrum> m_eta_ends, m_k_ends;
     std::vector<uint32_t> m_components;
-    /// Whether the lobe's values contain what the interface does to light: in variants that carry colours, until `eta`
-    /// or `k` change, if these have wavelengths.
-    bool m_reflectance_inside = false;
-    /// Whether everything is reflected, until `eta` or `k` change.
+    /// Whether the lobe's values include the interface's factor. True in RGB and mono variants while `eta` and `k` are
+    /// the spectra that the tables were built with, and for the rigorous theory.
+    bool m_interface_included = false;
+    /// Whether the surface is a perfect reflector; false once `eta` or `k` change.
     bool m_perfect = false;
-    // After the others, because `new_lobe_surface` sets these before it is made.
+    // Declared after the textures: `new_lobe_surface` sets these while it initialises `m_lobe`.
     std::shared_ptr<const Lobe> m_lobe;
     FrozenAs m_fingerprint{ code() };
 };

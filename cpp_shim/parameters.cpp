@@ -19,7 +19,7 @@ using mitsuba::Properties;
 namespace sunbeam {
 namespace {
 
-// What each of these accepts is decided in one place for all interfaces: src/config.rs.
+// Parameters that Rust reads, by type. src/config/ decides for all interfaces which values are accepted.
 constexpr const char *CHOICES[]  = { "preset", "fill", "level", "tiling", "theory", "model", "obliquity" };
 constexpr const char *NUMBERS[]  = { "period",     "height",           "region_size", "region_spread", "pixel_size",
                                      "max_height", "coherence_length", "tolerance",   "build_limit" };
@@ -27,10 +27,11 @@ constexpr const char *SWITCHES[] = { "conserve_energy", "shadowing" };
 
 constexpr const char *ALL_NAMES =
     "preset, period, height, region_size, region_spread, filename, pixel_size, max_height, channel, fill, level, "
-    "tiling, "
-    "theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, build_limit, material, eta, k, "
+    "tiling, theory, coherence_length, model, obliquity, conserve_energy, shadowing, tolerance, build_limit, "
+    "material, eta, k, "
     "specular_reflectance, diffuse_reflectance, rotation";
 
+/// A JSON string literal.
 std::string json_string(std::string_view text) {
     std::string result = "\"";
     for (unsigned char c : text) {
@@ -45,15 +46,17 @@ std::string json_string(std::string_view text) {
     return result + '"';
 }
 
+/// A finite number as JSON.
 std::string number(const Properties &props, const char *name) {
     const double value = props.get<double>(name);
     if (!std::isfinite(value))
         Throw("parameter \"%s\" is %f, but must be a finite number", name, value);
-    // Not printf, whose decimal point depends on the locale. The shortest form that reads back as the same number.
+    // The shortest form that reads back as the same number. printf's decimal point would depend on the locale.
     char text[32];
     return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
+/// Absolute path of the file that the file resolver finds for `filename`.
 std::string resolved_file(const Properties &props) {
     namespace fs           = mitsuba::fs;
     const std::string name = props.get<std::string>("filename");
@@ -63,7 +66,7 @@ std::string resolved_file(const Properties &props) {
     return fs::absolute(path).string();
 }
 
-/// The numbers in a property that may also be a texture.
+/// Numbers of a property: one, a colour's three, or a spectrum's values. Empty for a texture.
 std::vector<double> plain_values(const Properties &props, const char *name) {
     switch (props.type(name)) {
         case Properties::Type::Float:
@@ -80,6 +83,7 @@ std::vector<double> plain_values(const Properties &props, const char *name) {
     }
 }
 
+/// Refuses numbers of a property outside [low, high], and NaN; `accepted` completes the message "must be …".
 void check_range(const Properties &props, const char *name, double low, double high, const char *accepted) {
     if (!props.has_property(name))
         return;

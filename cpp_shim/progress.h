@@ -1,4 +1,4 @@
-// What Mitsuba's log is told while tables are built.
+// Lines for Mitsuba's log while tables are built.
 #pragma once
 
 #include "rust/cxx.h"
@@ -8,7 +8,7 @@ namespace sunbeam {
 /// Writes a line to Mitsuba's log at the level Info. Only for the thread that Mitsuba called the plugin from.
 void log_info(rust::Str line);
 
-/// Writes a line to Mitsuba's log at the level Warn, from the same thread.
+/// Writes a line to Mitsuba's log at the level Warn. Only for the thread that Mitsuba called the plugin from.
 void log_warn(rust::Str line);
 
 } // namespace sunbeam

@@ -1,5 +1,5 @@
-// Spectra of eta and k beyond the wavelengths that they are given for. Mitsuba's are zero there, and an index of zero
-// would reflect everything; here the values at either end go on, and a warning says so.
+// Continuation of eta and k beyond the ends of their spectra. Mitsuba returns zero there, and an index of zero would
+// reflect everything. Here the end values continue, and a warning says so.
 #pragma once
 
 #include <algorithm>
@@ -17,12 +17,11 @@
 
 namespace sunbeam {
 
-/// The wavelengths that all spectra in a texture are given for, its own and those of textures inside it.
+/// Wavelengths in nm common to all spectra of a texture and of the textures nested in it.
 template <typename Texture> class SpectralRange final : public mitsuba::TraversalCallback {
 public:
     explicit SpectralRange(Texture &texture) { add(texture); }
 
-    /// In nm.
     WavelengthRange range;
 
 private:
@@ -40,16 +39,16 @@ private:
     }
 };
 
-/// Evaluates a texture of eta or k at the wavelengths that it is given for, or at the nearest of these.
+/// Evaluates a texture of eta or k with wavelengths clipped to the texture's range.
 template <typename Float, typename Spectrum> class SpectralEnds {
 public:
     using Texture             = mitsuba::Texture<Float, Spectrum>;
     using UnpolarizedSpectrum = mitsuba::unpolarized_spectrum_t<Spectrum>;
     using SurfaceInteraction  = mitsuba::SurfaceInteraction<Float, Spectrum>;
 
-    /// Takes a texture that was made of samples at rising wavelengths in nm, none where it was made of something else.
-    /// In variants that carry colours, that of a spectrum which ends early is made anew. `source` is what warnings and
-    /// errors call it.
+    /// Sets up a texture made of samples at rising wavelengths in nm; no samples if it was made of something else.
+    /// RGB and mono variants replace the texture of a spectrum that ends early. `source` names the texture in warnings
+    /// and errors.
     void begin(mitsuba::ref<Texture> &texture, const std::string &source, const std::vector<double> &nm,
                const std::vector<double> &values) {
         m_source = source;
@@ -63,7 +62,7 @@ public:
         }
     }
 
-    /// Asks the texture, which may have changed, where its spectra end, and warns of a range that is new.
+    /// Reads the present range of the texture and warns if it is new.
     void update(Texture &texture) {
         if constexpr (mitsuba::is_spectral_v<Spectrum>) {
             const WavelengthRange range = SpectralRange<Texture>(texture).range;
@@ -71,13 +70,13 @@ public:
                 return;
             tell_ends(m_source, range);
             m_range = range;
-            // Opaque: kernels are compiled for any range, and a frozen function reads the one in use.
+            // Opaque: the ends are inputs of the kernel, so one kernel serves every range.
             m_low  = dr::opaque<Float>((dr::scalar_t<Float>) range.low);
             m_high = dr::opaque<Float>((dr::scalar_t<Float>) range.high);
         }
     }
 
-    /// Whether wavelengths are moved into the range, which is other code than where the range is complete.
+    /// Whether wavelengths are clipped. A complete range traces no clipping.
     bool are_clipped() const { return mitsuba::is_spectral_v<Spectrum> && !m_range.is_complete(); }
 
     /// Shows frozen functions the ends, which are their inputs.

@@ -4,14 +4,11 @@
 namespace sunbeam {
 
 size_t register_scalar_variants(std::string_view name, mitsuba::PluginRegisterFn fn) {
-    using Float = float;
-
+    using Float    = float;
     using RGB      = mitsuba::Color<Float, 3>;
     using Spectral = mitsuba::Spectrum<Float, 4>;
-    return
-
-        register_variant<Float, RGB>(name, fn) + register_variant<Float, Spectral>(name, fn) +
-        register_variant<Float, mitsuba::MuellerMatrix<Spectral>>(name, fn);
+    return register_variant<Float, RGB>(name, fn) + register_variant<Float, Spectral>(name, fn) +
+           register_variant<Float, mitsuba::MuellerMatrix<Spectral>>(name, fn);
 }
 
 } // namespace sunbeam

@@ -1,17 +1,17 @@
 #!/usr/bin/env bash
 # Builds the page and tests it in headless Chromium: `make test-web PY=…`. Where a browser or Rust's target for WebAssembly
-# is missing, nothing is tested, which one line says, with the way to get it.
+# is missing, nothing is tested: a skip (tests/needs.py).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 PY="${PY:-.venv/bin/python}"
 
+# not_tested NEED REASON: reports the skip and ends.
 not_tested() {
-    printf '\n*** THE PAGE WAS NOT TESTED IN A BROWSER: %s ***\n\n' "$*" >&2
-    exit 0
+    PYTHONPATH=tests exec "$PY" -c 'import needs, sys; needs.miss(sys.argv[1], "the page", sys.argv[2])' "$@"
 }
 
-lacking="$("$PY" crates/web/tests/browser.py)" || not_tested "$lacking"
-said="$(scripts/web.sh --check 2>&1)" || not_tested "${said##*error: }"
+lacking="$("$PY" crates/web/tests/browser.py)" || not_tested chromium "$lacking"
+said="$(scripts/web.sh --check 2>&1)" || not_tested wasm "${said##*error: }"
 scripts/web.sh
 cargo build --release -p sunbeam-web --example page_twin
 exec "$PY" -m pytest -n 2 --dist worksteal crates/web/tests "$@"

@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 PAGE=target/web
 TARGET=wasm32-unknown-unknown
 # The folder of the measured scans; without it no example is measured.
-SCANS="${SUNBEAM_DATA:-../shared/data/afm}"
+SCANS="${SUNBEAM_DATA:-../shared/data}/afm"
 export CARGO_TARGET_DIR=target
 # Every browser that has WebGPU has 128-bit SIMD. The name is that of a dependency's source of random numbers.
 FLAGS='--cfg getrandom_backend="wasm_js" -C target-feature=+simd128'
@@ -92,7 +92,7 @@ say "4/4 the examples"
 if [ -d "$PAGE/examples" ] && [ -z "${SUNBEAM_WEB_EXAMPLES:-}" ] && [ "$PAGE/examples/index.json" -nt crates/web/examples.json ]; then
     cp -R "$PAGE/examples" "$PAGE.new/examples"
 else
-    [ -d "$SCANS" ] || say "note: there is no folder $SCANS of scans (SUNBEAM_DATA names another): no example is measured"
+    [ -d "$SCANS" ] || say "note: there is no folder $SCANS of scans (SUNBEAM_DATA names the folder of measured data): no example is measured"
     build_twin
     target/release/examples/page_twin --examples crates/web/examples.json --scans "$SCANS" -o "$PAGE.new/examples"
 fi

@@ -28,7 +28,7 @@
 //! [`SurfaceConfig`]:
 //!
 //! ```
-//! # #[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))] {
+//! # #[cfg(feature = "full")] {
 //! use sunbeam::{Cache, SurfaceConfig};
 //!
 //! let config = SurfaceConfig::from_json(r#"{"preset": "sinusoidal", "period": 2, "conserve_energy": false}"#)?;
@@ -61,9 +61,10 @@
 //!
 //! # Features
 //!
-//! - `files` (on by default): height fields from and to files.
-//! - `cache` (on by default): tables on disk. With both, [`config`] also builds what it describes.
-//! - `rigorous` (on by default): gratings by Maxwell's equations.
+//! - `files`: height fields from and to files.
+//! - `cache`: tables on disk.
+//! - `rigorous`: gratings by Maxwell's equations.
+//! - `full` (on by default): all three. [`config`] then also builds the surfaces that it describes.
 
 #[cfg(feature = "cache")]
 pub mod cache;

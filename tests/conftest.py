@@ -9,7 +9,9 @@ from pathlib import Path
 # Tests run on all cores: threads of numpy's would only wait for each other. It reads this once.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import drjit as dr
 import mitsuba as mi
+import needs
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parent.parent
@@ -18,7 +20,9 @@ os.environ.setdefault("SUNBEAM_CACHE_DIR", str(REPOSITORY / "target" / "test_cac
 # That of another release of Mitsuba where the environment names one (scripts/versions.py).
 PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_PLUGIN_FOLDER", REPOSITORY / "target" / "mitsuba"))
 
-VARIANTS = mi.variants()
+# The variants of the wheel that run on this machine.
+CUDA = dr.has_backend(dr.JitBackend.CUDA)
+VARIANTS = [name for name in mi.variants() if CUDA or not name.startswith("cuda")]
 # One of each kind, for tests of what does not depend on colour or polarisation.
 TYPICAL_VARIANTS = ["scalar_rgb", "scalar_spectral", "llvm_ad_rgb", "llvm_ad_spectral_polarized"]
 # One of each kind that traces.
@@ -28,16 +32,13 @@ TRACED_VARIANTS = ["llvm_ad_spectral", "llvm_ad_rgb"]
 def pytest_sessionstart(session):
     if not (PLUGIN_FOLDER / "plugins" / "diffraction.so").exists():
         pytest.exit("the plugin is not built: run `make plugin` first", returncode=2)
+    if not CUDA and not hasattr(session.config, "workerinput"):
+        needs.miss("cuda", "the CUDA variants", "there is no NVIDIA GPU")
 
 
 def use_variant(name):
-    """Selects a variant and makes the plugin known to it; skips where its backend is not usable here."""
-    try:
-        mi.set_variant(name)
-    except ImportError as error:
-        if name.startswith("cuda"):
-            pytest.skip(f"{name} needs an NVIDIA GPU: {error}")
-        raise
+    """Selects a variant and makes the plugin known to it."""
+    mi.set_variant(name)
     resolver = mi.file_resolver()
     if str(PLUGIN_FOLDER) not in [str(folder) for folder in resolver]:
         resolver.append(str(PLUGIN_FOLDER))
@@ -75,7 +76,7 @@ def nothing_left(request):
 
 @pytest.fixture(params=VARIANTS)
 def variant(request):
-    """Every variant of the wheel."""
+    """Every variant that runs on this machine."""
     use_variant(request.param)
     return request.param
 

@@ -1,12 +1,12 @@
 """The C ABI from C and C++: the programs in tests/c_abi/, plainly, under AddressSanitizer and under Valgrind."""
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from needs import require_program
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 LIBRARY = REPOSITORY / "target" / "c_abi"
@@ -64,11 +64,11 @@ def test_program_runs_under_address_sanitizer(source, tmp_path):
     run(build(source, tmp_path, *flags))
 
 
-@pytest.mark.skipif(not shutil.which("valgrind"), reason="valgrind is missing")
 @pytest.mark.parametrize("source", PROGRAMS)
 def test_program_runs_under_valgrind(source, tmp_path):
     """The library's own accesses as well. The threads that build tables live until the program ends, so what they hold
     is no leak; what nothing points to any more is."""
+    require_program("valgrind", "valgrind")
     program = build(source, tmp_path)
     run("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=definite", program)
 
@@ -88,9 +88,9 @@ def test_library_exports_the_abi_alone():
     assert len(functions) == 10
 
 
-@pytest.mark.skipif(not shutil.which("pkg-config"), reason="pkg-config is missing")
 @pytest.mark.parametrize("static", [False, True], ids=["shared", "static"])
 def test_pkg_config_says_how_to_link(static, tmp_path):
+    require_program("pkg-config", "pkg-config")
     words = ["pkg-config", "--cflags", "--libs", *(["--static"] if static else []), "sunbeam >= 0.1"]
     environment = {**os.environ, "PKG_CONFIG_PATH": str(LIBRARY / "lib" / "pkgconfig")}
     flags = subprocess.run(words, capture_output=True, text=True, check=True, env=environment).stdout.split()

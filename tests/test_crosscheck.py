@@ -1,6 +1,7 @@
 """The two renderers agree at the same points, and the comparison notices where they do not."""
 
 import mitsuba as mi
+import needs
 import numpy as np
 import pytest
 from conftest import use_variant
@@ -63,7 +64,7 @@ def realtime_runs(files, tmp_path):
         realtime.render(tmp_path / "a.exr", "stam", files.mesh, {"preset": "blazed"}, run.LIGHTS[0], View(8, 8))
     except SetupError as error:
         if "GPU adapter" in str(error):
-            pytest.skip(str(error))
+            needs.skip("gpu", str(error))
         raise
 
 

@@ -3,11 +3,12 @@
 import csv
 import json
 
+import needs
 import numpy as np
 import pytest
 from perturbation import first_order, fresnel
 
-from mitsuba_scenes.environment import REPOSITORY
+from mitsuba_scenes.crosscheck.cases import DATA
 from mitsuba_scenes.tool import sunbeam
 from tests.judges.crossed.cases import KERATIN, answers
 from tests.judges.crossed.crops import FADE, Crop, cropped
@@ -16,7 +17,8 @@ from tests.judges.crossed.panels import panels
 from tests.judges.crossed.relief import Relief, synthetic
 from tests.judges.crossed.solver import Resolution, solve
 
-GIVEN = REPOSITORY.parent / "shared" / "data" / "maxwell"
+# Crops of the scans and the powers of their orders by another Maxwell solver.
+GIVEN = DATA / "maxwell"
 PIXEL_UM = 0.065
 NM = 550.0
 # Enough for the reliefs below, which have few harmonics.
@@ -147,7 +149,7 @@ def test_crops_repeat():
 def test_scans_have_the_powers_that_were_given(skin):
     """By another program on the same heights, at the light whose orders are weakest; it stopped at 2e-5."""
     if not (GIVEN / f"{skin}_A.npy").exists():
-        pytest.skip(f"there is no {GIVEN}")
+        needs.skip("scans", f"{GIVEN} is missing")
     heights = np.load(GIVEN / f"{skin}_A.npy")
     relief = Relief(heights, (heights.shape[1] * PIXEL_UM, heights.shape[0] * PIXEL_UM))
     with (GIVEN / f"maxwell_{skin}_A.csv").open() as file:

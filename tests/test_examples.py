@@ -4,7 +4,6 @@ import subprocess
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 BUILT = REPOSITORY / "target" / "release" / "examples"
@@ -13,8 +12,7 @@ TOOL = REPOSITORY / "target" / "release" / "sunbeam"
 
 def run(name, *arguments):
     program = BUILT / name
-    if not program.exists():
-        pytest.skip(f"{program} is not built: run `make test-rust` first")
+    assert program.exists(), f"{program} is not built: cargo build --release -p sunbeam --examples"
     done = subprocess.run([str(program), *map(str, arguments)], capture_output=True)
     assert done.returncode == 0, done.stderr.decode()
     return done.stdout

@@ -9,15 +9,17 @@ import subprocess
 import sys
 from types import SimpleNamespace
 
+import needs
 import numpy as np
 import pytest
+from needs import require_module
 from sweeps import QUICK, REPOSITORY, one_line, sweep, write_spec
 
 from mitsuba_scenes.environment import SetupError
 from mitsuba_scenes.tool import sunbeam
 
 if sys.version_info < (3, 10):
-    pytest.skip("SurfaceTopography needs Python 3.10 or newer", allow_module_level=True)
+    needs.skip("readers", "SurfaceTopography needs Python 3.10 or newer", module="tests/test_formats.py")
 
 import gsffile
 import SurfaceTopography.IO as library
@@ -92,13 +94,13 @@ def write_gwy(path, *titles, unit="m"):
 
 
 def write_x3p(path, heights_um):
-    x3pio = pytest.importorskip("x3pio")
+    x3pio = require_module("readers", "x3pio")
     kind = {"revision": x3pio.Revision.ISO5436_2000, "storage": x3pio.DataStorage.BINARY}
     x3pio.write(path, heights_um * 1e-6, x_scale=DX_UM * 1e-6, y_scale=DY_UM * 1e-6, **kind)
 
 
 def write_sdf(path, heights_um):
-    sdfio = pytest.importorskip("sdfio")
+    sdfio = require_module("readers", "sdfio")
     metadata = sdfio.Metadata(revision=sdfio.Revision.ISO_1_0, data_type=sdfio.DataType.BINARY64)
     kind = {"format": sdfio.FileFormat.BINARY, "metadata": metadata}
     sdfio.write(path, heights_um * 1e-6, x_scale=DX_UM * 1e-6, y_scale=DY_UM * 1e-6, **kind)
@@ -389,7 +391,6 @@ def test_masked_directions_and_wavelengths_are_refused(package):
 
 
 def test_a_sweep_takes_files_that_need_the_library(package, tmp_path):
-    pytest.importorskip("pyarrow")
     import pyarrow.parquet as pq
 
     y, x = np.mgrid[:48, :64]

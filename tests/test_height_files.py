@@ -1,6 +1,6 @@
 """Height fields written by independent packages are what the command line tool reads: heights, units and orientation.
 
-Packages that a version of Python does not have are skipped by name.
+Tests of packages that a version of Python does not have are skipped.
 """
 
 import json
@@ -8,6 +8,7 @@ import subprocess
 
 import numpy as np
 import pytest
+from needs import require_module
 
 from mitsuba_scenes.environment import SetupError
 from mitsuba_scenes.tool import TOOL, sunbeam
@@ -55,7 +56,7 @@ def check(path, *words, tolerance_um=DOUBLE_UM, hole=False, pixel_um=(DX_UM, DY_
 @pytest.mark.parametrize(("unit", "per_um"), [("m", 1e-6), ("nm", 1e3), ("um", 1.0)])
 @pytest.mark.parametrize("hole", [False, True], ids=["whole", "hole"])
 def test_gsf(tmp_path, unit, per_um, hole):
-    gsffile = pytest.importorskip("gsffile")
+    gsffile = require_module("readers", "gsffile")
     path = tmp_path / "heights.gsf"
     heights = with_hole() if hole else HEIGHTS_UM
     extent = {"XReal": COLUMNS * DX_UM * 1e-6, "YReal": ROWS * DY_UM * 1e-6, "XYUnits": "m", "ZUnits": unit}
@@ -64,7 +65,7 @@ def test_gsf(tmp_path, unit, per_um, hole):
 
 
 def test_gsf_that_the_tool_writes(tmp_path):
-    gsffile = pytest.importorskip("gsffile")
+    gsffile = require_module("readers", "gsffile")
     np.save(tmp_path / "heights.npy", HEIGHTS_UM)
     out = tmp_path / "out.gsf"
     words = ["--height-field", tmp_path / "heights.npy", "--pixel-size", 0.1, "--level", "none", "-o", out]
@@ -77,7 +78,7 @@ def test_gsf_that_the_tool_writes(tmp_path):
 
 
 def gwyddion_file(path, mask):
-    objects = pytest.importorskip("gwyfile.objects")
+    objects = require_module("readers", "gwyfile.objects")
 
     def field(rows_up, unit_z):
         extent = {"xreal": COLUMNS * DX_UM * 1e-6, "yreal": ROWS * DY_UM * 1e-6}
@@ -123,7 +124,7 @@ def test_gwy_names_its_channels_when_the_choice_is_wrong(tmp_path):
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
 @pytest.mark.parametrize("byteorder", ["<", ">"])
 def test_tiff(tmp_path, dtype, compression, byteorder):
-    tifffile = pytest.importorskip("tifffile")
+    tifffile = require_module("readers", "tifffile")
     path = tmp_path / "heights.tif"
     is_integer = np.issubdtype(dtype, np.integer)
     full = np.iinfo(dtype).max if is_integer else 1.0
@@ -140,7 +141,7 @@ def test_tiff(tmp_path, dtype, compression, byteorder):
 
 
 def test_tiff_of_imagej(tmp_path):
-    tifffile = pytest.importorskip("tifffile")
+    tifffile = require_module("readers", "tifffile")
     path = tmp_path / "heights.tif"
     heights = np.flipud(with_hole()).astype(np.float32)
     tifffile.imwrite(path, heights, imagej=True, resolution=(1 / DX_UM, 1 / DY_UM), metadata={"unit": "um"})
@@ -155,7 +156,7 @@ def test_tiff_of_imagej(tmp_path):
     + [("BCR_1_0", kind) for kind in ("UINT8", "UINT16", "UINT32", "BINARY32", "INT16", "BINARY64")],
 )
 def test_sdf(tmp_path, file_format, revision, data_type):
-    sdfio = pytest.importorskip("sdfio")
+    sdfio = require_module("readers", "sdfio")
     path = tmp_path / "heights.sdf"
     kind = sdfio.DataType[data_type]
     metadata = sdfio.Metadata(revision=sdfio.Revision[revision], data_type=kind)
@@ -174,7 +175,7 @@ def test_sdf(tmp_path, file_format, revision, data_type):
 @pytest.mark.parametrize("z_type", ["INT16", "INT32", "FLOAT32", "FLOAT64"])
 @pytest.mark.parametrize("revision", ["ISO5436_2000", "ISO25178_72_2017_DAM1"])
 def test_x3p(tmp_path, storage, z_type, revision):
-    x3pio = pytest.importorskip("x3pio")
+    x3pio = require_module("readers", "x3pio")
     path = tmp_path / "heights.x3p"
     kind = {"storage": x3pio.DataStorage[storage], "z_type": x3pio.DataType[z_type]}
     kind["revision"] = x3pio.Revision[revision]

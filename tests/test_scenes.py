@@ -28,10 +28,7 @@ def files():
 
 @pytest.fixture(params=["llvm_ad_spectral", "scalar_spectral"])
 def scene_variant(request):
-    try:
-        use_variant(request.param)
-    except ImportError as error:
-        pytest.skip(f"{request.param} does not run here: {error}")
+    use_variant(request.param)
     return request.param
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 
+import needs
 import psutil
 import pyarrow.parquet as pq
 import pytest
@@ -167,7 +168,7 @@ def small_disk(tmp_path):
     words = ["mount", "-t", "tmpfs", "-o", "size=40k", "tmpfs", str(place)]
     mounted = subprocess.run(words, capture_output=True, text=True)
     if mounted.returncode != 0:
-        pytest.skip(f"a full disk needs a small file system, and mounting one needs root: {mounted.stderr.strip()}")
+        needs.skip("mount", mounted.stderr.strip())
     yield place
     subprocess.run(["umount", str(place)], check=True)
 

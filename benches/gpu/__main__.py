@@ -109,9 +109,9 @@ def provide_scan(folder: Path) -> None:
 
     if cases.SCAN.exists():
         return
-    print(f"no scan at {cases.SCAN} (SUNBEAM_DATA names its folder): a synthetic one stands in for it", flush=True)
-    write_synthetic_scan(folder / "scans")
-    os.environ["SUNBEAM_DATA"] = str((folder / "scans").resolve())
+    print(f"no scan at {cases.SCAN} (SUNBEAM_DATA names the data): a synthetic one stands in for it", flush=True)
+    write_synthetic_scan(folder / "data" / "afm")
+    os.environ["SUNBEAM_DATA"] = str((folder / "data").resolve())
 
 
 if __name__ == "__main__":

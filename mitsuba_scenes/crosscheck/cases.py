@@ -19,9 +19,10 @@ from ..snake import SnakeFiles
 from ..tool import sunbeam
 from .realtime import surface_words
 
-# Folder of the published atomic-force scans, which the repository does not hold, and the scans by species.
-SCAN_FOLDER = Path(os.environ.get("SUNBEAM_DATA", REPOSITORY.parent / "shared" / "data" / "afm"))
-SCANS = {species: SCAN_FOLDER / f"{species}.gsf" for species in ("elaphe", "xenopeltis")}
+# Folder of measured data, which the repository does not hold.
+DATA = Path(os.environ.get("SUNBEAM_DATA", REPOSITORY.parent / "shared" / "data"))
+# The published atomic-force scans, by species.
+SCANS = {species: DATA / "afm" / f"{species}.gsf" for species in ("elaphe", "xenopeltis")}
 SCAN = SCANS["xenopeltis"]
 SKINS = ("blazed", "elaphe", "xenopeltis")
 # Rays along each side of a pixel in pictures: a relief of few orders is bright in few places, which fewer rays miss,

@@ -1,4 +1,4 @@
-"""The channels of an instrument's file, and which of them is the relief."""
+"""Channels of an instrument's file, and the choice of the one that holds the relief."""
 
 from __future__ import annotations
 
@@ -9,24 +9,26 @@ from typing import Any
 from ._errors import SunbeamError
 from ._relief import is_length
 
-# Parts of titles, in lower case, of signals that are no relief even where their unit is a length. Both lists are those
-# of the native readers (crates/height_field/src/file/channel.rs).
+# Lower-case parts of the titles of error signals, which are no reliefs even where their unit is a length. Both lists
+# equal those of the native readers (crates/height_field/src/file/channel.rs).
 # fmt: off
 _NO_RELIEF = (
     "error", "deflection", "amplitude", "phase", "friction", "lateral", "adhesion", "modulus", "dissipation",
     "deformation", "indentation", "potential", "current", "setpoint", "drive", "frequency", "stiffness", "bias",
 )
-# Parts of titles, in lower case and without blanks, of reliefs; the axis is Nanosurf's.
+# Lower-case parts, without blanks, of the titles of reliefs; "zaxis" is Nanosurf's.
 _RELIEF = ("height", "topo", "zsens", "zaxis", "elevation", "relief", "hauteur", "höhe", "altura")
 # fmt: on
-# Channels that a message lists at most.
+# Largest number of channels that a message lists.
 _LISTED = 16
 
 
 @dataclass(frozen=True)
 class Channel:
-    """A channel of a file: its number from 0, its title, the unit of its values (empty where the file tells none), and
-    whether these can be heights: lengths, or numbers without a unit."""
+    """A channel of a file: number from 0, title, and unit, which is empty where the file tells none.
+
+    ``can_be_heights`` holds for values that are lengths or have no unit.
+    """
 
     number: int
     title: str
@@ -38,9 +40,9 @@ class Channel:
 
     @property
     def rank(self) -> int | None:
-        """Place in the order in which channels are taken by default, the lowest first; ``None`` for what is no relief.
+        """Rank in the default choice, the lowest first; ``None`` for a channel that is no relief.
 
-        Titles of reliefs go before others, and lengths before numbers without a unit.
+        Titles of reliefs come before other titles, and lengths before numbers without a unit.
         """
         title = self.title.lower()
         if not self.can_be_heights or any(part in title for part in _NO_RELIEF):
@@ -51,9 +53,9 @@ class Channel:
 
 
 def channel_of(info: Any) -> Channel:
-    """A channel from SurfaceTopography's description of it, a ``ChannelInfo``.
+    """Converts SurfaceTopography's description of a channel, a ``ChannelInfo``.
 
-    Some of its readers mark values that are no lengths by a pair in place of the unit, others by the channel's kind.
+    Some readers mark values that are no lengths by a pair in place of the unit, others by the channel's kind.
     """
     title = " ".join(str(info.name).split())
     lengths = info.is_height_channel and not isinstance(info.unit, tuple)
@@ -62,9 +64,9 @@ def channel_of(info: Any) -> Channel:
 
 
 def choose(channels: tuple[Channel, ...], wanted: int | str | None) -> Channel:
-    """The channel of this number or title, or by default the first of the lowest rank.
+    """Finds the channel with the number or title ``wanted``, or by default the first of the lowest rank.
 
-    Raises :class:`SunbeamError` with a list of the channels where none fits, or what fits can be no heights.
+    Raises :class:`SunbeamError` with a list of the channels where none fits, or where its values are no heights.
     """
     there_are = "there are " + listed(channels)
     if wanted is None:
@@ -83,6 +85,6 @@ def choose(channels: tuple[Channel, ...], wanted: int | str | None) -> Channel:
 
 
 def listed(channels: Iterable[Channel]) -> str:
-    """Channels in one line, the first 16 of them."""
+    """Names the first 16 channels in one line."""
     names = [str(channel) for channel in channels]
     return ", ".join(names[:_LISTED]) + (f" and {len(names) - _LISTED} more" if len(names) > _LISTED else "")

@@ -1,5 +1,5 @@
-"""The exception of what the package refuses."""
+"""The package's exception."""
 
 
 class SunbeamError(ValueError):
-    """A parameter, an array or a file that is refused; the message names what is wrong and what is accepted."""
+    """A refused parameter, array or file. The message names the fault and the accepted values."""

@@ -1,4 +1,4 @@
-"""Finds the plugin for the Mitsuba that is installed, and tells Mitsuba where it is."""
+"""Finds the plugin for the installed Mitsuba and registers its folder."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ _HERE = Path(__file__).resolve().parent
 
 
 def _plugin_folders() -> dict[str, Path]:
-    """The folder with ``plugins/diffraction.so`` for each Mitsuba that a plugin was compiled for.
+    """Folders that hold ``plugins/diffraction.so``, by the Mitsuba release of the plugin.
 
-    They are in the package, or there is one in the checkout that the package is used from.
+    A wheel holds one for each release. A package used from a checkout has the one that was built there.
     """
     found = {folder.name: folder for folder in (_HERE / "plugins").glob("*")}
     built = _HERE.parents[1] / "target" / "mitsuba"
@@ -21,9 +21,10 @@ def _plugin_folders() -> dict[str, Path]:
 
 
 def _choose() -> tuple[str, Path]:
-    """The installed Mitsuba and its plugin's folder.
+    """Returns the installed Mitsuba's version and its plugin's folder.
 
-    The memory layout of Mitsuba's classes is no interface, so any other is refused before anything of it is loaded.
+    The memory layout of Mitsuba's classes differs between releases, so a release without a plugin is refused before
+    anything is loaded.
     """
     folders = _plugin_folders()
     if not folders:
@@ -44,15 +45,17 @@ def _choose() -> tuple[str, Path]:
     return found, folders[found]
 
 
-#: The Mitsuba that is installed and the plugin was compiled for, and the folder that Mitsuba's file resolver has to
-#: know; the plugin is below it.
+#: Version of the installed Mitsuba, for which the plugin was compiled; and the folder for Mitsuba's file resolver, with
+#: the plugin below it.
 MITSUBA_VERSION, PLUGIN_FOLDER = _choose()
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 
 def register() -> None:
-    """Makes the plugin known to Mitsuba, in the variant in use and in those that are set later. Importing the package
-    does this; calling it again does no harm."""
+    """Registers the plugin with Mitsuba, in the current variant and in variants set later.
+
+    Importing the package calls this function; another call changes nothing.
+    """
     import mitsuba as mi
 
     def known(*_: object) -> None:

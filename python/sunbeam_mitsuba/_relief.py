@@ -1,4 +1,4 @@
-"""Reliefs in memory: heights with their pixels, from arrays and from objects of the library SurfaceTopography."""
+"""Reliefs in memory: heights and pixel sizes, from arrays or from objects of the library SurfaceTopography."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ._errors import SunbeamError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-# Offset over peak to valley beyond which the mean is taken off: 32-bit floats have a relative error of 6e-8, and the
-# relief keeps one of 1e-6.
+# Ratio of offset to peak-to-valley height from which the mean is subtracted. 32-bit floats have a relative rounding
+# error of 6e-8; at this ratio the relief's is 1e-6.
 _OFFSET_MAX = 16.0
-# µm in one of each unit of length that SurfaceTopography's objects can have.
+# Length of each of SurfaceTopography's units in µm.
 _UM_PER = {
     "Gm": 1e15,
     "Mm": 1e12,
@@ -36,8 +36,10 @@ _UM_PER = {
 
 @dataclass(frozen=True)
 class Relief:
-    """A relief in µm: ``heights_um[iy, ix]``, whose rows lie along x and grow along +y, NaN where there is no height;
-    and the edges of its pixels along x and y."""
+    """Heights ``heights_um[iy, ix]``, with ix along +x and iy along +y; and pixel edges along x and y, all in µm.
+
+    Points without a height are NaN.
+    """
 
     heights_um: NDArray[np.float64]
     pixel_um: tuple[float, float]
@@ -49,25 +51,25 @@ class Relief:
 
     @property
     def peak_to_valley_um(self) -> float:
-        """Highest less lowest height in µm; 0 where there are only holes."""
+        """Range of the heights in µm; 0 where no point has one."""
         known = self.heights_um[np.isfinite(self.heights_um)]
         return float(np.ptp(known)) if known.size else 0.0
 
 
 def single_precision(heights: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Heights as 32-bit floats, less their mean where that would cost the relief its digits: no light depends on it."""
+    """Heights as 32-bit floats. A large mean is subtracted to keep digits; reflected light does not depend on it."""
     known = heights[np.isfinite(heights)]
     if known.size and np.abs(known).max() > _OFFSET_MAX * np.ptp(known) > 0:
         heights = heights - known.mean()
-    # Too large a number becomes an infinity, which is a hole.
+    # Overflow becomes an infinity, which counts as a hole.
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(heights, dtype=np.float32)
 
 
 def relief_of_array(heights_um: ArrayLike, pixel_um: float | tuple[float, float] | None) -> Relief:
-    """A relief from an array ``[iy, ix]``; points that are masked in it have no height.
+    """Converts an array ``[iy, ix]`` of heights in µm; masked points have no height.
 
-    Raises :class:`SunbeamError` for another number of axes, for complex numbers, and without ``pixel_um``.
+    Raises :class:`SunbeamError` for another number of axes, for complex numbers, and where ``pixel_um`` is missing.
     """
     if np.iscomplexobj(heights_um):
         raise SunbeamError("heights_um holds complex numbers; give real heights in µm")
@@ -79,15 +81,15 @@ def relief_of_array(heights_um: ArrayLike, pixel_um: float | tuple[float, float]
 
 
 def is_topography(given: object) -> bool:
-    """Whether this is an object of SurfaceTopography, or one that looks like it."""
+    """Whether the object has the attributes of a ``SurfaceTopography.Topography``."""
     return all(hasattr(given, name) for name in ("heights", "physical_sizes", "unit", "dim"))
 
 
 def relief_of_topography(topography: Any, unit: str | None = None, top_first: bool | None = None) -> Relief:
-    """A relief from a ``SurfaceTopography.Topography``: its heights, size and unit; undefined points have no height.
+    """Converts a ``SurfaceTopography.Topography`` with its heights, size and unit; undefined points have no height.
 
-    ``unit`` is for a topography without one, and must agree with one that has. ``top_first`` says whether index 0 along
-    y is the largest y; unless given, it follows from where the topography came from (:func:`top_is_first`).
+    ``unit`` serves a topography without a unit; otherwise the two must agree. ``top_first`` tells whether index 0 along
+    y is the largest y. By default it follows from the topography's origin (:func:`top_is_first`).
 
     Raises :class:`SunbeamError` for a line scan, and where the unit or the size is missing.
     """
@@ -112,23 +114,23 @@ def relief_of_topography(topography: Any, unit: str | None = None, top_first: bo
 
 
 def is_length(unit: object) -> bool:
-    """Whether this is a unit of length, as SurfaceTopography spells them."""
+    """Whether ``unit`` is one of SurfaceTopography's units of length."""
     return isinstance(unit, str) and unit in _UM_PER
 
 
 def um_per(unit: object) -> float:
-    """µm in one of the unit. Raises :class:`SunbeamError` for what is no length."""
+    """Length of the unit in µm. Raises :class:`SunbeamError` where it is no unit of length."""
     if not isinstance(unit, str) or unit not in _UM_PER:
         raise SunbeamError(f"the unit {unit!r} is no length; accepted are {', '.join(_UM_PER)}")
     return _UM_PER[unit]
 
 
 def top_is_first(info: Mapping[str, Any]) -> bool:
-    """Whether index 0 along y of a topography's heights is the top, by its ``info``.
+    """Whether index 0 along y of a topography is the top of the picture, judged by its ``info``.
 
-    In objects that were made of arrays the index grows along +y, as ``positions()`` says. Readers of files leave the
-    file's header or instrument in the info, and put the top of the picture first. Those of X3P and of surface data
-    files do not: they keep to the file, which counts along +y.
+    In topographies made from arrays the index grows along +y, as in ``positions()``. Readers of files store the file's
+    header or instrument in ``info`` and put the top of the picture first. The readers of X3P and of surface data files
+    store neither, and count along +y.
     """
     header = info.get("raw_metadata") or {}
     counts_up = "Record1" in header or "ManufacID" in header

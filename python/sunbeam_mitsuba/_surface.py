@@ -1,4 +1,4 @@
-"""The BSDF for NumPy, through the C ABI that the plugin exports (``sunbeam.h``)."""
+"""The BSDF for NumPy, through the C interface ``sunbeam.h`` that the plugin exports."""
 
 from __future__ import annotations
 
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float32]
     # An object of SurfaceTopography, which has no types.
     Topography = Any
-    # What a parameter of the plugin may be.
+    # The values that a parameter of the plugin can have.
     Parameter = Union[str, float, bool, os.PathLike[str]]
 
 _OK, _BUFFER_TOO_SMALL = 0, 6
-# Fewer evaluations than this are not worth a thread.
+# Smallest number of evaluations for each thread; starting one takes as long as some hundred evaluations.
 _WORTH_A_THREAD = 2000
 
 
 class _Floats(ctypes.Structure):
-    """``sunbeam_floats`` and ``sunbeam_floats_out``."""
+    """The structures ``sunbeam_floats`` and ``sunbeam_floats_out`` of the C interface."""
 
     _fields_ = (("data", c_void_p), ("stride", c_ssize_t))
 
 
 @cache
 def _library() -> ctypes.CDLL:
-    # The plugin is linked to Mitsuba's libraries, which the loader finds once Mitsuba has loaded them.
+    # The plugin is linked to Mitsuba's libraries, so Mitsuba must have loaded them first.
     import mitsuba as mi
 
     if mi.variant() is None:
@@ -75,7 +75,7 @@ def _check(status: int) -> None:
 
 
 class _Items:
-    """An array as the ABI takes it: ``width`` floats for each item, or the same for all where it has one axis."""
+    """An input array of the C interface: ``width`` floats for each item, or one item for the whole batch."""
 
     def __init__(self, values: Floats, batch: tuple[int, ...]):
         width = values.shape[-1]
@@ -85,12 +85,12 @@ class _Items:
         self._values = np.ascontiguousarray(values, dtype=np.float32)
 
     def at(self, first: int) -> _Floats:
-        """The items from ``first`` on."""
+        """The pointer to item ``first``, and the stride."""
         return _Floats(self._values.ctypes.data + 4 * first * self._stride, self._stride)
 
 
 class _Results(_Items):
-    """An array that receives ``width`` floats for each item."""
+    """An output array of the C interface, ``width`` floats for each item."""
 
     def __init__(self, batch: tuple[int, ...], width: int):
         self.values = self._values = np.empty((*batch, width), dtype=np.float32)
@@ -98,7 +98,7 @@ class _Results(_Items):
 
 
 def _numbers(name: str, values: ArrayLike) -> Floats:
-    """The values as 32-bit floats. Raises :class:`SunbeamError` where some are masked, which NumPy would overlook."""
+    """The values as 32-bit floats. Raises :class:`SunbeamError` for masked values, whose mask NumPy would drop."""
     masked = int(np.count_nonzero(np.ma.getmaskarray(np.ma.asarray(values))))
     if masked:
         raise SunbeamError(f"{name} has {masked} masked values; leave them out")
@@ -115,18 +115,21 @@ def _direction(name: str, values: ArrayLike) -> Floats:
 class Surface:
     """A diffracting surface with its tables.
 
-    The parameters are those of the plugin, lengths in µm: ``preset`` with ``period`` and ``height``, or with
-    ``region_size`` and ``region_spread``; or ``filename`` with ``pixel_size``, ``max_height``, ``channel`` and
-    ``fill``; ``level``, ``tiling``, ``theory``,
-    ``coherence_length``, ``model``, ``obliquity``, ``conserve_energy``, ``shadowing``,
-    ``tolerance``, ``build_limit``; and ``eta`` and ``k`` as numbers.
-    ``heights_um``, an array ``[iy, ix]`` whose rows lie along x and grow along +y, is a relief of one's own, with
-    ``pixel_um`` its pixel's edge or a pair along x and y. A ``SurfaceTopography.Topography`` in its place tells its
-    size and unit itself. Heights that are NaN, infinite or masked are holes: they are refused unless ``fill`` is
-    ``laplace`` or ``mean``.
+    Parameters have the plugin's names and meanings, with lengths in µm. The relief is one of
 
-    Directions are in the surface's frame: z is its normal, x the direction of the relief's rows, and both point away
-    from it. They must have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
+    - ``preset``, with ``period`` and ``height``, or with ``region_size`` and ``region_spread``;
+    - ``filename``, with ``pixel_size``, ``max_height``, ``channel`` and ``fill``;
+    - ``heights_um``, an array ``[iy, ix]`` with ix along +x and iy along +y, and ``pixel_um``, the pixel's edge or a
+      pair along x and y;
+    - ``heights_um``, a ``SurfaceTopography.Topography``, which has its own size and unit.
+
+    Heights that are NaN, infinite or masked are holes, and refused unless ``fill`` is ``laplace`` or ``mean``.
+
+    The other parameters are ``level``, ``tiling``, ``theory``, ``coherence_length``, ``model``, ``obliquity``,
+    ``conserve_energy``, ``shadowing``, ``tolerance``, ``build_limit``, and the numbers ``eta`` and ``k``.
+
+    Directions are in the surface's frame: z is the normal and x the direction of the relief's rows. ``wi`` and ``wo``
+    both point away from the surface and have unit length to 1e-3. Wavelengths are in nm, from 360 to 830.
 
     Raises :class:`SunbeamError` where a parameter is not accepted.
     """
@@ -167,7 +170,7 @@ class Surface:
         return f"Surface({given})"
 
     def describe(self) -> dict[str, Any]:
-        """The configuration, where the tables came from, their size and measured error."""
+        """The configuration, and the tables' origin, size and measured error."""
         needed = c_size_t()
         status = _library().sunbeam_surface_describe(self._handle, None, 0, byref(needed))
         if status != _BUFFER_TOO_SMALL:
@@ -177,19 +180,19 @@ class Surface:
         return cast("dict[str, Any]", json.loads(text.value))
 
     def eval(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
-        """The reflectance f_r in 1/sr, without the cosine.
+        """The BSDF f_r in 1/sr, without the cosine.
 
-        ``wi`` and ``wo`` are ``[..., 3]`` and broadcast against each other. One wavelength gives an array of that shape
-        without its last axis; ``[m]`` wavelengths, or ``[..., m]``, give one more axis of ``m``.
+        ``wi`` and ``wo`` have the shape ``[..., 3]`` and broadcast against each other. The result has the shape
+        ``[...]`` for one wavelength, and ``[..., m]`` for ``m`` of them, given as ``[m]`` or ``[..., m]``.
         """
         return self._evaluate("eval", wi, wo, wavelength_nm)[0]
 
     def pdf(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> Floats:
-        """The density with which :meth:`sample` finds ``wo``, per solid angle, for all the wavelengths carried."""
+        """The density per solid angle with which :meth:`sample` draws ``wo`` for the given wavelengths, in 1/sr."""
         return self._evaluate("pdf", wi, wo, wavelength_nm)[0]
 
     def eval_pdf(self, wi: ArrayLike, wo: ArrayLike, wavelength_nm: ArrayLike) -> tuple[Floats, Floats]:
-        """Both of these in one, for the time of the latter."""
+        """Both :meth:`eval` and :meth:`pdf`, in the time of :meth:`pdf` alone."""
         f, pdf = self._evaluate("eval_pdf", wi, wo, wavelength_nm)
         return f, pdf
 
@@ -212,10 +215,10 @@ class Surface:
         return [array.values[..., 0] if one else array.values for array, one in zip(results, scalar)]
 
     def sample(self, wi: ArrayLike, wavelength_nm: ArrayLike, u: ArrayLike) -> tuple[Floats, Floats, Floats]:
-        """Outgoing directions for random numbers ``u``, ``[..., 3]`` in [0, 1): ``wo``, ``pdf`` and ``weight``.
+        """Draws outgoing directions with random numbers ``u`` in [0, 1), ``[..., 3]``: ``wo``, ``pdf``, ``weight``.
 
-        The weight is ``f cosθo / pdf``, for each of the wavelengths where there are several. Samples that fall below
-        the horizon are zeros.
+        The weight is ``f cosθo / pdf``, with an axis for the wavelengths where there are several. Samples below the
+        horizon have zeros in all three arrays.
         """
         wi, u = _direction("wi", wi), _direction("u", u)
         nm, single = _wavelengths(wavelength_nm)
@@ -235,24 +238,24 @@ class Surface:
 
 
 def _wavelengths(wavelength_nm: ArrayLike) -> tuple[Floats, bool]:
-    """The wavelengths with an axis of their own, and whether it was added."""
+    """The wavelengths with a last axis, and whether that axis was added."""
     nm = _numbers("wavelength_nm", wavelength_nm)
     return (nm.reshape(1), True) if nm.ndim == 0 else (nm, False)
 
 
 def _threads() -> int:
-    """As many threads as the library builds tables with: ``RAYON_NUM_THREADS``, or one a core."""
+    """The library's number of threads: ``RAYON_NUM_THREADS``, or one a core."""
     named = os.environ.get("RAYON_NUM_THREADS", "")
     return int(named) if named.isdecimal() and int(named) > 0 else os.cpu_count() or 1
 
 
 def _in_parallel(work: Callable[[int, int], None], count: int, carried: int) -> None:
-    """Does items ``[first, first + count)`` of a batch on all cores: the calls let other threads run."""
+    """Calls ``work(first, count)`` for parts of the batch on all cores; the C functions release Python's lock."""
     threads = min(_threads(), max(1, count * carried // _WORTH_A_THREAD))
     if threads == 1:
         work(0, count)
         return
-    # More parts than threads, since some directions take longer than others.
+    # More parts than threads balance the load: some directions take longer.
     edges = np.linspace(0, count, 4 * threads + 1).astype(int)
     with ThreadPoolExecutor(threads) as pool:
         list(pool.map(lambda ends: work(int(ends[0]), int(ends[1] - ends[0])), zip(edges[:-1], edges[1:])))

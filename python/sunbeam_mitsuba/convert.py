@@ -1,6 +1,6 @@
-"""Heights out of the files of instruments, by the library SurfaceTopography, as a ``.gsf`` that all else reads.
+"""Converts files of instruments to ``.gsf``, with the readers of the library SurfaceTopography.
 
-The library is the extra ``formats`` of the package. As a command::
+The library comes with the package's extra ``formats``. On the command line::
 
     python -m sunbeam_mitsuba.convert scan.ibw -o scan.gsf [--channel 0]
 """
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 __all__ = ["EXTENSIONS", "Channel", "Reading", "convert", "main", "read"]
 
 # fmt: off
-#: Extensions, without the dot, of the maps that SurfaceTopography reads and the native readers do not.
+#: Extensions, without the dot, of the height maps that only SurfaceTopography reads.
 EXTENSIONS = frozenset({
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
@@ -37,22 +37,25 @@ EXTENSIONS = frozenset({
 # fmt: on
 INSTALL = 'pip install "sunbeam-mitsuba[formats]"'
 
-# Names of SurfaceTopography's formats. Bare arrays tell neither unit nor size, nor which index is that of x.
+# SurfaceTopography's names of formats that hold bare arrays, without unit, size, or which index is x.
 _BARE = ("h5", "mat", "npy", "npz")
+# Its names of text formats, which the native readers also know.
 _TEXT = ("asc", "xyz")
-# Its readers put the top of the picture first, but for these, whose files count along +y. In NetCDF it depends on where
-# the heights came from.
-_COUNT_UP, _EITHER = ("sdf", "x3p", "xyz"), ("nc",)
-# Relative difference from which on two sizes disagree, and the largest pixel and range of heights in µm, beyond which a
-# length was in another unit: those of the native readers.
-_AGREEMENT, _LARGEST_UM = 1e-6, 1e3
-# Characters of a message of SurfaceTopography's that are shown.
+# Its formats whose rows grow along +y. Its readers of all others put the top of the picture first.
+_COUNT_UP = ("sdf", "x3p", "xyz")
+# Its formats whose direction depends on the heights' origin.
+_EITHER = ("nc",)
+# Relative difference from which two sizes disagree, as in the native readers.
+_AGREEMENT = 1e-6
+# Largest pixel and largest range of heights in µm, as in the native readers; a larger length is in another unit.
+_LARGEST_UM = 1e3
+# Characters of SurfaceTopography's messages that are shown.
 _SHOWN = 160
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A relief out of a file, with all maps of the file and the one that it is."""
+    """A relief read from a file: the channel that holds it, and all height maps of the file."""
 
     relief: Relief
     channel: Channel
@@ -62,20 +65,20 @@ class Reading:
 def read(
     file: Name, channel: int | str | None = None, *, pixel_size: float | None = None, unit: str | None = None
 ) -> Reading:
-    """The relief in a file that SurfaceTopography reads.
+    """Reads the relief in a file with SurfaceTopography.
 
-    ``channel`` is a number from 0 or a title. By default the first is taken that is a height by its title, or else the
-    first whose values are lengths and whose title is not that of an error signal. ``pixel_size`` in µm and ``unit``,
-    such as ``"nm"``, are for files that do not tell these; they must agree with a file that does.
+    ``channel`` is a number from 0 or a title. The default is the first channel whose title is that of a height, or
+    else the first of lengths whose title is not that of an error signal. ``pixel_size`` in µm and ``unit``, such as
+    ``"nm"``, serve files without them; otherwise they must agree with the file.
 
-    Raises :class:`SunbeamError` in one line: where the library is missing or does not read the file, and where the file
-    has no such channel, no size or no unit.
+    Raises :class:`SunbeamError` with one line where the library is missing or cannot read the file, and where the file
+    lacks the channel, a size or a unit.
     """
     path = Path(file)
     if not path.is_file():
         raise SunbeamError(f"{path}: there is no such file")
     try:
-        # The library warns of what it leaves out; none of it is heights.
+        # The library warns of parts of the file that it skips; none of them are heights.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return _read(path, channel, pixel_size, unit)
@@ -93,8 +96,8 @@ def convert(
 ) -> Reading:
     """Writes the relief of :func:`read` to a ``.gsf`` with its size and unit; points without a height become NaN.
 
-    Raises :class:`SunbeamError` as :func:`read` does, and, before anything is read, for an output that is no ``.gsf``
-    or whose folder cannot be written.
+    Raises :class:`SunbeamError` as :func:`read` does, and before reading where the output is no ``.gsf`` or its folder
+    cannot be written.
     """
     target = Path(output)
     if target.suffix != ".gsf":
@@ -123,7 +126,7 @@ def library() -> Any:
 
 def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: str | None) -> Reading:
     if unit is not None:
-        # An unknown one is refused before the file is read.
+        # Refuses an unknown unit before the file is read.
         um_per(unit)
     if pixel_size is not None and not 0 < pixel_size < float("inf"):
         raise SunbeamError(f"pixel_size is {pixel_size} µm; it must be finite and positive")
@@ -144,7 +147,7 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
         if not chosen.unit and unit is None:
             raise SunbeamError(f"channel {chosen} does not tell its unit; give unit, such as nm (--unit nm)")
         sizes: dict[str, Any] = {}
-        # The grid of points tells its size as it is read.
+        # The size of a list of points follows from the points themselves.
         if info.physical_sizes is None and known != "xyz":
             sizes["physical_sizes"] = _given_sizes(known, info.nb_grid_pts, pixel_size, str(unit or info.unit))
         top_first = None if known in _EITHER else known not in _COUNT_UP
@@ -160,9 +163,9 @@ def _read(path: Path, wanted: int | str | None, pixel_size: float | None, unit: 
 
 
 def _open(path: Path) -> Any:
-    """The reader of a file: by its content, and by its extension where that fits another format, too.
+    """Opens a file with the reader that its content names, or else with one for its extension.
 
-    Some formats have no mark in their content, so that another reader may take such a file for its own.
+    Some formats have no signature, and readers of other formats may accept such a file; the extension decides then.
     """
     readers = library()
     extension = path.suffix[1:].lower()
@@ -189,13 +192,13 @@ def _open(path: Path) -> Any:
 
 
 def _failure(error: Exception) -> str:
-    """The library's message in one line; empty where it has none, since then the file is of no format it knows."""
+    """The library's message in one line; empty where there is none, as for a file of no known format."""
     text = " ".join(str(error).split())
     return f"SurfaceTopography fails on it: {text[:_SHOWN]}" if text else ""
 
 
 def _given_sizes(known: str, points: Iterable[int], pixel_size: float | None, unit: str) -> tuple[float, ...]:
-    """Sizes along x and y, in the file's unit, of a file that tells none.
+    """Sizes along x and y in the file's unit, for a file that tells none.
 
     Raises :class:`SunbeamError` without a pixel size.
     """
@@ -207,7 +210,7 @@ def _given_sizes(known: str, points: Iterable[int], pixel_size: float | None, un
 
 
 def _check(relief: Relief, pixel_size: float | None) -> None:
-    """Raises :class:`SunbeamError` for a pixel size other than the one given, and for what is no relief by its size."""
+    """Raises :class:`SunbeamError` where the pixel size is not the given one, and for lengths beyond 1 mm."""
     if pixel_size is not None:
         for own in relief.pixel_um:
             if abs(own - pixel_size) > _AGREEMENT * own:
@@ -220,14 +223,14 @@ def _check(relief: Relief, pixel_size: float | None) -> None:
 
 
 def _write_gsf(target: Path, reading: Reading) -> None:
-    """Writes the relief in metres, the row of the largest y first. Raises :class:`SunbeamError` where it cannot."""
+    """Writes the relief in metres, the row of the largest y first. Raises :class:`SunbeamError` where writing fails."""
     from gsffile import write_gsf
 
     relief = reading.relief
     rows, columns = relief.heights_um.shape
     dx_um, dy_um = relief.pixel_um
     about = {"XReal": columns * dx_um * 1e-6, "YReal": rows * dy_um * 1e-6, "XYUnits": "m", "ZUnits": "m"}
-    # A header of the format has neither of these characters in its values.
+    # Values in the header may contain neither character.
     title = reading.channel.title.translate(str.maketrans("=\0", "  "))
     metres = single_precision(relief.heights_um[::-1] * 1e-6)
     part = target.with_name(f".{target.stem}.{os.getpid()}.gsf")
@@ -240,14 +243,14 @@ def _write_gsf(target: Path, reading: Reading) -> None:
 
 
 class _Parser(argparse.ArgumentParser):
-    """Tells in one line what is wrong with the arguments."""
+    """Reports wrong arguments in one line."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(2, f"convert: {message}\n")
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; the exit code, which is 2 with one line on stderr for what is refused."""
+    """Runs the command line. Returns the exit code: 0, or 2 with one line on stderr."""
     parser = _Parser(
         prog="python -m sunbeam_mitsuba.convert",
         description="Writes the heights of an instrument's file, with their size and unit, as .gsf.",

@@ -1,4 +1,7 @@
-//! One entry: what it is named by, and how its bytes are told from others.
+//! One entry of the cache: its key, its file name, and its bytes.
+//!
+//! Layout: 16 bytes of magic, the key (32 bytes), the BLAKE3 hash of the contents (32 bytes), and the contents, the
+//! tables in postcard's encoding.
 
 #[cfg(feature = "rigorous")]
 use crate::grating::Profile;
@@ -8,41 +11,45 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 const MAGIC: &[u8; 16] = b"sunbeam tables 1";
-const HASH: usize = 32;
+/// Bytes of a BLAKE3 hash.
+const HASH: usize = blake3::OUT_LEN;
+/// Bytes before the contents.
 const HEADER: usize = MAGIC.len() + 2 * HASH;
+/// Extension of an entry's file name, which is the key in hexadecimal digits before it.
+const EXTENSION: &str = ".tables";
 
-/// A hash of the code that builds tables, so that those of another version are not believed (`build.rs`).
+/// Hash of the code that builds tables (`build.rs`), so that entries of another version are not found.
 const CODE: &str = env!("SUNBEAM_TABLES_CODE");
 
-/// What a surface's tables depend on, hashed.
+/// Hash of everything that an entry's tables depend on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct Key(blake3::Hash);
 
 impl Key {
-    /// Of tables for all wavelengths.
-    pub fn of_surface(field: &HeightField, options: &Options) -> Self {
+    /// Key of a [`Surface`](crate::lobe::Surface): tables for all wavelengths.
+    pub(super) fn of_surface(field: &HeightField, options: &Options) -> Self {
         Self::new("surface", field, options)
     }
 
-    /// Of tables of colours with the reflectance for an index, if there is one.
-    pub fn of_colours(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Self {
+    /// Key of a [`ColourSurface`](crate::lobe::ColourSurface), whose Fresnel factor is that of `index`.
+    pub(super) fn of_colours(field: &HeightField, options: &Options, index: Option<&SpectralIndex>) -> Self {
         Self::new(&format!("colours {index:?}"), field, options)
     }
 
-    /// Of a grating's tables, in the words of `what` they are.
+    /// Key of a grating's tables; `kind` tells its kinds of tables apart.
     #[cfg(feature = "rigorous")]
-    pub fn of_grating(what: &str, profile: &Profile, index: Option<&SpectralIndex>) -> Self {
+    pub(super) fn of_grating(kind: &str, profile: &Profile, index: Option<&SpectralIndex>) -> Self {
         let mut hasher = blake3::Hasher::new();
         hasher.update(CODE.as_bytes());
-        // Every number by the shortest decimal that reads back as the same.
-        hasher.update(format!("{what} {profile:?} {index:?}").as_bytes());
+        // `Debug` writes numbers as the shortest decimals that read back unchanged.
+        hasher.update(format!("{kind} {profile:?} {index:?}").as_bytes());
         Self(hasher.finalize())
     }
 
-    fn new(what: &str, field: &HeightField, options: &Options) -> Self {
+    fn new(kind: &str, field: &HeightField, options: &Options) -> Self {
         let mut hasher = blake3::Hasher::new();
-        hasher.update(&(what.len() as u64).to_le_bytes());
-        hasher.update(what.as_bytes());
+        hasher.update(&(kind.len() as u64).to_le_bytes());
+        hasher.update(kind.as_bytes());
         hasher.update(CODE.as_bytes());
         let (nx, ny) = field.size();
         hasher.update(&(nx as u64).to_le_bytes());
@@ -55,20 +62,26 @@ impl Key {
             row.extend(heights.iter().flat_map(|h| h.to_le_bytes()));
             hasher.update(&row);
         }
-        // Every field by its name and the shortest decimal that reads back as the same number.
-        // How much a build may take is no part of what is built.
-        let built = Options { build_limit: 1.0, ..options.clone() };
-        hasher.update(format!("{built:?}").as_bytes());
+        // The limit on building does not change what is built.
+        let options = Options { build_limit: 1.0, ..options.clone() };
+        // `Debug` writes every field's name, and numbers as the shortest decimals that read back unchanged.
+        hasher.update(format!("{options:?}").as_bytes());
         Self(hasher.finalize())
     }
 
-    /// The name of the entry's file.
-    pub fn file_name(&self) -> String {
-        format!("{}.{}", self.0.to_hex(), super::folder::EXTENSION)
+    /// File name of the entry.
+    pub(super) fn file_name(&self) -> String {
+        format!("{}{EXTENSION}", self.0.to_hex())
     }
 }
 
-/// The bytes of an entry: what it is, its key, the hash of its contents, and these.
+/// Whether a file name is that of some entry.
+pub(super) fn is_file_name(name: &str) -> bool {
+    let digits = name.strip_suffix(EXTENSION);
+    digits.is_some_and(|digits| digits.len() == 2 * HASH && digits.bytes().all(|b| b.is_ascii_hexdigit()))
+}
+
+/// Bytes of the entry of `key` with these tables.
 pub(super) fn encode<T: Serialize>(key: &Key, tables: &T) -> Result<Vec<u8>, postcard::Error> {
     let mut bytes = vec![0; HEADER];
     bytes[..MAGIC.len()].copy_from_slice(MAGIC);
@@ -79,7 +92,7 @@ pub(super) fn encode<T: Serialize>(key: &Key, tables: &T) -> Result<Vec<u8>, pos
     Ok(bytes)
 }
 
-/// The tables in an entry's bytes, `None` unless they are whole, of this key, and what was written.
+/// Tables in an entry's bytes; `None` unless magic, key and hash of the contents agree and the contents can be decoded.
 pub(super) fn decode<T: DeserializeOwned>(key: &Key, bytes: &[u8]) -> Option<T> {
     let (header, contents) = bytes.split_at_checked(HEADER)?;
     let (magic, hashes) = header.split_at(MAGIC.len());

@@ -1,6 +1,6 @@
-//! The folder of entries: reading, writing in one step, and making room.
+//! The folder of entries: reading, atomic writing, and removal of old entries.
 
-use super::entry::{Key, decode, encode};
+use super::entry::{Key, decode, encode, is_file_name};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fs::{self, File};
@@ -8,14 +8,12 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-/// Of entries' names, after 64 hexadecimal digits.
-pub(super) const EXTENSION: &str = "tables";
-/// What begins the name of an entry that is being written.
+/// Prefix of the temporary name of an entry that is being written.
 const UNFINISHED: &str = ".unfinished-";
-/// Age after which such a file was left behind by a process that is no more.
+/// Age after which a temporary file is taken to be left behind by a process that ended. Chosen: no write takes a day.
 const STALE: Duration = Duration::from_secs(24 * 3600);
 
-/// Why an entry was not kept.
+/// Reason why an entry was not written.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum KeepError {
     #[error("{size} bytes are more than the whole cache may have, {limit}")]
@@ -26,19 +24,20 @@ pub(super) enum KeepError {
     Encode(#[from] postcard::Error),
 }
 
-/// The tables of a key, if there is a genuine entry for it.
+/// Tables of `key`; `None` unless there is a valid entry for it. Marks the entry as just used.
 pub(super) fn read<T: DeserializeOwned>(folder: &Path, key: &Key) -> Option<T> {
     let path = folder.join(key.file_name());
     let tables = decode(key, &fs::read(&path).ok()?)?;
-    // The time of last use, by which entries go. Where it cannot be set the entry only goes earlier.
+    // The modification time serves as time of last use. Where it cannot be set, the entry is only removed earlier.
     if let Ok(file) = File::options().append(true).open(&path) {
         let _ = file.set_modified(SystemTime::now());
     }
     Some(tables)
 }
 
-/// Writes an entry, under another name first: readers find all of it or nothing, and the last of several writers, which all
-/// write the same, wins. Then makes room.
+/// Writes an entry under a temporary name and renames it; then removes old entries beyond `limit_bytes`.
+///
+/// Readers find all of an entry or nothing. Of several writers of one key the last wins; all write equal bytes.
 pub(super) fn keep<T: Serialize>(folder: &Path, key: &Key, tables: &T, limit_bytes: u64) -> Result<(), KeepError> {
     let bytes = encode(key, tables)?;
     let size = bytes.len() as u64;
@@ -53,19 +52,20 @@ pub(super) fn keep<T: Serialize>(folder: &Path, key: &Key, tables: &T, limit_byt
     make_room(folder, limit_bytes).map_err(wrong)
 }
 
-/// Removes the least recently used entries until the rest is within the limit, and what unfinished writes left behind.
+/// Removes stale temporary files, and the least recently used entries until the rest is within `limit_bytes`.
+///
 /// Files with other names are not touched.
 fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
     let mut entries = Vec::new();
     for file in fs::read_dir(folder)? {
-        // A file that another process removes meanwhile is no longer in the way.
+        // A file without metadata has been removed by another process meanwhile.
         let (Ok(file), now) = (file, SystemTime::now()) else { continue };
         let Ok(facts) = file.metadata() else { continue };
         let used = facts.modified().unwrap_or(SystemTime::UNIX_EPOCH);
         let name = file.file_name().to_string_lossy().into_owned();
         if name.starts_with(UNFINISHED) && now.duration_since(used).is_ok_and(|age| age > STALE) {
             let _ = fs::remove_file(file.path());
-        } else if is_entry(&name) && facts.is_file() {
+        } else if is_file_name(&name) && facts.is_file() {
             entries.push((used, facts.len(), file.path()));
         }
     }
@@ -80,10 +80,4 @@ fn make_room(folder: &Path, limit_bytes: u64) -> io::Result<()> {
         }
     }
     Ok(())
-}
-
-fn is_entry(name: &str) -> bool {
-    name.strip_suffix(EXTENSION)
-        .and_then(|stem| stem.strip_suffix('.'))
-        .is_some_and(|stem| stem.len() == 64 && stem.bytes().all(|b| b.is_ascii_hexdigit()))
 }

@@ -1,9 +1,29 @@
-//! Tables kept on disk, so that a surface which was built once is read the next time.
+//! Cache of built tables on disk: a surface that was built once is read the next time.
 //!
-//! An entry's name is the hash of all that its tables depend on: the heights, the options, and the code that builds
-//! tables. It is written whole under another name first, and only believed if its own hash agrees; whatever is wrong with
-//! the folder or an entry, the tables are built, so a cache can be slow but not wrong. The least recently used entries go
-//! when the folder grows beyond its limit.
+//! - One file, an *entry*, holds the tables of one surface. Its name is a hash of everything the tables depend on: the
+//!   heights, the options, and the code that builds tables.
+//! - An entry is written under a temporary name and then renamed, so readers find all of it or nothing.
+//! - An entry holds a hash of its contents and is ignored unless the hash agrees.
+//! - Whatever is wrong with the folder or an entry, the tables are built instead: the cache can be slow, never wrong.
+//! - When the folder exceeds its size limit, the least recently used entries are removed.
+//!
+//! ```
+//! # let folder = tempfile::tempdir()?;
+//! use sunbeam::cache::{Cache, Origin};
+//! use sunbeam::height_field::Preset;
+//! use sunbeam::scattering::Options;
+//! use sunbeam::table::{Model, Progress};
+//!
+//! let cache = Cache::new(folder.path(), 100_000_000);
+//! let field = Preset::Blazed.build(None, None)?;
+//! // The patch model without energy conservation is the quickest to build.
+//! let options = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+//! let (_, origin) = cache.surface(&field, &options, &Progress::none())?;
+//! assert_eq!(origin, Origin::Kept);
+//! let (_, origin) = cache.surface(&field, &options, &Progress::none())?;
+//! assert_eq!(origin, Origin::Read);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod entry;
 mod folder;
@@ -24,42 +44,42 @@ use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Set to `off`, nothing is read or written; `on` is the default.
+/// Environment variable that switches the cache `on` (the default) or `off`.
 pub const SWITCH: &str = "SUNBEAM_CACHE";
-/// The folder, instead of the one that the platform keeps for caches.
+/// Environment variable with the cache's folder; the default is the platform's folder for caches.
 pub const FOLDER: &str = "SUNBEAM_CACHE_DIR";
-/// The largest size of the folder in MB.
+/// Environment variable with the largest size of the folder, in MB (10⁶ bytes).
 pub const LIMIT: &str = "SUNBEAM_CACHE_LIMIT_MB";
-/// The largest size of the folder in MB unless [`LIMIT`] is set.
+/// Largest size of the folder in MB where [`LIMIT`] is not set. Chosen: some hundred entries of skins, 20 MB each.
 pub const DEFAULT_LIMIT_MB: u64 = 2000;
 
-/// Why the environment does not describe a cache.
+/// An environment variable whose value is not accepted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the environment variable {variable} is {found:?}, but must be {accepted}")]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "the message names each field")]
 pub struct CacheError {
     pub variable: &'static str,
     pub found: String,
     pub accepted: &'static str,
 }
 
-/// Where tables are kept, or that none are.
+/// A folder of tables with a size limit, or no cache at all ([`Cache::off`]).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cache {
     folder: Option<PathBuf>,
     limit_bytes: u64,
 }
 
-/// Where a surface's tables came from.
+/// Where tables came from: the cache or a build.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// They were built, and no cache was asked.
+    /// Built, with the cache off.
     Built,
-    /// They were built and kept.
+    /// Built, and written to the cache.
     Kept,
-    /// They were built, and could not be kept for this reason.
+    /// Built; the text says why they could not be written to the cache.
     NotKept(String),
-    /// They were read.
+    /// Read from the cache.
     Read,
 }
 
@@ -81,19 +101,20 @@ impl Serialize for Origin {
 }
 
 impl Cache {
-    /// Nothing is kept.
+    /// A cache that never reads or writes.
     pub fn off() -> Self {
         Self { folder: None, limit_bytes: 0 }
     }
 
-    /// Tables are kept in a folder, which is made when the first of them is; it may grow to `limit_bytes`.
+    /// A cache in `folder`, which is created with the first entry and may grow to `limit_bytes`.
     pub fn new(folder: impl Into<PathBuf>, limit_bytes: u64) -> Self {
         Self { folder: Some(folder.into()), limit_bytes }
     }
 
-    /// The cache that the environment describes by [`SWITCH`], [`FOLDER`] and [`LIMIT`]; by default the folder `sunbeam` where
-    /// the platform has caches (`$XDG_CACHE_HOME` or `~/.cache` on Linux, `~/Library/Caches`, `%LOCALAPPDATA%`), or none where
-    /// there is no such place.
+    /// The cache described by the environment variables [`SWITCH`], [`FOLDER`] and [`LIMIT`].
+    ///
+    /// The default folder is `sunbeam` in the platform's folder for caches: `$XDG_CACHE_HOME` or `~/.cache` on Linux,
+    /// `~/Library/Caches` on macOS, `%LOCALAPPDATA%` on Windows. Where the platform has none, the cache is off.
     ///
     /// # Errors
     /// A variable whose value is not accepted.
@@ -122,12 +143,27 @@ impl Cache {
         Ok(Self { folder, limit_bytes: limit_mb.saturating_mul(1_000_000) })
     }
 
-    /// The folder, `None` where nothing is kept.
+    /// The folder; `None` where the cache is off.
     pub fn folder(&self) -> Option<&PathBuf> {
         self.folder.as_ref()
     }
 
-    /// As [`Cache::surface`], but one that this process has in use is not read or built again.
+    /// The surface of `field`, read from the cache, or else built and written to it.
+    ///
+    /// `progress` follows a build; reading does not advance it.
+    ///
+    /// # Errors
+    /// As [`Surface::new`]. Trouble with the cache is no error; [`Origin::NotKept`] tells it.
+    pub fn surface(
+        &self,
+        field: &HeightField,
+        options: &Options,
+        progress: &Progress,
+    ) -> Result<(Surface, Origin), TableError> {
+        self.read_or_build(|| Key::of_surface(field, options), || Surface::watched(field, options, progress))
+    }
+
+    /// [`Cache::surface`], or an equal surface that this process already holds.
     ///
     /// # Errors
     /// As [`Cache::surface`].
@@ -137,33 +173,13 @@ impl Cache {
         options: &Options,
         progress: &Progress,
     ) -> Result<Arc<(Surface, Origin)>, TableError> {
-        static SURFACES: Shared<Key, (Surface, Origin)> = Shared::new();
-        SURFACES.get(Key::of_surface(field, options), || self.surface_watched(field, options, progress))
+        static IN_USE: Shared<Key, (Surface, Origin)> = Shared::new();
+        IN_USE.get(Key::of_surface(field, options), || self.surface(field, options, progress))
     }
 
-    /// The surface of `field`: its tables read if they are kept, else built, and kept.
+    /// The surface of `field` in colours; shared as by [`Cache::shared_surface`].
     ///
-    /// # Errors
-    /// As [`Surface::new`]; nothing that is wrong with the cache is one.
-    pub fn surface(&self, field: &HeightField, options: &Options) -> Result<(Surface, Origin), TableError> {
-        self.surface_watched(field, options, &Progress::none())
-    }
-
-    /// As [`Cache::surface`], telling `progress` how far building has come, if anything is built.
-    ///
-    /// # Errors
-    /// As [`Surface::new`].
-    pub fn surface_watched(
-        &self,
-        field: &HeightField,
-        options: &Options,
-        progress: &Progress,
-    ) -> Result<(Surface, Origin), TableError> {
-        self.tables(|| Key::of_surface(field, options), || Surface::watched(field, options, progress))
-    }
-
-    /// The surface of `field` in colours, with the reflectance for `index` inside if there is one: as
-    /// [`Cache::shared_surface`].
+    /// With an `index` the colours include the Fresnel factor of a medium of that index.
     ///
     /// # Errors
     /// As [`ColourSurface::new`].
@@ -174,12 +190,14 @@ impl Cache {
         index: Option<&SpectralIndex>,
         progress: &Progress,
     ) -> Result<Arc<(ColourSurface, Origin)>, ColourTableError> {
-        static SURFACES: Shared<Key, (ColourSurface, Origin)> = Shared::new();
+        static IN_USE: Shared<Key, (ColourSurface, Origin)> = Shared::new();
         let key = Key::of_colours(field, options, index);
-        SURFACES.get(key, || self.tables(|| key, || ColourSurface::watched(field, options, index, progress)))
+        let build = || ColourSurface::watched(field, options, index, progress);
+        IN_USE.get(key, || self.read_or_build(|| key, build))
     }
 
-    /// The grating of a profile above a medium of this index, or a perfect conductor: as [`Cache::shared_surface`].
+    /// The grating of a profile above a medium of `index`, or above a perfect conductor; shared as by
+    /// [`Cache::shared_surface`].
     ///
     /// # Errors
     /// As [`GratingSurface::new`].
@@ -192,17 +210,17 @@ impl Cache {
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Arc<(GratingSurface, Origin)>, GratingError> {
-        static SURFACES: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
+        static IN_USE: Shared<(Key, u64), (GratingSurface, Origin)> = Shared::new();
         let key = Key::of_grating("grating", profile, index);
-        SURFACES.get((key, coherence_length_um.to_bits()), || {
+        IN_USE.get((key, coherence_length_um.to_bits()), || {
             let build = || GratingSurface::new(profile, index, coherence_length_um, build_limit, progress);
-            let (grating, origin) = self.tables(|| key, build)?;
-            // What is kept is the same for all coherence lengths.
+            let (grating, origin) = self.read_or_build(|| key, build)?;
+            // One entry serves every coherence length: the tables do not depend on it.
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })
     }
 
-    /// The same in colours.
+    /// The grating of [`Cache::shared_grating`] in colours.
     ///
     /// # Errors
     /// As [`GratingSurface::new`].
@@ -215,19 +233,19 @@ impl Cache {
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Arc<(GratingColourSurface, Origin)>, GratingError> {
-        static SURFACES: Shared<(Key, u64), (GratingColourSurface, Origin)> = Shared::new();
+        static IN_USE: Shared<(Key, u64), (GratingColourSurface, Origin)> = Shared::new();
         let key = Key::of_grating("grating in colours", profile, index);
-        SURFACES.get((key, coherence_length_um.to_bits()), || {
+        IN_USE.get((key, coherence_length_um.to_bits()), || {
             let build = || {
-                let made = self.shared_grating(profile, index, coherence_length_um, build_limit, progress)?;
-                Ok::<_, GratingError>(GratingColourSurface::new(made.0.clone()))
+                let spectral = self.shared_grating(profile, index, coherence_length_um, build_limit, progress)?;
+                Ok::<_, GratingError>(GratingColourSurface::new(spectral.0.clone()))
             };
-            let (grating, origin) = self.tables(|| key, build)?;
+            let (grating, origin) = self.read_or_build(|| key, build)?;
             Ok((grating.with_coherence_length(coherence_length_um), origin))
         })
     }
 
-    /// How the orders of [`Cache::shared_grating`] polarise.
+    /// Jones matrices of the orders of [`Cache::shared_grating`].
     ///
     /// # Errors
     /// As [`JonesTable::new`].
@@ -239,13 +257,14 @@ impl Cache {
         build_limit: f64,
         progress: &Progress,
     ) -> Result<Arc<(JonesTable, Origin)>, GratingError> {
-        static TABLES: Shared<Key, (JonesTable, Origin)> = Shared::new();
+        static IN_USE: Shared<Key, (JonesTable, Origin)> = Shared::new();
         let key = Key::of_grating("polarisation of a grating", profile, index);
-        TABLES.get(key, || self.tables(|| key, || JonesTable::new(profile, index, build_limit, progress)))
+        IN_USE.get(key, || self.read_or_build(|| key, || JonesTable::new(profile, index, build_limit, progress)))
     }
 
-    /// Tables: read if they are kept, else built, and kept.
-    fn tables<T: Serialize + DeserializeOwned, E>(
+    /// The tables of `key`, read from the cache, or else built and written to it. `key` is computed only where the
+    /// cache is on: it hashes all heights.
+    fn read_or_build<T: Serialize + DeserializeOwned, E>(
         &self,
         key: impl FnOnce() -> Key,
         build: impl FnOnce() -> Result<T, E>,

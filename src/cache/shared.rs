@@ -1,10 +1,20 @@
-//! Values in use, so that what is asked for again is neither built nor held twice.
+//! Values in use by key: a value that this process already holds is neither built nor stored twice.
 
 use std::collections::HashMap;
 use std::hash::Hash;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
-/// Values by key, held weakly: a value goes when the last that uses it does.
+/// Map from keys to values that are held weakly: a value is dropped with its last user.
+///
+/// ```
+/// use sunbeam::cache::Shared;
+///
+/// static SQUARES: Shared<u64, u64> = Shared::new();
+/// let first = SQUARES.get(7, || Ok::<_, ()>(7 * 7)).unwrap();
+/// // Still in use: not made again.
+/// let second = SQUARES.get(7, || Err(())).unwrap();
+/// assert!(std::sync::Arc::ptr_eq(&first, &second));
+/// ```
 pub struct Shared<K, T>(Mutex<Option<HashMap<K, Slot<T>>>>);
 
 type Slot<T> = Arc<Mutex<Weak<T>>>;
@@ -16,17 +26,18 @@ impl<K: Eq + Hash, T> Default for Shared<K, T> {
 }
 
 impl<K: Eq + Hash, T> Shared<K, T> {
-    /// None in use.
+    /// An empty map.
     pub const fn new() -> Self {
         Self(Mutex::new(None))
     }
 
-    /// The value of `key`: the one in use, or what `make` gives. Whoever asks for it meanwhile waits.
+    /// The value of `key` that is in use, or else the one that `make` returns. Concurrent calls with one key wait for
+    /// the first of them.
     ///
     /// # Errors
-    /// As `make`.
+    /// Those of `make`.
     pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
-        // A panic of `make` leaves nothing half done behind, so a poisoned lock is as good as another.
+        // A panic of `make` changes neither map nor slot, so a poisoned lock is still consistent.
         let slot = {
             let mut slots = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let slots = slots.get_or_insert_with(HashMap::new);
@@ -49,7 +60,7 @@ mod tests {
     use std::convert::Infallible;
 
     #[test]
-    fn values_in_use_are_shared_and_others_go() {
+    fn values_in_use_are_shared_and_others_are_dropped() {
         let shared = Shared::<u32, String>::new();
         let get = |key| shared.get(key, || Ok::<_, Infallible>(format!("made for {key}"))).unwrap();
         let (a, b, c) = (get(1), get(1), get(2));
@@ -65,7 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn those_who_ask_at_once_get_one_value() {
+    fn concurrent_calls_make_one_value() {
         let shared = Shared::<u32, u32>::new();
         let made = Mutex::new(0);
         let make = || {

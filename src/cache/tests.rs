@@ -1,4 +1,4 @@
-//! Entries are read back as they were, and nothing that is wrong with one is believed.
+//! Tables read from the cache equal those built, and damaged or foreign entries are ignored.
 
 use super::*;
 use crate::height_field::Preset;
@@ -13,7 +13,7 @@ fn field(period_um: f64) -> HeightField {
     Preset::Blazed.build(Some(period_um), None).unwrap()
 }
 
-/// Tables that are built at once.
+/// Options whose tables build in milliseconds.
 fn quick() -> Options {
     Options { model: Model::Patch, conserve_energy: false, coherence_length_um: 10.0, ..Options::default() }
 }
@@ -22,7 +22,7 @@ fn bytes_of(surface: &Surface) -> Vec<u8> {
     postcard::to_stdvec(surface).unwrap()
 }
 
-/// The files in a folder, by name.
+/// Paths of the files in a folder, sorted by name.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|file| file.unwrap().path()).collect();
     files.sort();
@@ -30,15 +30,15 @@ fn files(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn what_is_read_is_what_was_built() {
+fn tables_read_equal_tables_built() {
     let folder = tempdir().unwrap();
     let cache = Cache::new(folder.path().join("made/when/needed"), AMPLE);
-    // With everything that a surface may hold.
+    // A default skin has every optional part of a surface.
     let skin = (Preset::Elaphe.build(None, None).unwrap(), Options { tolerance: 0.1, ..Options::default() });
     for (field, options) in [(field(2.5), quick()), (field(2.0), Options::default()), skin] {
-        let (built, origin) = cache.surface(&field, &options).unwrap();
+        let (built, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
         assert_eq!(origin, Origin::Kept);
-        let (read, origin) = cache.surface(&field, &options).unwrap();
+        let (read, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
         assert_eq!(origin, Origin::Read);
         assert_eq!(bytes_of(&built), bytes_of(&read));
         let [wi, wo] = [[0.6, 0.0, 0.8], [-0.3, 0.1, 0.9_f64.sqrt()]];
@@ -50,7 +50,7 @@ fn what_is_read_is_what_was_built() {
 }
 
 #[test]
-fn everything_that_tables_depend_on_makes_another_entry() {
+fn every_input_of_the_tables_changes_the_key() {
     let base = (field(2.5), quick());
     let mut keys = vec![Key::of_surface(&base.0, &base.1)];
     let heights = base.0.heights_um();
@@ -76,20 +76,20 @@ fn everything_that_tables_depend_on_makes_another_entry() {
     keys.extend(options.map(|options| Key::of_surface(&base.0, &options)));
     let names: std::collections::HashSet<_> = keys.iter().map(Key::file_name).collect();
     assert_eq!(names.len(), keys.len());
-    // How much building may take is no part of what is built.
+    // The build limit does not change the tables.
     assert_eq!(Key::of_surface(&base.0, &Options { build_limit: 7.0, ..quick() }), keys[0]);
 }
 
 #[test]
-fn a_corrupt_foreign_or_misnamed_entry_is_built_anew() {
+fn damaged_foreign_and_misnamed_entries_are_rebuilt() {
     let folder = tempdir().unwrap();
     let cache = Cache::new(folder.path(), AMPLE);
     let (field, options) = (field(2.5), quick());
-    let good = bytes_of(&cache.surface(&field, &options).unwrap().0);
+    let good = bytes_of(&cache.surface(&field, &options, &Progress::none()).unwrap().0);
     let path = files(folder.path()).remove(0);
     let whole = fs::read(&path).unwrap();
     let other = Cache::new(folder.path().join("other"), AMPLE);
-    other.surface(&self::field(2.0), &options).unwrap();
+    other.surface(&self::field(2.0), &options, &Progress::none()).unwrap();
     let misnamed = fs::read(files(&folder.path().join("other")).remove(0)).unwrap();
 
     let mut wrong: Vec<(String, Vec<u8>)> = vec![
@@ -98,7 +98,7 @@ fn a_corrupt_foreign_or_misnamed_entry_is_built_anew() {
         ("of another surface".into(), misnamed),
         ("longer".into(), [whole.clone(), vec![0]].concat()),
     ];
-    // A byte in the magic, the key, the hash, and all over the contents; and cut short at as many places.
+    // One flipped byte in the magic, the key, the hash and the contents; and truncation at each of these positions.
     for at in [0, 20, 60, 80, whole.len() / 3, whole.len() / 2, whole.len() - 1] {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x40;
@@ -107,12 +107,16 @@ fn a_corrupt_foreign_or_misnamed_entry_is_built_anew() {
     }
     for (what, bytes) in wrong {
         fs::write(&path, bytes).unwrap();
-        let (surface, origin) = cache.surface(&field, &options).unwrap();
+        let (surface, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
         assert_eq!(origin, Origin::Kept, "{what}");
         assert_eq!(surface.table().words().len(), Surface::new(&field, &options).unwrap().table().words().len());
-        assert_eq!(cache.surface(&field, &options).unwrap().1, Origin::Read, "{what} was not replaced");
+        assert_eq!(
+            cache.surface(&field, &options, &Progress::none()).unwrap().1,
+            Origin::Read,
+            "{what} was not replaced"
+        );
     }
-    // Contents that agree with their hash but are of another make.
+    // Contents that agree with their hash but are no tables.
     let key = Key::of_surface(&field, &options);
     let mut forged = whole[..16 + 32].to_vec();
     forged.extend_from_slice(blake3::hash(b"short").as_bytes());
@@ -122,7 +126,7 @@ fn a_corrupt_foreign_or_misnamed_entry_is_built_anew() {
 }
 
 #[test]
-fn the_least_recently_used_go_first_and_other_files_stay() {
+fn least_recently_used_entries_are_removed_first_and_other_files_stay() {
     let folder = tempdir().unwrap();
     let options = quick();
     let ample = Cache::new(folder.path(), AMPLE);
@@ -132,7 +136,7 @@ fn the_least_recently_used_go_first_and_other_files_stay() {
         fs::metadata(cache.folder().unwrap().join(key.file_name())).map(|facts| facts.len()).ok()
     };
     for period in [2.0, 2.1, 2.2] {
-        ample.surface(&field(period), &options).unwrap();
+        ample.surface(&field(period), &options, &Progress::none()).unwrap();
     }
     let age = |period: f64, seconds: u64| {
         let path = folder.path().join(Key::of_surface(&field(period), &options).file_name());
@@ -142,31 +146,31 @@ fn the_least_recently_used_go_first_and_other_files_stay() {
     age(2.0, 300);
     age(2.1, 200);
     age(2.2, 100);
-    // Using the oldest makes it the youngest.
-    assert_eq!(ample.surface(&field(2.0), &options).unwrap().1, Origin::Read);
+    // Reading the oldest entry makes it the most recently used.
+    assert_eq!(ample.surface(&field(2.0), &options, &Progress::none()).unwrap().1, Origin::Read);
     let room_for_two = size(&ample, 2.0).unwrap() * 5 / 2;
     let small = Cache::new(folder.path(), room_for_two);
-    assert_eq!(small.surface(&field(2.3), &options).unwrap().1, Origin::Kept);
+    assert_eq!(small.surface(&field(2.3), &options, &Progress::none()).unwrap().1, Origin::Kept);
     assert!(size(&small, 2.1).is_none() && size(&small, 2.2).is_none());
     assert!(size(&small, 2.0).is_some() && size(&small, 2.3).is_some());
     assert!(folder.path().join("notes.tables").exists());
-    let (_, origin) = Cache::new(folder.path(), 100).surface(&field(2.4), &options).unwrap();
+    let (_, origin) = Cache::new(folder.path(), 100).surface(&field(2.4), &options, &Progress::none()).unwrap();
     assert!(matches!(&origin, Origin::NotKept(reason) if reason.contains("100")), "{origin:?}");
 }
 
 #[test]
-fn a_folder_that_cannot_be_is_no_error() {
+fn unusable_folders_are_no_error() {
     let folder = tempdir().unwrap();
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
-    let (_, origin) = Cache::new(file.join("below"), AMPLE).surface(&field(2.5), &quick()).unwrap();
+    let (_, origin) = Cache::new(file.join("below"), AMPLE).surface(&field(2.5), &quick(), &Progress::none()).unwrap();
     assert!(matches!(&origin, Origin::NotKept(reason) if reason.contains("below")), "{origin:?}");
-    let (_, origin) = Cache::off().surface(&field(2.5), &quick()).unwrap();
+    let (_, origin) = Cache::off().surface(&field(2.5), &quick(), &Progress::none()).unwrap();
     assert_eq!(origin, Origin::Built);
 }
 
 #[test]
-fn many_may_write_the_same_at_once() {
+fn concurrent_writers_of_one_key_leave_one_entry() {
     let folder = tempdir().unwrap();
     let cache = Cache::new(folder.path(), AMPLE);
     let (field, options) = (field(2.5), quick());
@@ -175,7 +179,7 @@ fn many_may_write_the_same_at_once() {
         for _ in 0..8 {
             scope.spawn(|| {
                 for _ in 0..5 {
-                    let (surface, origin) = cache.surface(&field, &options).unwrap();
+                    let (surface, origin) = cache.surface(&field, &options, &Progress::none()).unwrap();
                     assert_eq!(surface.table().words(), expected.table().words());
                     assert!(matches!(origin, Origin::Read | Origin::Kept), "{origin:?}");
                 }
@@ -186,7 +190,7 @@ fn many_may_write_the_same_at_once() {
 }
 
 #[test]
-fn the_environment_is_read_or_refused() {
+fn environment_variables_are_read_or_refused() {
     let cache = |variables: &[(&str, &str)]| {
         Cache::from_variables(|name| {
             variables.iter().find(|(known, _)| *known == name).map(|(_, value)| (*value).to_owned())

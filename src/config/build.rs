@@ -1,10 +1,12 @@
-use super::{BuiltSurface, ConfigError, MAX_LENGTH_UM, Source, SurfaceConfig, Theory};
+use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
 use crate::grating::{
     GratingColourSurface, GratingError, GratingSurface, JonesTable, Profile, preset_profile, profile_of,
 };
-use crate::height_field::{FileField, FileScale, HeightField, HeightFieldError, Level, ReadOptions, Regions};
+use crate::height_field::{
+    FileField, FileScale, HeightField, HeightFieldError, Level, MAX_LENGTH_UM, ReadOptions, Regions,
+};
 use crate::lobe::{ColourSurface, Surface};
 use crate::methods::MethodError;
 use crate::scattering::{Obliquity, Options, SpectralIndex};
@@ -117,7 +119,7 @@ impl SurfaceConfig {
     /// # Errors
     /// As [`SurfaceConfig::build`].
     pub fn build_watched(&self, cache: &Cache, progress: &Progress) -> Result<(Surface, Origin), BuildError> {
-        Ok(cache.surface_watched(&self.height_field()?, &self.options(), progress)?)
+        Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 
     /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same. The index is
@@ -231,18 +233,8 @@ impl SurfaceConfig {
     /// millimetre, or tables that would take more than the build limit allows.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate_for_array()?;
-        let given = [
-            ("preset", self.preset.is_some()),
-            ("period", self.period.is_some()),
-            ("height", self.height.is_some()),
-            ("region_size", self.region_size.is_some()),
-            ("region_spread", self.region_spread.is_some()),
-            ("filename", self.filename.is_some()),
-            ("pixel_size", self.pixel_size.is_some()),
-            ("max_height", self.max_height.is_some()),
-            ("channel", self.channel.is_some()),
-        ];
-        if let Some((parameter, _)) = given.into_iter().find(|(_, given)| *given) {
+        let of_numbers = |name: &&str| ReliefSource::OF_NUMBERS.contains(name);
+        if let Some(parameter) = self.relief_source().given().find(|name| !of_numbers(name)) {
             let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");
             return Err(ConfigError::Contradiction { parameter, other, advice }.into());
         }
@@ -255,7 +247,7 @@ impl SurfaceConfig {
         let levelled = heights.levelled(as_scan.level());
         let index = self.index();
         if self.theory == Theory::Scalar {
-            let (surface, origin) = cache.surface(&levelled, &as_scan.options())?;
+            let (surface, origin) = cache.surface(&levelled, &as_scan.options(), &Progress::none())?;
             return Ok((BuiltSurface::scalar(surface, index), origin));
         }
         let profile = profile_of(&levelled, self.tolerance)?;

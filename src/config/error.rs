@@ -1,8 +1,8 @@
 //! Why a configuration is refused.
 
-use super::{COHERENCE_LENGTH_UM, ETA, K, MAX_LENGTH_UM, TOLERANCE};
-use crate::height_field::{REGION_SIZE_UM, REGION_SPREAD};
-use crate::table::BUILD_LIMIT;
+use super::{ETA, K};
+use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};
+use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 use std::fmt;
 
 /// Why a configuration is refused. Each message names the parameter, what was found and what is accepted.

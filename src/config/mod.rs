@@ -11,46 +11,41 @@
 //! assert_eq!(error.to_string(), "parameter \"period\" is -2, but must be a length in µm in (0, 1e3]");
 //! ```
 
-#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+#[cfg(feature = "full")]
 mod build;
-#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+#[cfg(feature = "full")]
 mod built_surface;
 mod channel;
 mod error;
-#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+#[cfg(feature = "full")]
 mod method;
 mod obliquity;
+mod relief_source;
 #[cfg(test)]
 mod tests;
 mod theory;
 
-#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+#[cfg(feature = "full")]
 pub use build::BuildError;
-#[cfg(all(feature = "files", feature = "cache", feature = "rigorous"))]
+#[cfg(feature = "full")]
 pub use built_surface::{BuiltReport, BuiltSurface};
 pub use error::{Accepted, ConfigError};
 pub use obliquity::ObliquityChoice;
+pub use relief_source::ReliefSource;
 pub use theory::Theory;
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use crate::height_field::{Fill, Level, Preset, REGION_SIZE_UM, REGION_SPREAD};
+use crate::height_field::{Fill, Level, MAX_LENGTH_UM, Preset, REGION_SIZE_UM, REGION_SPREAD};
 use crate::scattering::ComplexIndex;
-use crate::table::{BUILD_LIMIT, Model, Tiling};
+use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 
-/// Accepted coherence lengths in µm.
-pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;
-/// Accepted relative errors of the tables.
-pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;
 /// Accepted real parts of a refractive index. Beyond these nothing is known, and squares stay well within range.
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
 /// Accepted imaginary parts of a refractive index.
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
-/// The longest period, pixel and range of heights in µm: one millimetre. What diffracts light visibly is far finer, so more
-/// is a length in another unit.
-pub const MAX_LENGTH_UM: f64 = 1e3;
 
 /// Where the heights come from.
 #[derive(Clone, Debug, PartialEq)]

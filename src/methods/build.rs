@@ -9,11 +9,10 @@ use super::stam_gems::StamGems;
 use super::table::ConservingTable;
 use super::{Method, MethodError, MethodKind, MethodOptions};
 use crate::colour_table::{ColourTable, ColourTableOptions};
-use crate::config::{COHERENCE_LENGTH_UM, TOLERANCE};
 use crate::energy::ColourAlbedoTable;
 use crate::height_field::HeightField;
 use crate::scattering::Options;
-use crate::table::{Model, Progress, Tiling};
+use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
 /// What the table takes of the time where the albedo is made too.
 const TABLE_SHARE: f64 = 0.6;

@@ -3,7 +3,7 @@
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;
 use crate::colour_table::{ColourTableError, RESOLUTION};
-use crate::config::MAX_LENGTH_UM;
+use crate::height_field::MAX_LENGTH_UM;
 use crate::table::TableError;
 use crate::transform::Series;
 use serde::{Deserialize, Serialize};

@@ -5,7 +5,8 @@
 //! neighbours, as far as the window spreads them. So the spectrum is cut a margin beyond what is asked for, and the
 //! autocorrelation then needs few pixels. It is cut smoothly, so that the autocorrelation stays as short as it was.
 
-use super::lattice::{LatticeAxis, smooth_size};
+use super::lattice::LatticeAxis;
+use sunbeam_fourier::next_fast_len;
 
 /// How far beyond what is asked for the spectrum goes, in taps of the joining, which are about as wide as what the window
 /// spreads; and how far beyond that it falls. With these the error stays that of the joining, from a tolerance of 1e-2 to 1e-6.
@@ -24,7 +25,7 @@ impl Band {
     /// Pixels that an autocorrelation over `lags` pixels of `pixel_um` has when its spectrum ends at `edge` cycles/µm; at most `lags`.
     pub fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
         // Beyond any number of pixels the conversion saturates.
-        smooth_size(((2.0 * edge * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
+        next_fast_len(((2.0 * edge * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
     /// Pixels of the autocorrelation over `length_um` for an axis that was planned for it.

@@ -4,6 +4,7 @@ use super::band::{BAND_MARGIN, Band};
 use super::joining::{Joining, OVERSAMPLING, semicircle};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use sunbeam_fourier::next_fast_len;
 
 /// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
 pub(super) const TAPS_MAX: usize = 40;
@@ -102,7 +103,7 @@ impl AxisDemand {
                 let edge = self.frequency_max + BAND_MARGIN * taps as f64 / period;
                 pixel_um * lags as f64 / Band::pixels(lags, pixel_um, edge) as f64
             });
-            (smooth_size((period / pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize), joining, taps)
+            (next_fast_len((period / pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize), joining, taps)
         };
         let period_um = pixels as f64 * pixel_um;
         // Below the clamp: the tolerance is at least 1e-6, and orders are at most √(2Λ)/π nodes wide where their lattice is taken.
@@ -137,53 +138,5 @@ impl LatticeAxis {
             let joined = self.joining.transform(distance_um / self.period_um) / self.joining.transform(0.0);
             (-0.5 * (distance_um / window_um).powi(2)).exp() / joined
         })
-    }
-}
-
-/// The least size of at least `minimum` with no prime factor above 5, for which transforms are fast; `minimum` itself where
-/// that is beyond what counts.
-pub(super) fn smooth_size(minimum: usize) -> usize {
-    let powers = |base: usize| std::iter::successors(Some(1_usize), move |power| power.checked_mul(base));
-    let mut least = minimum.checked_next_power_of_two().unwrap_or(minimum);
-    for five in powers(5).take_while(|power| *power < minimum) {
-        for three in powers(3).map_while(|power| power.checked_mul(five)).take_while(|product| *product < minimum) {
-            // The power of two that fills the rest.
-            let size = minimum.div_ceil(three).checked_next_power_of_two().and_then(|two| two.checked_mul(three));
-            least = size.map_or(least, |size| size.min(least));
-        }
-    }
-    // Products of threes and fives alone, and those that reach the minimum without a two.
-    for five in powers(5) {
-        if let Some(product) = powers(3).map_while(|power| power.checked_mul(five)).find(|p| *p >= minimum) {
-            least = least.min(product);
-        }
-        if five >= minimum {
-            break;
-        }
-    }
-    least.max(1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn smooth_sizes_are_the_least_there_are() {
-        let smooth = |mut n: usize| {
-            for p in [2, 3, 5] {
-                while n.is_multiple_of(p) {
-                    n /= p;
-                }
-            }
-            n == 1
-        };
-        for minimum in (0..3000).chain([16_385, 65_537, 1_000_001]) {
-            let expected = (minimum.max(1)..).find(|&n| smooth(n)).unwrap();
-            assert_eq!(smooth_size(minimum), expected, "{minimum}");
-        }
-        // No search: the next one to 10¹² + 1 is 4 ‰ further on, and nothing is beyond the largest number.
-        assert_eq!(smooth_size(1_000_000_000_001), 1004193907488);
-        assert_eq!(smooth_size(usize::MAX), usize::MAX);
     }
 }

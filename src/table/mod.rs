@@ -44,3 +44,7 @@ pub use view::TableView;
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
 /// Longest wavelength a table answers for, in nm.
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
+/// Accepted coherence lengths in µm.
+pub const COHERENCE_LENGTH_UM: std::ops::RangeInclusive<f64> = 1e-3..=1e5;
+/// Accepted relative errors of the tables.
+pub const TOLERANCE: std::ops::RangeInclusive<f64> = 1e-6..=0.1;

@@ -1,13 +1,14 @@
 //! What a table's nodes hold at one κ, from the height field.
 
 use super::band::Band;
-use super::lattice::{AxisDemand, Lattice, LatticeAxis, smooth_size};
+use super::lattice::{AxisDemand, Lattice, LatticeAxis};
 use super::lookup::KernelKind;
 use crate::height_field::HeightField;
 use crate::transform::{Direction, Fft2, OrderTransform};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
+use sunbeam_fourier::next_fast_len;
 use sunbeam_fourier::num_complex::Complex64;
 
 /// Which coherence model the spectrum follows (docs/model.md#coherence).
@@ -317,7 +318,7 @@ fn joined_to(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
 
 /// Size of the grid on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.
 pub(crate) fn lag_grid(nx: usize, ny: usize) -> (usize, usize) {
-    (smooth_size(2 * nx), smooth_size(2 * ny))
+    (next_fast_len(2 * nx), next_fast_len(2 * ny))
 }
 
 /// A Tukey window sampled at the middles of `n` pixels.

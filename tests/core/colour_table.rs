@@ -117,13 +117,8 @@ fn xenopeltis_is_within_a_just_visible_difference() {
 
 #[test]
 fn scans_are_within_a_just_visible_difference() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/afm");
-    for name in ["elaphe.gsf", "xenopeltis.gsf"] {
-        let path = folder.join(name);
-        if !path.exists() {
-            eprintln!("skipped: no scan at {}", path.display());
-            continue;
-        }
+    for file in ["afm/elaphe.gsf", "afm/xenopeltis.gsf"] {
+        let Some(path) = sunbeam_testing::data(file) else { return };
         check(&format!(r#"{{"filename":{path:?}}}"#), Model::Ensemble, 10.0);
         check(&format!(r#"{{"filename":{path:?},"tiling":"periodic"}}"#), Model::Patch, 10.0);
     }

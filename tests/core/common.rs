@@ -9,7 +9,7 @@ use sunbeam::colour::{ciede2000, linear_srgb_to_lab};
 use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::lobe::{Exact, Surface};
 use sunbeam::scattering::{Options, Vec3};
-use sunbeam::table::DENSITY_FLOOR_UM2;
+use sunbeam::table::{DENSITY_FLOOR_UM2, Progress};
 
 /// SplitMix64: the same numbers on every machine.
 pub struct Random(u64);
@@ -83,7 +83,7 @@ pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
             }
         }
     };
-    place.get_or_init(|| Arc::new(cache().surface(field, options).unwrap().0)).clone()
+    place.get_or_init(|| Arc::new(cache().surface(field, options, &Progress::none()).unwrap().0)).clone()
 }
 
 /// ΔE₀₀ between pairs of a true colour and one that was found, linear sRGB, ascending; exposed so that a tenth of what is lit

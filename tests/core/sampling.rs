@@ -108,17 +108,13 @@ fn squares() -> Vec<(String, Arc<Surface>)> {
     squares
 }
 
-/// The scans that there are.
+/// The levelled scans that are present, by species.
 fn scans() -> Vec<(&'static str, HeightField)> {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/afm");
     let mut scans = Vec::new();
     for name in ["elaphe", "xenopeltis"] {
-        let path = folder.join(name).with_extension("gsf");
-        if path.exists() {
+        if let Some(path) = sunbeam_testing::data(&format!("afm/{name}.gsf")) {
             let scan = HeightField::read(path, &Default::default()).unwrap();
             scans.push((name, scan.levelled(Level::Plane)));
-        } else {
-            eprintln!("SKIPPED: no scan at {}", path.display());
         }
     }
     scans

@@ -3,7 +3,6 @@
 //! (plane removed, the same taper) and averaged. Fails if a skin is changed for the worse, or taken for the other.
 
 use ndarray::{Array2, s};
-use std::path::PathBuf;
 use sunbeam::height_field::{FileScale, HeightField, Level, Preset};
 use sunbeam_fourier::num_complex::Complex;
 use sunbeam_fourier::{Direction, Fft2};
@@ -125,13 +124,7 @@ fn procedural(field: &HeightField) -> Features {
 }
 
 fn scan(name: &str) -> Option<Features> {
-    let folder = std::env::var_os("SUNBEAM_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data/afm"), PathBuf::from);
-    let path = folder.join(format!("{name}.gsf"));
-    if !path.exists() {
-        eprintln!("SKIPPED: no scan at {}; set SUNBEAM_DATA to the folder of the scans", path.display());
-        return None;
-    }
+    let path = sunbeam_testing::data(&format!("afm/{name}.gsf"))?;
     Some(average(&[features(&HeightField::read(path, &FileScale::default()).unwrap())]))
 }
 

@@ -167,8 +167,7 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         let cache = args.surface.cache()?;
         Some(match config.theory {
             Theory::Scalar => {
-                let (surface, origin) =
-                    with_bar(BUILDING, |progress| cache.surface_watched(&field, &options, progress))?;
+                let (surface, origin) = with_bar(BUILDING, |progress| cache.surface(&field, &options, progress))?;
                 Tables::Scalar { origin, report: surface.report().clone() }
             }
             Theory::Rigorous => {

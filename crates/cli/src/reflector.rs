@@ -62,7 +62,7 @@ impl Reflector {
             return Self::rigorous(&config, method, method_options, &cache, sampler);
         }
         let field = config.height_field()?;
-        let built = || with_bar(BUILDING, |progress| cache.surface_watched(&field, &options, progress));
+        let built = || with_bar(BUILDING, |progress| cache.surface(&field, &options, progress));
         let surface = || built().map(|(surface, _)| Arc::new(surface));
         let (nx, ny) = field.size();
         let (evaluator, surface) = match method {

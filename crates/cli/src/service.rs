@@ -62,20 +62,21 @@ fn json(answer: &impl Serialize) -> String {
 mod tests {
     use super::*;
 
+    /// The batches of lines that `next_lines` gives for `text`, read four bytes at a time.
+    fn batches(text: &str) -> Vec<Vec<String>> {
+        let mut input = BufReader::with_capacity(4, text.as_bytes());
+        let batches = std::iter::from_fn(|| Some(next_lines(&mut input).unwrap()).filter(|lines| !lines.is_empty()));
+        batches.map(|lines| lines.into_iter().map(|line| String::from_utf8(line).unwrap()).collect()).collect()
+    }
+
     #[test]
-    fn lines_come_as_far_as_they_are_there() {
-        // Two reads' worth: the second line is not whole after the first.
-        let mut input = BufReader::with_capacity(4, &b"a\nb\ncc\n\nd"[..]);
-        let mut all = Vec::new();
-        loop {
-            let lines = next_lines(&mut input).unwrap();
-            if lines.is_empty() {
-                break;
-            }
-            all.push(lines);
-        }
-        let text = |line: &[u8]| String::from_utf8_lossy(line).into_owned();
-        assert_eq!(all[0].iter().map(|l| text(l)).collect::<Vec<_>>(), ["a\n", "b\n"]);
-        assert_eq!(all.concat().iter().map(|l| text(l)).collect::<String>(), "a\nb\ncc\n\nd");
+    fn lines_of_one_read_are_answered_together() {
+        assert_eq!(batches("a\nb\ncc\n\nd"), [vec!["a\n", "b\n"], vec!["cc\n", "\n"], vec!["d"]]);
+    }
+
+    #[test]
+    fn lines_across_reads_stay_whole() {
+        // Reads give "a\nbc", "def\n", "g\nhi" and "\n".
+        assert_eq!(batches("a\nbcdef\ng\nhi\n"), [vec!["a\n"], vec!["bcdef\n"], vec!["g\n"], vec!["hi\n"]]);
     }
 }

@@ -10,7 +10,6 @@ mod support;
 
 use cpu_time::ProcessTime;
 use ndarray::Array2;
-use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 use sunbeam::cache::Cache;
@@ -182,20 +181,12 @@ fn estimates_of_anything_are_finite_in_time_and_grow_with_what_is_asked() {
     }
 }
 
-/// Where the scans are.
-fn scan(name: &str) -> PathBuf {
-    let folder = std::env::var_os("SUNBEAM_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/afm"), PathBuf::from);
-    folder.join(name)
-}
-
 /// Held by tests that build much, since one of them counts this process's time.
 static BUILDING: Mutex<()> = Mutex::new(());
 
 #[test]
 fn estimates_are_near_what_tables_take() {
     let _alone = BUILDING.lock();
-    let scan = scan("xenopeltis.gsf");
     let mut surfaces = vec![
         r#"{"preset": "elaphe"}"#.to_owned(),
         r#"{"preset": "xenopeltis"}"#.to_owned(),
@@ -203,10 +194,8 @@ fn estimates_are_near_what_tables_take() {
         r#"{"preset": "xenopeltis", "coherence_length": 10}"#.to_owned(),
         r#"{"preset": "sinusoidal", "height": 100}"#.to_owned(),
     ];
-    if scan.exists() {
+    if let Some(scan) = sunbeam_testing::data("afm/xenopeltis.gsf") {
         surfaces.push(format!(r#"{{"filename": {scan:?}}}"#));
-    } else {
-        eprintln!("SKIPPED: no scan {}; set SUNBEAM_DATA to the folder of the scans", scan.display());
     }
     for json in surfaces {
         let config = SurfaceConfig { conserve_energy: Some(false), ..SurfaceConfig::from_json(&json).unwrap() };

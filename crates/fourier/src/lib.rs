@@ -1,7 +1,19 @@
 //! Discrete Fourier transforms in two dimensions, of any size, on all cores.
 //!
-//! rustfft is generic: whoever plans a transform compiles all of it. Here it is planned for the two precisions that there are,
-//! so that it is compiled with this crate alone, and not with every package and test that uses it.
+//! ```
+//! use sunbeam_fourier::num_complex::Complex64;
+//! use sunbeam_fourier::{Direction, Fft2};
+//!
+//! // One wave of two cycles along x, on 3 rows of 8 samples.
+//! let mut data: Vec<_> =
+//!     (0..24).map(|i| Complex64::cis(std::f64::consts::TAU * 2.0 * (i % 8) as f64 / 8.0)).collect();
+//! Fft2::new(8, 3, Direction::Negative).process(&mut data, &mut Vec::new());
+//! // All of it lies in bin (jy, jx) = (0, 2).
+//! assert!((data[2] - 24.0).norm() < 1e-12);
+//! ```
+//!
+//! The crate exists for compile time: rustfft is generic, and every crate that plans a transform compiles it anew. Here
+//! both precisions are planned once, behind `dyn Fft`.
 
 use rayon::prelude::*;
 pub use rustfft::num_complex;
@@ -9,9 +21,9 @@ use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftNum, FftPlanner};
 use std::sync::Arc;
 
-/// A precision that transforms are made in: `f32` or `f64`.
+/// Floating-point type of a transform: `f32` or `f64`.
 pub trait Precision: FftNum {
-    /// Plans transforms of these lengths in points.
+    /// Plans one-dimensional transforms of both `lengths` (in points).
     #[doc(hidden)]
     fn plans(lengths: [usize; 2], direction: Direction) -> [Arc<dyn Fft<Self>>; 2];
 }
@@ -45,8 +57,9 @@ pub enum Direction {
     Negative,
 }
 
-/// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised, bins in FFT order. Its rows are shared
-/// out over the rayon pool.
+/// A planned two-dimensional DFT of `ny` rows by `nx` columns, unnormalised, with bins in FFT order.
+///
+/// Rows and columns are distributed over the current rayon thread pool.
 pub struct Fft2<T: Precision> {
     nx: usize,
     ny: usize,
@@ -55,37 +68,39 @@ pub struct Fft2<T: Precision> {
 }
 
 impl<T: Precision> Fft2<T> {
-    /// Plans a transform of `nx` by `ny` points (any sizes, primes included).
+    /// Plans a transform of `nx` by `ny` points. Every size is allowed, primes included.
     pub fn new(nx: usize, ny: usize, direction: Direction) -> Self {
         let [along_x, along_y] = T::plans([nx, ny], direction);
         Self { nx, ny, along_x, along_y }
     }
 
-    /// Transforms `data` (row-major, `nx·ny` long) in place; `scratch` is resized as needed and may be reused.
+    /// Transforms `data` (row-major, length `nx · ny`) in place; `scratch` is resized as needed and may be reused.
     pub fn process(&self, data: &mut [Complex<T>], scratch: &mut Vec<Complex<T>>) {
         debug_assert_eq!(data.len(), self.nx * self.ny);
-        rows(&*self.along_x, data, self.nx);
+        transform_rows(&*self.along_x, data, self.nx);
         if self.ny > 1 {
             scratch.resize(data.len(), Complex::new(T::zero(), T::zero()));
             transpose(data, scratch, self.nx, self.ny);
-            rows(&*self.along_y, scratch, self.ny);
+            transform_rows(&*self.along_y, scratch, self.ny);
             transpose(scratch, data, self.ny, self.nx);
         }
     }
 
-    /// As [`Fft2::process`], of `data` whose rows beyond those given are zero and of which the bins nearest to frequency zero are
-    /// asked for alone, `kept` along x and y: row-major, in the FFT order of so many bins. What is not asked for is not computed.
-    /// `data` is worked in.
+    /// The low-frequency bins of a zero-padded transform: the `kept.0` by `kept.1` bins nearest to frequency zero.
+    ///
+    /// `data` holds the first rows, each `nx` long; missing rows up to `ny` are zero. It is overwritten with scratch
+    /// values. The result is row-major, in the FFT order of a transform of `kept` points. Equals [`Fft2::process`]
+    /// restricted to those bins, without computing the others.
     pub fn band(&self, data: &mut [Complex<T>], kept: (usize, usize)) -> Vec<Complex<T>> {
         let zero = Complex::new(T::zero(), T::zero());
         let (kx, ky) = kept;
         debug_assert!(data.len() <= self.nx * self.ny && kx <= self.nx && ky <= self.ny);
-        rows(&*self.along_x, data, self.nx);
-        // One column after the other.
+        transform_rows(&*self.along_x, data, self.nx);
+        // Column-major: the kept columns, one after the other.
         let mut columns = vec![zero; kx * self.ny];
         columns.par_chunks_mut(self.ny * COLUMNS_PER_TASK).enumerate().for_each(|(task, columns)| {
             for (i, column) in columns.chunks_mut(self.ny).enumerate() {
-                let bin = bin_of(task * COLUMNS_PER_TASK + i, kx, self.nx);
+                let bin = kept_bin(task * COLUMNS_PER_TASK + i, kx, self.nx);
                 for (to, row) in column.iter_mut().zip(data.chunks(self.nx)) {
                     *to = row[bin];
                 }
@@ -96,7 +111,7 @@ impl<T: Precision> Fft2<T> {
         });
         let mut bins = vec![zero; kx * ky];
         bins.par_chunks_mut(kx).enumerate().for_each(|(iy, row)| {
-            let bin = bin_of(iy, ky, self.ny);
+            let bin = kept_bin(iy, ky, self.ny);
             for (to, column) in row.iter_mut().zip(columns.chunks(self.ny)) {
                 *to = column[bin];
             }
@@ -105,20 +120,23 @@ impl<T: Precision> Fft2<T> {
     }
 }
 
-/// Columns that a task gathers and transforms; rows of the data hold their bins next to each other.
+/// Columns gathered and transformed by one rayon task of [`Fft2::band`]. Chosen: neighbouring columns share cache
+/// lines.
 const COLUMNS_PER_TASK: usize = 16;
 
-/// The bin of `n`, in FFT order, that is the `i`th of the `kept` nearest to frequency zero.
-fn bin_of(i: usize, kept: usize, n: usize) -> usize {
+/// Bin of a transform of `n` points that becomes bin `i` among the `kept` bins nearest to frequency zero (both in FFT
+/// order).
+fn kept_bin(i: usize, kept: usize, n: usize) -> usize {
     if 2 * i > kept { i + n - kept } else { i }
 }
 
-fn rows<T: Precision>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
+/// Transforms every row of `data`, each `width` long.
+fn transform_rows<T: Precision>(fft: &dyn Fft<T>, data: &mut [Complex<T>], width: usize) {
     const ROWS_PER_TASK: usize = 32;
     data.par_chunks_mut(width * ROWS_PER_TASK).for_each(|chunk| fft.process(chunk));
 }
 
-/// Writes the transpose of `from` (rows of `width`, `height` of them) into `to`, in tiles that fit the cache.
+/// Writes the transpose of `from` (`height` rows of `width`) into `to`, in square tiles that fit the processor's cache.
 fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], width: usize, height: usize) {
     const TILE: usize = 16;
     to.par_chunks_mut(height * TILE).enumerate().for_each(|(block, out)| {
@@ -131,4 +149,25 @@ fn transpose<T: Copy + Send + Sync>(from: &[T], to: &mut [T], width: usize, heig
             }
         }
     });
+}
+
+/// Smallest transform length of at least `minimum` whose prime factors are 2, 3 and 5, for which transforms are fast.
+///
+/// Returns `minimum` itself where no such length fits into a `usize`.
+///
+/// ```
+/// assert_eq!(sunbeam_fourier::next_fast_len(1021), 1024);
+/// assert_eq!(sunbeam_fourier::next_fast_len(241), 243);
+/// ```
+pub fn next_fast_len(minimum: usize) -> usize {
+    // `start · factorⁿ`, up to the first that reaches the minimum.
+    let powers = |start: usize, factor: usize| {
+        std::iter::successors(Some(start), move |power| if *power < minimum { power.checked_mul(factor) } else { None })
+    };
+    powers(1, 5)
+        .flat_map(|five| powers(five, 3))
+        // Each `3ᵃ·5ᵇ` times the least power of two that reaches the minimum.
+        .filter_map(|odd| minimum.div_ceil(odd).checked_next_power_of_two()?.checked_mul(odd))
+        .min()
+        .unwrap_or(minimum)
 }

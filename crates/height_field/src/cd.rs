@@ -1,45 +1,57 @@
-//! A compact disc: tracks of pits of random length.
+//! Preset `cd`: tracks of pits of random length.
+//!
+//! Lengths of pits and of lands between them are runs of 3 T to 11 T, as in the eight-to-fourteen modulation of IEC
+//! 60908; T is the length of one channel bit.
 
 use super::random::{Random, smooth_step};
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
+/// Pixels along each side of the tile.
 const PIXELS: usize = 1024;
+/// Tracks on the tile. Chosen: a tile of 64 µm.
 const TRACKS: usize = 40;
-/// Distance of the tracks along x (IEC 60908: 1.6 µm).
+/// Distance between tracks along x in µm (IEC 60908).
 const PITCH_UM: f64 = 1.6;
+/// Side of the tile in µm.
 const EXTENT_UM: f64 = TRACKS as f64 * PITCH_UM;
-/// Channel bits along one track of the tile; makes T = 64/230 = 0.2783 µm.
+/// Channel bits along one track of the tile, so that T = 64 µm / 230 = 0.2783 µm.
 const CHANNEL_BITS: u32 = 230;
+/// T in µm.
 const BIT_UM: f64 = EXTENT_UM / CHANNEL_BITS as f64;
+/// Width of a pit at half depth, in µm.
 const WIDTH_UM: f64 = 0.5;
+/// Depth of a pit in µm.
 const DEPTH_UM: f64 = 0.12;
-/// Width of the sloped wall, from the land to the bottom.
+/// Horizontal width of a pit's wall in µm.
 const WALL_UM: f64 = 0.14;
+/// Seed of the run lengths.
 const SEED: u64 = 0x00c0_ffee_cd01;
-/// Chances of runs of 3 T to 11 T, in thousandths: the run lengths of eight-to-fourteen modulation fall by about a
-/// third from each to the next.
-const RUNS: [u32; 9] = [330, 230, 160, 110, 70, 45, 25, 15, 15];
+/// Relative frequencies of runs of 3 T to 11 T. In eight-to-fourteen modulation each length is about a third rarer than
+/// the one before.
+const RUN_WEIGHTS: [u32; 9] = [330, 230, 160, 110, 70, 45, 25, 15, 15];
 
+/// A random run length in channel bits, 3 to 11.
 fn run(random: &mut Random) -> u32 {
-    let mut draw = random.unit() * f64::from(RUNS.iter().sum::<u32>());
-    for (length, &chance) in (3..).zip(&RUNS) {
-        if draw < f64::from(chance) {
+    let mut draw = random.unit() * f64::from(RUN_WEIGHTS.iter().sum::<u32>());
+    for (length, &weight) in (3..).zip(&RUN_WEIGHTS) {
+        if draw < f64::from(weight) {
             return length;
         }
-        draw -= f64::from(chance);
+        draw -= f64::from(weight);
     }
     11
 }
 
-/// `(start, length)` of the pits of one track in channel bits; pits and lands fill the tile exactly, each 3 to 11 bits.
+/// Pits of one track as `(start, length)` in channel bits. Pits and lands are 3 to 11 bits each and fill the tile
+/// exactly.
 fn pits(random: &mut Random) -> Vec<(u32, u32)> {
     let mut pits = Vec::new();
     let mut at = 0;
     while at < CHANNEL_BITS {
         let (pit, land) = (run(random), run(random));
         let after = at + pit + land;
-        // What is left must be nothing, or room for one more pit and land of at least 3 bits each.
+        // The remainder must be 0, or long enough for one more pit and land of at least 3 bits each.
         if after == CHANNEL_BITS || after + 6 <= CHANNEL_BITS {
             pits.push((at, pit));
             at = after;
@@ -48,7 +60,7 @@ fn pits(random: &mut Random) -> Vec<(u32, u32)> {
     pits
 }
 
-/// Forty tracks that run along y, 64 × 64 µm, periodic. Land is at 0, pits are 0.12 µm deep.
+/// A periodic tile of 64 × 64 µm with forty tracks along y. Land is at height 0, pits are 0.12 µm deep.
 pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
     let mut random = Random::new(SEED);
     let mut heights = Array2::zeros((PIXELS, PIXELS));
@@ -56,11 +68,13 @@ pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
     let wrap = |i: i64| i.rem_euclid(PIXELS as i64) as usize;
     for track in 0..TRACKS {
         let centre = (track as f64 + 0.5) * PITCH_UM;
-        let offset = random.between(0.0, EXTENT_UM);
+        let track_start = random.between(0.0, EXTENT_UM);
         let reach = 0.5 * (WIDTH_UM + WALL_UM);
         for (start, length) in pits(&mut random) {
-            let (from, to) = (offset + f64::from(start) * BIT_UM, offset + f64::from(start + length) * BIT_UM);
-            // The spine of a stadium whose outline at half depth is WIDTH_UM wide and `to − from` long.
+            let from = track_start + f64::from(start) * BIT_UM;
+            let to = track_start + f64::from(start + length) * BIT_UM;
+            // At half depth a pit is a stadium, WIDTH_UM wide and `to − from` long. Its centre line is from `low` to
+            // `high`.
             let (low, high) = (from + 0.5 * WIDTH_UM, to - 0.5 * WIDTH_UM);
             let first_y = libm::floor((from - WALL_UM) / step) as i64;
             let last_y = libm::ceil((to + WALL_UM) / step) as i64;
@@ -68,10 +82,10 @@ pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
             let last_x = libm::ceil((centre + reach) / step) as i64;
             for iy in first_y..=last_y {
                 let y = iy as f64 * step;
-                let along = (low - y).max(y - high).max(0.0);
+                let beyond_end = (low - y).max(y - high).max(0.0);
                 for ix in first_x..=last_x {
-                    let across = ix as f64 * step - centre;
-                    let outside = (along * along + across * across).sqrt() - 0.5 * WIDTH_UM;
+                    let offset_x = ix as f64 * step - centre;
+                    let outside = (beyond_end * beyond_end + offset_x * offset_x).sqrt() - 0.5 * WIDTH_UM;
                     let depth = DEPTH_UM * smooth_step(0.5 * WALL_UM, -0.5 * WALL_UM, outside);
                     let height: &mut f64 = &mut heights[[wrap(iy), wrap(ix)]];
                     *height = height.min(-depth);
@@ -99,12 +113,12 @@ mod tests {
     }
 
     #[test]
-    fn pits_have_their_depth_and_share() {
+    fn pits_have_their_depth_and_area() {
         let field = cd().unwrap();
         assert_eq!(field.range_um(), (-DEPTH_UM, 0.0));
         assert_eq!(field.extent_um(), (64.0, 64.0));
-        // Half of a track is pit and a pit takes 0.5 of 1.6 µm: 15.6 %, less what the round ends lose (about a tenth).
-        let share = field.heights_um().iter().filter(|h| **h < -0.5 * DEPTH_UM).count() as f64 / (1024.0 * 1024.0);
-        assert!((0.12..0.16).contains(&share), "{share}");
+        // Half of a track is pit, 0.5 µm of 1.6 µm wide: 15.6 % of the area, less about a tenth at the round ends.
+        let fraction = field.heights_um().iter().filter(|h| **h < -0.5 * DEPTH_UM).count() as f64 / (1024.0 * 1024.0);
+        assert!((0.12..0.16).contains(&fraction), "{fraction}");
     }
 }

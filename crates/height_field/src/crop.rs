@@ -3,12 +3,23 @@
 use super::{HeightField, HeightFieldError};
 use ndarray::s;
 
-/// How far a length may be from whole pixels, in pixels, to count as whole.
-const WHOLE: f64 = 1e-6;
+/// Rounding tolerated at the borders of the rectangle, in pixels.
+const ROUNDING_PIXELS: f64 = 1e-6;
 
 impl HeightField {
-    /// The pixels whose centres lie in the rectangle of `width_um × height_um` with its lower left corner at
-    /// `(x_um, y_um)`; the field's own lower left corner is (0, 0), half a pixel from the centre of its first pixel.
+    /// The part of the field in a rectangle of `width_um × height_um` whose lower left corner is at `(x_um, y_um)`.
+    ///
+    /// Pixels are kept if their centres lie in the rectangle. The field's own lower left corner is (0, 0), half a pixel
+    /// from the centre of its first pixel.
+    ///
+    /// ```
+    /// use sunbeam_height_field::Preset;
+    ///
+    /// let disc = Preset::Cd.build(None, None)?;
+    /// let part = disc.cropped(10.0, 20.0, 32.0, 16.0)?;
+    /// assert_eq!(part.extent_um(), (32.0, 16.0));
+    /// # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+    /// ```
     ///
     /// # Errors
     /// [`HeightFieldError::Crop`] for a rectangle that reaches beyond the field or holds no pixel.
@@ -18,10 +29,10 @@ impl HeightField {
         let refused = || HeightFieldError::Crop { x_um, y_um, width_um, height_um, extent_x_um, extent_y_um };
         let span = |start_um: f64, length_um: f64, step_um: f64, count: usize| {
             let (start, end) = (start_um / step_um, (start_um + length_um) / step_um);
-            let within = start >= -WHOLE && end <= count as f64 + WHOLE;
+            let within = start >= -ROUNDING_PIXELS && end <= count as f64 + ROUNDING_PIXELS;
             // The centre of pixel i is at i + ½.
-            let first = (start - 0.5 - WHOLE).ceil().max(0.0) as usize;
-            let last = (end - 0.5 - WHOLE).ceil().max(0.0) as usize;
+            let first = (start - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
+            let last = (end - 0.5 - ROUNDING_PIXELS).ceil().max(0.0) as usize;
             (within && first < last.min(count)).then_some(first..last.min(count)).ok_or_else(refused)
         };
         let columns = span(x_um, width_um, self.dx_um, nx)?;
@@ -40,12 +51,12 @@ mod tests {
     }
 
     #[test]
-    fn the_rectangle_is_in_um_from_the_lower_left() {
+    fn rectangles_are_in_um_from_the_lower_left_corner() {
         let cut = field().cropped(0.5, 0.25, 1.5, 0.5).unwrap();
         assert_eq!(cut.heights_um(), &ndarray::array![[11.0, 12.0, 13.0], [21.0, 22.0, 23.0]]);
         assert_eq!((cut.dx_um(), cut.dy_um()), (0.5, 0.25));
         assert_eq!(field().cropped(0.0, 0.0, 3.0, 1.0).unwrap(), field());
-        // Between pixels: those count whose centres are inside.
+        // Borders between pixel centres.
         assert_eq!(field().cropped(0.3, 0.1, 0.6, 0.2).unwrap().heights_um(), &ndarray::array![[1.0]]);
     }
 

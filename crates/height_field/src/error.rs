@@ -1,10 +1,10 @@
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why a height field was refused. Every message names what is wrong and what is accepted.
+/// Reason why a height field was refused. Every message names the value and the accepted ones.
 #[derive(Debug, Error)]
 #[non_exhaustive]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "the message of each variant names its fields")]
 pub enum HeightFieldError {
     /// The array has no pixels.
     #[error("the height field has no pixels; at least one is needed")]
@@ -15,36 +15,38 @@ pub enum HeightFieldError {
     /// A height is NaN or infinite. Rows and columns count from 0, in the order of the array or file they came from.
     #[error("the height at row {row}, column {column} is {value}; every height must be finite")]
     NotFinite { row: usize, column: usize, value: f64 },
-    /// Points of an array without a height, and none put there. Rows and columns count from 0, in the order of the array.
+    /// Points of an array without a height, and no [`Fill`](crate::Fill). Rows and columns count from 0, in the order
+    /// of the array.
     #[error(
-        "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked{isolated}), the first at row {row}, \
-         column {column}; `fill` puts heights there: laplace or mean, from those that are known"
+        "{count} of {total} heights are missing (NaN, infinite, from ±1e30 on, or masked{isolated}), the first at \
+         row {row}, column {column}; `fill` puts heights there: laplace or mean, from those that are known"
     )]
     Holes { count: usize, total: usize, row: usize, column: usize, isolated: String },
     /// A name that is not one of the accepted ones.
     #[error("unknown {parameter} \"{found}\"; accepted: {accepted}")]
     UnknownName { parameter: &'static str, found: String, accepted: String },
-    /// A parameter that the preset does not have.
+    /// A grating parameter for a preset that is no grating.
     #[error("`{parameter}` does not apply to preset \"{preset}\"; only blazed, sinusoidal and lamellar take it")]
     PresetParameter { parameter: &'static str, preset: &'static str },
-    /// A parameter that the preset does not have, as it is no skin.
+    /// A skin parameter for a preset that is no skin.
     #[error("`{parameter}` does not apply to preset \"{preset}\"; only elaphe and xenopeltis take it")]
     SkinParameter { parameter: &'static str, preset: &'static str },
-    /// A number outside of its range.
+    /// A number outside of its accepted range.
     #[error("`{parameter}` is {found}; it must be in [{low}, {high}]")]
     NotWithin { parameter: &'static str, found: f64, low: f64, high: f64 },
     /// A length that must be finite and positive is not.
     #[error("`{parameter}` is {value_um} µm; it must be finite and positive")]
     OutOfRange { parameter: &'static str, value_um: f64 },
-    /// A length that no relief has that diffracts.
+    /// A length beyond those of reliefs that diffract light.
     #[error(
-        "{what} is {value_um} µm, more than the {limit_um} µm of the largest relief that diffracts; lengths are in µm: was \
-         it meant in nm, or is the file's unit wrong?"
+        "{what} is {value_um} µm, more than the {limit_um} µm of the largest relief that diffracts; lengths are in \
+         µm: was it meant in nm, or is the file's unit wrong?"
     )]
     TooLarge { what: &'static str, value_um: f64, limit_um: f64 },
-    /// A pixel that is smaller than an atom by far.
+    /// A pixel far smaller than an atom.
     #[error(
-        "{what} is {value_um} µm, less than {limit_um} µm, which nothing measures; lengths are in µm: was it meant in m?"
+        "{what} is {value_um} µm, less than {limit_um} µm, which nothing measures; lengths are in µm: was it meant \
+         in m?"
     )]
     TooSmall { what: &'static str, value_um: f64, limit_um: f64 },
     /// A file cannot be opened or read.
@@ -53,43 +55,46 @@ pub enum HeightFieldError {
     /// A file cannot be written.
     #[error("{}: cannot be written: {reason}", path.display())]
     Write { path: PathBuf, reason: String },
-    /// No format is known by this extension.
+    /// An extension of no known format.
     #[error("{}: extension \"{found}\" is not supported; accepted: {accepted}", path.display())]
     Extension { path: PathBuf, found: String, accepted: &'static str },
-    /// A format of an instrument that another program reads.
+    /// An instrument's format that the Python package converts.
     #[error(
         "{}: \"{found}\" files are not read here; `python -m sunbeam_mitsuba.convert {} -o scan.gsf` (with the extra \
          \"formats\") or Gwyddion writes such a file's heights as .gsf",
         path.display(), path.display()
     )]
     Instrument { path: PathBuf, found: String },
-    /// A format of an instrument that Gwyddion alone reads.
-    #[error("{}: \"{found}\" files are not read here; Gwyddion reads them, and saves the heights as .gwy", path.display())]
+    /// An instrument's format that only Gwyddion reads.
+    #[error(
+        "{}: \"{found}\" files are not read here; Gwyddion reads them, and saves the heights as .gwy",
+        path.display()
+    )]
     Gwyddion { path: PathBuf, found: String },
-    /// The contents are truncated or are not what the extension says.
+    /// Contents that are truncated, or of another format than the extension says.
     #[error("{}: not a usable {format} height field: {reason}", path.display())]
     Malformed { path: PathBuf, format: &'static str, reason: String },
-    /// The file carries no physical scale and none was given.
+    /// A file without a physical scale, and none was given.
     #[error("{}: the file does not say its {what}; give `{parameter}` in µm", path.display())]
     MissingScale { path: PathBuf, parameter: &'static str, what: String },
-    /// The file carries a physical scale and another was given.
+    /// A file with a physical scale that differs from the given one.
     #[error("{}: `{parameter}` is given as {given_um} µm but the file says {file_um} µm", path.display())]
     ScaleDisagrees { path: PathBuf, parameter: &'static str, given_um: f64, file_um: f64 },
-    /// Points of a file without a height, and none put there; row and column of the first count from 0 in the order of the
-    /// file. `isolated` tells the numbers that only their distance from all heights gives away.
+    /// Points of a file without a height, and no [`Fill`](crate::Fill). Row and column of the first count from 0 in the
+    /// order of the file. `isolated` lists numbers that were recognised as missing by their distance from all heights.
     #[error(
-        "{}: {count} of {total} points have no height (NaN, a number from ±1e30 on, or masked{isolated}), the first at row \
-         {row}, column {column}; `fill` puts heights there: laplace or mean, from the points that have one",
+        "{}: {count} of {total} points have no height (NaN, a number from ±1e30 on, or masked{isolated}), the first \
+         at row {row}, column {column}; `fill` puts heights there: laplace or mean, from the points that have one",
         path.display()
     )]
     Missing { path: PathBuf, count: usize, total: usize, row: usize, column: usize, isolated: String },
-    /// A rectangle that does not lie within the field.
+    /// A rectangle that extends beyond the field.
     #[error(
         "the rectangle at ({x_um}, {y_um}) µm of {width_um} × {height_um} µm does not lie within the field of \
          {extent_x_um} × {extent_y_um} µm"
     )]
     Crop { x_um: f64, y_um: f64, width_um: f64, height_um: f64, extent_x_um: f64, extent_y_um: f64 },
-    /// A blend that leaves nothing of the field, or is none.
+    /// A blend narrower than a pixel or wider than a third of the field.
     #[error("a blend of {width_um} µm along {axis} is not between one pixel and a third of the field's {extent_um} µm")]
     Blend { axis: &'static str, width_um: f64, extent_um: f64 },
 }

@@ -1,20 +1,31 @@
-//! Heights for points that a file has none for.
+//! Choice of heights for missing points; `film.rs` computes them.
 
 use super::HeightFieldError;
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
-/// What is put where a file has no height.
+/// Heights that replace missing points of a file or an array.
+///
+/// ```
+/// use ndarray::array;
+/// use sunbeam_height_field::{Fill, HeightField};
+///
+/// let holed = array![[0.0, 0.1, 0.2], [0.1, f64::NAN, 0.3], [0.2, 0.3, 0.4]];
+/// let field = HeightField::with_holes(holed, 0.1, 0.1, Fill::Laplace)?;
+/// // A plane is continued exactly.
+/// assert!((field.heights_um()[[1, 1]] - 0.2).abs() < 1e-9);
+/// # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Fill {
-    /// Nothing: such a file is refused.
+    /// None: missing points are an error.
     #[default]
     None,
-    /// The solution of Laplace's equation between the heights around each hole: the smoothest film over it, that never
-    /// rises above nor falls below its rim.
+    /// The solution of Laplace's equation in each hole, with the heights around it as boundary values. It stays between
+    /// the lowest and the highest of them.
     Laplace,
-    /// The mean of the heights that there are: leaves a step around each hole, which diffracts.
+    /// The mean of all known heights. Leaves a step around each hole, which diffracts.
     Mean,
 }
 

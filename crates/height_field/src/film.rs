@@ -1,21 +1,26 @@
-//! Filling the holes of a file or an array.
+//! Filling of missing points: by the mean, or by a film that solves Laplace's equation.
+//!
+//! On the grid, the height h of each missing point satisfies `Σ w·(h − h_neighbour) = 0` over its up to four
+//! neighbours, with w = 1/dx² along x and 1/dy² along y. Neighbours are missing points or known heights. The system is
+//! symmetric and positive definite, and solved by conjugate gradients.
 
 use crate::Fill;
 use ndarray::Array2;
 
-/// Residual at which the film over the holes counts as found, relative to that of a flat one.
+/// Residual at which the solution is accepted, relative to that of a flat film.
 const RESIDUAL: f64 = 1e-12;
-/// Steps of the solution after which it is taken as it is; a hole of a thousand pixels across needs some thousands.
+/// Most iterations; the film is then used as it is. A hole of a thousand pixels across needs some thousands.
 const STEPS_MAX: usize = 50_000;
 
 impl Fill {
-    /// Replaces every NaN of `heights_um`, whose pixels are of `dx_um` by `dy_um`; at least one height must be finite.
+    /// Replaces every NaN of `heights_um` (pixels of `dx_um` by `dy_um`). Without any finite height nothing is
+    /// replaced.
     pub(crate) fn apply(self, heights_um: &mut Array2<f64>, dx_um: f64, dy_um: f64) {
         let known: Vec<f64> = heights_um.iter().copied().filter(|h| h.is_finite()).collect();
         if self == Self::None || known.is_empty() || known.len() == heights_um.len() {
             return;
         }
-        // About the first height, so that an offset costs no digits.
+        // Sums over differences to the first height: a common offset then costs no digits.
         let base = known[0];
         let mean = known.iter().map(|h| h - base).sum::<f64>() / known.len() as f64;
         match self {
@@ -31,54 +36,56 @@ impl Fill {
     }
 }
 
-/// The equations of a film over holes: for each missing point, the sum over its neighbours of the weighted difference to
-/// them is zero. The tile's edges leave the film free, that is flat across them.
+/// The linear system of a film over all holes. At the tile's edges the film has zero slope across the edge.
 struct Film {
-    places: Vec<[usize; 2]>,
-    /// For each missing point, its missing neighbours and their weights.
+    /// `[iy, ix]` of each missing point.
+    points: Vec<[usize; 2]>,
+    /// For each missing point: its missing neighbours, as indices into `points`, and their weights.
     links: Vec<[(usize, f64); 4]>,
-    /// Sum of the weights of all neighbours.
+    /// For each missing point: sum of the weights of all neighbours.
     diagonal: Vec<f64>,
-    /// Weighted heights of the neighbours that are known, less the base.
-    given: Vec<f64>,
+    /// For each missing point: weighted sum of its known neighbours' heights above the base.
+    known: Vec<f64>,
 }
 
 impl Film {
+    /// The system for all NaN of `heights_um`; `base` is subtracted from known heights.
     fn over(heights_um: &Array2<f64>, base: f64, dx_um: f64, dy_um: f64) -> Self {
         let (ny, nx) = heights_um.dim();
-        let places: Vec<[usize; 2]> =
+        let points: Vec<[usize; 2]> =
             heights_um.indexed_iter().filter(|(_, h)| h.is_nan()).map(|((iy, ix), _)| [iy, ix]).collect();
         let mut number = Array2::from_elem((ny, nx), usize::MAX);
-        for (at, place) in places.iter().enumerate() {
+        for (at, place) in points.iter().enumerate() {
             number[*place] = at;
         }
-        // Only their ratio counts; the larger is 1.
+        // The system depends on the ratio of the weights only; the larger is 1.
         let finer = dx_um.min(dy_um);
         let (wx, wy) = ((finer / dx_um).powi(2), (finer / dy_um).powi(2));
         let mut film =
-            Self { links: Vec::with_capacity(places.len()), diagonal: Vec::new(), given: Vec::new(), places };
-        for &[iy, ix] in &film.places {
+            Self { links: Vec::with_capacity(points.len()), diagonal: Vec::new(), known: Vec::new(), points };
+        for &[iy, ix] in &film.points {
             let neighbours = [
                 (ix > 0).then(|| ([iy, ix - 1], wx)),
                 (ix + 1 < nx).then(|| ([iy, ix + 1], wx)),
                 (iy > 0).then(|| ([iy - 1, ix], wy)),
                 (iy + 1 < ny).then(|| ([iy + 1, ix], wy)),
             ];
-            let (mut links, mut diagonal, mut given) = ([(0, 0.0); 4], 0.0, 0.0);
+            let (mut links, mut diagonal, mut known) = ([(0, 0.0); 4], 0.0, 0.0);
             for (link, (place, weight)) in links.iter_mut().zip(neighbours.into_iter().flatten()) {
                 diagonal += weight;
                 match number[place] {
-                    usize::MAX => given += weight * (heights_um[place] - base),
+                    usize::MAX => known += weight * (heights_um[place] - base),
                     other => *link = (other, weight),
                 }
             }
             film.links.push(links);
             film.diagonal.push(diagonal);
-            film.given.push(given);
+            film.known.push(known);
         }
         film
     }
 
+    /// Writes the product of the system's matrix with `film` into `out`.
     fn times(&self, film: &[f64], out: &mut [f64]) {
         for (at, value) in out.iter_mut().enumerate() {
             let neighbours: f64 = self.links[at].iter().map(|&(other, weight)| weight * film[other]).sum();
@@ -86,12 +93,12 @@ impl Film {
         }
     }
 
-    /// Heights above the base, by conjugate gradients: the equations are symmetric, and positive since every hole has a rim.
+    /// Heights above the base for every missing point, by conjugate gradients with a diagonal preconditioner.
     fn solve(self) -> Vec<([usize; 2], f64)> {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let scaled = |residual: &[f64]| residual.iter().zip(&self.diagonal).map(|(r, d)| r / d).collect::<Vec<f64>>();
-        let mut film = vec![0.0; self.places.len()];
-        let mut residual = self.given.clone();
+        let mut film = vec![0.0; self.points.len()];
+        let mut residual = self.known.clone();
         let mut direction = scaled(&residual);
         let mut size = dot(&residual, &direction);
         let enough = size * RESIDUAL * RESIDUAL;
@@ -108,13 +115,13 @@ impl Film {
             }
             let preconditioned = scaled(&residual);
             let next = dot(&residual, &preconditioned);
-            let share = next / size;
+            let ratio = next / size;
             for (d, p) in direction.iter_mut().zip(&preconditioned) {
-                *d = p + share * *d;
+                *d = p + ratio * *d;
             }
             size = next;
         }
-        self.places.into_iter().zip(film).collect()
+        self.points.into_iter().zip(film).collect()
     }
 }
 
@@ -138,10 +145,10 @@ mod tests {
     }
 
     #[test]
-    fn a_film_continues_a_harmonic_relief_over_holes_within() {
+    fn film_continues_harmonic_reliefs_exactly() {
         // Linear functions and x² − y² solve the equations on a grid exactly, whatever its proportions.
         let (whole, mut holed) = with_holes(|x, y| 7.0 + 0.2 * x - 0.1 * y + 0.05 * (x * x - y * y) + 0.02 * x * y);
-        // Holes at the tile's edge have no rim there: keep to those within.
+        // Holes at the tile's edge lack boundary values there: only holes inside are compared.
         for place in [[39, 49]].into_iter().chain((0..20).map(|iy| [iy, 3])) {
             holed[place] = whole[place];
         }
@@ -151,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_film_stays_within_its_rim_and_leaves_the_rest_alone() {
+    fn film_stays_within_its_boundary_values_and_known_heights_stay() {
         let (whole, holed) = with_holes(|x, y| 1000.0 + (3.0 * x).sin() * (2.0 * y).cos());
         let mut filled = holed.clone();
         Fill::Laplace.apply(&mut filled, 0.1, 0.3);
@@ -170,11 +177,15 @@ mod tests {
     }
 
     #[test]
-    fn one_height_fills_everything_and_names_round_trip() {
+    fn one_height_fills_everything() {
         let mut field = Array2::from_elem((9, 7), f64::NAN);
         field[[4, 2]] = 0.25;
         Fill::Laplace.apply(&mut field, 1.0, 1.0);
         assert!(field.iter().all(|h| (h - 0.25).abs() < SOLVED_UM));
+    }
+
+    #[test]
+    fn names_round_trip() {
         for fill in Fill::ALL {
             assert_eq!(fill.name().parse::<Fill>().unwrap(), fill);
         }

@@ -1,29 +1,31 @@
-//! Points without a height.
+//! Detection of points without a height.
 
 use super::isolated::isolated;
 use super::{Fill, HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Numbers from here on are no heights in any unit: programs write them where an instrument measured nothing.
+/// Magnitude in µm from which a number marks a missing point: programs write 1e30 and more where nothing was measured.
 const NO_HEIGHT: f64 = 1e30;
 
-/// A number as a file or an array holds it; NaN where it says that there is no height.
+/// The number itself, or NaN where it marks a missing point: NaN, infinities, and magnitudes from 1e30 on.
 pub(crate) fn known(stored: f64) -> f64 {
-    // Written so that infinities and NaN are none either.
+    // NaN fails the comparison.
     if stored.abs() < NO_HEIGHT { stored } else { f64::NAN }
 }
 
-/// Points without a height, before they are filled.
+/// Points without a height, as found before they are filled.
 pub(crate) struct Holes {
+    /// Number of missing points.
     pub count: usize,
-    /// Row and column of the first.
+    /// Row and column of the first one.
     pub first: Option<(usize, usize)>,
-    /// Numbers among them that only their isolation from the heights gives away, each with its count.
+    /// Numbers recognised as missing by their distance from all heights (`isolated.rs`), each with its count.
     pub isolated: Vec<(f64, usize)>,
 }
 
 impl Holes {
-    /// Puts NaN where there is no height: NaN, infinities, numbers from ±1e30 on in units of `um` µm, and isolated numbers.
+    /// Replaces all marks of missing points by NaN: infinities, isolated numbers, and magnitudes from 1e30 on, as
+    /// stored or after multiplication by `um` (µm for each unit of the values).
     pub fn mark(values: &mut Array2<f64>, um: f64) -> Self {
         values.mapv_inplace(|value| if known(value * um).is_nan() { f64::NAN } else { known(value) });
         let isolated = isolated(values);
@@ -37,7 +39,7 @@ impl Holes {
         Self { count, first, isolated }
     }
 
-    /// The isolated numbers, for the end of a list in a message.
+    /// The isolated numbers in words, to be appended to a list in a message.
     pub fn isolated_in_words(&self) -> String {
         let words = |(value, count): &(f64, usize)| format!("; {count} of them {value}, isolated from the rest");
         self.isolated.iter().map(words).collect()
@@ -45,11 +47,14 @@ impl Holes {
 }
 
 impl HeightField {
-    /// Wraps heights in µm, `[[iy, ix]]`, as [`HeightField::new`] does; `fill` replaces those that are NaN, infinite, from
-    /// ±1e30 on, or isolated from all others, as in files.
+    /// [`HeightField::new`] with missing points, which `fill` replaces.
+    ///
+    /// Missing points are NaN, infinite, of magnitude 1e30 or more, or a number isolated from all heights (such as
+    /// −9999).
     ///
     /// # Errors
-    /// [`HeightFieldError::Holes`] for holes with [`Fill::None`] or for nothing but holes; those of [`HeightField::new`].
+    /// [`HeightFieldError::Holes`] for holes with [`Fill::None`] or for nothing but holes; those of
+    /// [`HeightField::new`].
     pub fn with_holes(
         mut heights_um: Array2<f64>,
         dx_um: f64,
@@ -63,7 +68,7 @@ impl HeightField {
                 let isolated = holes.isolated_in_words();
                 return Err(HeightFieldError::Holes { count, total, row, column, isolated });
             }
-            // The pixel sizes have to be valid before the film is weighted by them.
+            // Checks the pixel sizes before the film is weighted by them.
             let flat = Self::new(Array2::zeros(heights_um.dim()), dx_um, dy_um)?;
             fill.apply(&mut heights_um, flat.dx_um, flat.dy_um);
         }
@@ -95,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_but_holes_is_refused() {
+    fn arrays_without_heights_are_refused() {
         let refused = HeightField::with_holes(array![[f64::NAN, f64::NAN]], 0.1, 0.1, Fill::Mean);
         assert!(matches!(refused, Err(HeightFieldError::Holes { count: 2, total: 2, row: 0, column: 0, .. })));
     }

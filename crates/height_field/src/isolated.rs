@@ -1,24 +1,27 @@
-//! Numbers that stand isolated from all heights: missing points that a program wrote as a number.
+//! Detection of missing points that a program wrote as a number, such as −9999.
+//!
+//! Such a number is the lowest or the highest of all values, occurs exactly, and lies far from the rest: its gap to the
+//! rest is large compared with the range of the rest.
 
 use ndarray::Array2;
 
-/// Numbers that programs write for missing points. They lie outside the rest by a quarter of its range at least.
+/// Numbers that programs commonly write for missing points.
 const MISSING_NUMBERS: [f64; 12] =
     [-999.0, -999.25, -999.9, -9999.0, -9999.9, -99999.0, -32768.0, -32767.0, 999.0, 9999.0, 99999.0, 32767.0];
-/// Gap to the rest, in ranges of the rest, from which these are missing points: heights of hundreds of nm come near -999.
+/// Smallest gap of a [`MISSING_NUMBERS`] in ranges of the rest. Chosen: heights of hundreds of nm come near -999.
 const KNOWN_GAP_MIN: f64 = 0.25;
-/// Gap to the rest, in ranges of the rest, from which other numbers are missing points. A spike of dust is some ten ranges
-/// high and has many values; a missing point has one.
+/// Smallest gap of any other number in ranges of the rest. Chosen: a spike of dust is less than ten ranges high, and
+/// its points have different values.
 const GAP_MIN: f64 = 10.0;
-/// Share of the points that isolated numbers may make up. Beyond it they are a level of the relief.
-const SHARE_MAX: f64 = 0.5;
-/// Kinds of missing numbers that a file may have, such as under and over range.
+/// Largest fraction of points that are missing. Beyond it the number is a level of the relief.
+const FRACTION_MAX: f64 = 0.5;
+/// Most different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
 
-/// Numbers that stand for missing points among `values` as a file has them (NaN are left out), each with its count.
+/// Numbers for missing points among the stored `values`, each with its count. NaN are ignored.
 ///
-/// One number at either end of the values is isolated if the gap to the rest is [`GAP_MIN`] times the range of the rest, or
-/// a quarter of it for the numbers that programs use. The relief must be more than two levels.
+/// The lowest or the highest number is isolated if its gap to the rest is at least [`GAP_MIN`] times the range of the
+/// rest, or [`KNOWN_GAP_MIN`] times for [`MISSING_NUMBERS`]. A relief of two levels has no isolated number.
 pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -27,7 +30,7 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut found = Vec::new();
     while found.len() < KINDS_MAX {
         let Some((value, count, others)) = lowest(rest).or_else(|| highest(rest)) else { break };
-        if (total - others.len()) as f64 > SHARE_MAX * total as f64 {
+        if (total - others.len()) as f64 > FRACTION_MAX * total as f64 {
             return Vec::new();
         }
         found.push((value, count));
@@ -36,26 +39,28 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     found
 }
 
+/// An isolated number, its count, and the remaining sorted values.
 type Split<'a> = Option<(f64, usize, &'a [f64])>;
 
-/// The lowest number, its count and the rest, if it is isolated.
+/// Splits off the lowest number if it is isolated.
 fn lowest(sorted: &[f64]) -> Split<'_> {
     let value = *sorted.first()?;
     let (same, rest) = sorted.split_at(sorted.partition_point(|other| *other <= value));
     is_isolated(value, rest.first()? - value, rest).then_some((value, same.len(), rest))
 }
 
-/// The highest number, its count and the rest, if it is isolated.
+/// Splits off the highest number if it is isolated.
 fn highest(sorted: &[f64]) -> Split<'_> {
     let value = *sorted.last()?;
     let (rest, same) = sorted.split_at(sorted.partition_point(|other| *other < value));
     is_isolated(value, value - rest.last()?, rest).then_some((value, same.len(), rest))
 }
 
+/// Whether `value` is isolated by `gap` from the `rest` (sorted).
 fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
     let range = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
     let (range, gap_min) = if MISSING_NUMBERS.contains(&value) {
-        // A second missing number in the rest would hide the relief's own range. All but a twentieth at either end have it.
+        // The range without a twentieth at either end, where a second missing number would enlarge it.
         (range(&rest[rest.len() / 20..rest.len() - rest.len() / 20]), KNOWN_GAP_MIN)
     } else {
         (range(rest), GAP_MIN)
@@ -92,19 +97,19 @@ mod tests {
         // Two exact levels: a lamellar grating.
         let lamellar = Array2::from_shape_fn((4, 20), |(_, ix)| if ix % 10 == 0 { 0.5 } else { 0.0 });
         assert!(isolated(&lamellar).is_empty());
-        // Dust, five ranges high and with a slope of its own.
+        // Dust: five ranges high, with values in between.
         let mut dust = relief(0.1);
         for (ix, height) in [(4, 0.9), (5, 2.0), (6, 1.0)] {
             dust[[7, ix]] = height;
         }
         assert!(isolated(&dust).is_empty());
-        // Few pillars on a smooth ground.
+        // A few pillars on a smooth ground.
         let mut pillars = relief(0.001);
         for (ix, height) in [(4, 0.25), (9, 0.27), (15, 0.3)] {
             pillars[[7, ix]] = height;
         }
         assert!(isolated(&pillars).is_empty());
-        // More than half of the points are a level, not missing.
+        // A level of more than half of the points.
         let mostly = Array2::from_shape_fn((10, 10), |(iy, ix)| if iy < 6 { -999.0 } else { 0.01 * ix as f64 });
         assert!(isolated(&mostly).is_empty());
     }

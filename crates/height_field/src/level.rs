@@ -1,10 +1,19 @@
-//! Levelling and the statistics that describe a relief.
+//! Levelling, and basic statistics of a relief.
 
 use super::{HeightField, HeightFieldError};
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
-/// What is taken off a height field before it is used.
+/// Surface that is subtracted from a height field before use.
+///
+/// ```
+/// use sunbeam_height_field::{Level, Preset};
+///
+/// let blazed = Preset::Blazed.build(None, None)?;
+/// assert!(blazed.levelled(Level::Mean).mean_um().abs() < 1e-12);
+/// assert_eq!("lines".parse::<Level>()?, Level::Lines);
+/// # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
@@ -13,12 +22,13 @@ pub enum Level {
     None,
     /// The mean height.
     Mean,
-    /// The plane that fits best in the sense of least squares (tilt and mean).
+    /// The least-squares plane: mean and tilt.
     Plane,
-    /// The surface of second degree that fits best in the sense of least squares (tilt, and the bow of a scanner).
+    /// The least-squares surface of second degree: mean, tilt, and the bow of a scanner.
     Quadratic,
-    /// The plane, and then the median height of every row: the offsets between lines of a scan along x, and with them
-    /// whatever of the relief varies along y alone.
+    /// The plane, and then the median height of every row.
+    ///
+    /// Removes offsets between lines of a scan along x, and with them the part of the relief that varies along y alone.
     Lines,
 }
 
@@ -56,14 +66,15 @@ impl FromStr for Level {
     }
 }
 
-/// Sum of squares of a shape, in pixels, that is rounding; the least that is not is 0.25.
+/// Sum of squares of a basis function, in pixels, below which it vanishes but for rounding. Otherwise it is at least
+/// 0.25.
 const VANISHING: f64 = 1e-6;
 
 impl HeightField {
-    /// The same relief with `level` taken off.
+    /// The relief minus the surface that `level` names.
     ///
-    /// The mid height goes first and sums run over small differences, so an offset of a millimetre costs no more
-    /// than the rounding that it already did to the heights themselves. An axis of one pixel has no tilt.
+    /// The middle of the height range is subtracted first, so that sums run over small numbers: an offset of a
+    /// millimetre adds no error beyond the rounding of the heights themselves. An axis of one pixel has no tilt.
     #[must_use]
     pub fn levelled(&self, level: Level) -> Self {
         let mut field = self.clone();
@@ -78,19 +89,19 @@ impl HeightField {
         if level == Level::Mean {
             return field;
         }
-        // On a full grid the two tilts are orthogonal to each other and to the mean.
-        field.remove(|x, _| x);
-        field.remove(|_, y| y);
+        // On a full grid both tilts are orthogonal to each other and to the mean, so each is fitted by itself.
+        field.subtract_fit(|x, _| x);
+        field.subtract_fit(|_, y| y);
         match level {
             Level::None | Level::Mean | Level::Plane => {}
             Level::Quadratic => {
                 let (nx, ny) = self.size();
-                // Mean squares of the places below: what is left of the squares is orthogonal to the rest.
+                // Squares minus their means over the pixels are orthogonal to the mean and the tilts.
                 let mean_square = |n: usize| ((n * n) as f64 - 1.0) / 12.0;
                 let (mx, my) = (mean_square(nx), mean_square(ny));
-                field.remove(|x, y| x * y);
-                field.remove(|x, _| x * x - mx);
-                field.remove(|_, y| y * y - my);
+                field.subtract_fit(|x, y| x * y);
+                field.subtract_fit(|x, _| x * x - mx);
+                field.subtract_fit(|_, y| y * y - my);
             }
             Level::Lines => {
                 for mut row in field.heights_um.rows_mut() {
@@ -106,20 +117,21 @@ impl HeightField {
         field
     }
 
-    /// Takes off the best multiple of `shape`, a function of column and row counted from the middle. An axis of few pixels,
-    /// along which the shape vanishes but for rounding, has none.
-    fn remove(&mut self, shape: impl Fn(f64, f64) -> f64) {
+    /// Subtracts the least-squares multiple of `basis`, a function of column and row counted from the centre.
+    ///
+    /// Nothing is subtracted where the basis vanishes, as along an axis of one pixel.
+    fn subtract_fit(&mut self, basis: impl Fn(f64, f64) -> f64) {
         let (nx, ny) = self.size();
         let (cx, cy) = (0.5 * (nx as f64 - 1.0), 0.5 * (ny as f64 - 1.0));
-        let at = |iy: usize, ix: usize| shape(ix as f64 - cx, iy as f64 - cy);
-        let (mut along, mut squares) = (0.0, 0.0);
+        let at = |iy: usize, ix: usize| basis(ix as f64 - cx, iy as f64 - cy);
+        let (mut projection, mut squares) = (0.0, 0.0);
         for ((iy, ix), h) in self.heights_um.indexed_iter() {
             let s = at(iy, ix);
-            along += s * h;
+            projection += s * h;
             squares += s * s;
         }
         if squares > VANISHING {
-            let factor = along / squares;
+            let factor = projection / squares;
             for ((iy, ix), h) in self.heights_um.indexed_iter_mut() {
                 *h -= factor * at(iy, ix);
             }
@@ -133,7 +145,7 @@ impl HeightField {
         mid + self.heights_um.iter().map(|h| h - mid).sum::<f64>() / self.heights_um.len() as f64
     }
 
-    /// Root mean square height about the mean, in µm (the field is not levelled first).
+    /// Root mean square height about the mean, in µm, without levelling.
     pub fn rms_um(&self) -> f64 {
         let mean = self.mean_um();
         (self.heights_um.iter().map(|h| (h - mean) * (h - mean)).sum::<f64>() / self.heights_um.len() as f64).sqrt()
@@ -145,8 +157,8 @@ impl HeightField {
         highest - lowest
     }
 
-    /// Root mean square slope along x and along y (dimensionless), from differences of neighbouring pixels inside
-    /// the tile; 0 along an axis of one pixel.
+    /// Root mean square slope along x and along y (dimensionless), from differences of neighbouring pixels; 0 along an
+    /// axis of one pixel.
     pub fn rms_slope(&self) -> (f64, f64) {
         let (nx, ny) = self.size();
         let h = &self.heights_um;
@@ -169,9 +181,9 @@ mod tests {
     use super::*;
     use ndarray::Array2;
 
-    /// Heights below are of order 1 µm and summed over a few thousand pixels.
+    /// Rounding of sums over a few thousand heights of order 1 µm.
     const ROUNDING_UM: f64 = 1e-14;
-    /// The spacing of f64 at 1000 µm is 1.1e-13; the offset was rounded to that before levelling saw it.
+    /// Rounding of heights at an offset of 1000 µm, where f64 has a spacing of 1.1e-13 µm.
     const ROUNDING_AT_1_MM_UM: f64 = 3e-13;
 
     fn relief(ix: usize, iy: usize) -> f64 {
@@ -189,7 +201,7 @@ mod tests {
     }
 
     #[test]
-    fn mean_and_plane_go() {
+    fn levels_subtract_mean_and_plane() {
         let plain = field(0.0, 0.0, 0.0);
         let tilted = field(0.0, 0.01, -0.02);
         assert!(largest_difference(&plain.levelled(Level::Plane), &tilted.levelled(Level::Plane)) < ROUNDING_UM);
@@ -201,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn plane_is_the_least_squares_one() {
+    fn plane_is_the_least_squares_plane() {
         let levelled = field(0.0, 0.01, -0.02).levelled(Level::Plane);
         let mut moments = [0.0; 3];
         for ((iy, ix), h) in levelled.heights_um().indexed_iter() {
@@ -214,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn a_millimetre_of_offset_costs_nothing() {
+    fn offset_of_a_millimetre_adds_only_rounding() {
         let (near, far) = (field(0.0, 0.01, 0.0), field(1000.0, 0.01, 0.0));
         for level in [Level::Mean, Level::Plane] {
             assert!(largest_difference(&near.levelled(level), &far.levelled(level)) < ROUNDING_AT_1_MM_UM);
@@ -223,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn one_pixel_and_one_row() {
+    fn single_pixels_and_rows_are_levelled() {
         let one = HeightField::new(Array2::from_elem((1, 1), 5.0), 1.0, 1.0).unwrap();
         assert_eq!(one.levelled(Level::Plane).heights_um()[[0, 0]], 0.0);
         assert_eq!(one.rms_slope(), (0.0, 0.0));
@@ -233,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bow_goes_with_the_quadratic_level_and_is_the_least_squares_one() {
+    fn quadratic_level_subtracts_the_least_squares_bow() {
         let bowed = |strength: f64| {
             let heights = Array2::from_shape_fn((31, 45), |(iy, ix)| {
                 let (x, y) = (ix as f64 / 45.0, iy as f64 / 31.0);
@@ -257,7 +269,7 @@ mod tests {
     }
 
     #[test]
-    fn line_offsets_go_with_the_lines_level() {
+    fn lines_level_subtracts_line_offsets() {
         let plain = HeightField::new(Array2::from_shape_fn((20, 40), |(_, x)| relief(x, 0)), 0.1, 0.1).unwrap();
         let offset = |iy: usize| 0.2 * ((iy * 5) % 7) as f64;
         let scanned = HeightField::new(
@@ -267,7 +279,7 @@ mod tests {
         )
         .unwrap();
         let difference = largest_difference(&plain.levelled(Level::Lines), &scanned.levelled(Level::Lines));
-        // The plane finds the same tilt with and without offsets, since these do not vary along x.
+        // Offsets do not vary along x, so the plane has the tilt of the relief without offsets.
         assert!(difference < 1e-13, "{difference}");
     }
 

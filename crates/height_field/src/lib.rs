@@ -1,9 +1,22 @@
-//! Height fields: the relief of one tile of the surface, in µm.
+//! Height fields: the relief of one rectangular tile of a surface, in µm.
 //!
-//! A field comes from a [`Preset`], from a file ([`HeightField::read`]) or from an array ([`HeightField::new`]).
+//! A field comes from a [`Preset`], from a file (`HeightField::read`, with the feature `files`) or from an array:
 //!
-//! In the presets' frame the periodicity that Single 2014 measures lies along x. For *Elaphe* that is across the fingers,
-//! so its preset is turned by a quarter (+90°) against the published picture, whose fingers lie along x.
+//! ```
+//! use ndarray::Array2;
+//! use sunbeam_height_field::{HeightField, Level};
+//!
+//! // 64 × 32 pixels of 0.1 µm: a ramp of 0.01 µm a pixel under a wave.
+//! let heights = Array2::from_shape_fn((32, 64), |(_, ix)| 0.01 * ix as f64 + 0.05 * (0.4 * ix as f64).sin());
+//! let field = HeightField::new(heights, 0.1, 0.1)?;
+//! let levelled = field.levelled(Level::Plane);
+//! assert_eq!(levelled.size(), (64, 32));
+//! assert!(levelled.peak_to_valley_um() < 0.2 && field.peak_to_valley_um() > 0.6);
+//! # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+//! ```
+//!
+//! Frame of the presets: the period that Single 2014 measures lies along x. For *Elaphe* this is across the fingers, so
+//! its preset is rotated by +90° against the published picture, whose fingers lie along x.
 
 mod cd;
 mod crop;
@@ -16,7 +29,7 @@ mod holes;
 mod isolated;
 mod level;
 mod preset;
-// Benchmarks draw from it too, so that they ask the same everywhere.
+// Public for benchmarks: their directions are then the same on every machine.
 #[doc(hidden)]
 pub mod random;
 mod roughness;
@@ -36,11 +49,16 @@ pub use tile::{Seam, Seams, TileReport};
 
 use ndarray::Array2;
 
-/// The smallest pixel in µm that [`HeightField::check_size`] lets pass, a thousandth of an atom.
+/// Longest period, pixel and range of heights in µm that interfaces accept: one millimetre. Reliefs that diffract light
+/// visibly are far finer, so a longer length was meant in another unit.
+pub const MAX_LENGTH_UM: f64 = 1e3;
+
+/// Smallest pixel in µm that [`HeightField::check_size`] accepts: a thousandth of an atom's diameter.
 const PIXEL_MIN_UM: f64 = 1e-7;
 
-/// The relief of one rectangular tile: `heights_um[[iy, ix]]` sits at `x = ix·dx_um`, `y = iy·dy_um`
-/// (the row index grows along +y). Tiles need not be square, nor their pixels.
+/// The relief of one rectangular tile. Neither the tile nor its pixels need to be square.
+///
+/// `heights_um[[iy, ix]]` is the height at `x = ix·dx_um`, `y = iy·dy_um`: the row index grows along +y.
 ///
 /// Invariant: at least one pixel, every height finite, both pixel sizes finite and positive.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,8 +72,8 @@ impl HeightField {
     /// Wraps heights in µm with their pixel size in µm.
     ///
     /// # Errors
-    /// An empty array, a pixel size that is not finite and positive, or a height that is not finite (the error
-    /// says at which row and column).
+    /// An empty array, a pixel size that is not finite and positive, or a height that is not finite (with its row and
+    /// column).
     pub fn new(heights_um: Array2<f64>, dx_um: f64, dy_um: f64) -> Result<Self, HeightFieldError> {
         if heights_um.is_empty() {
             return Err(HeightFieldError::Empty);
@@ -71,11 +89,11 @@ impl HeightField {
         Ok(Self { heights_um, dx_um, dy_um })
     }
 
-    /// Refuses what is larger than `limit_um`: a pixel, or the range of heights, wherever their mean lies; and pixels below
-    /// 1e-7 µm, whose squares and products leave the range of numbers.
+    /// Checks that pixel sizes and the range of heights are plausible.
     ///
     /// # Errors
-    /// [`HeightFieldError::TooLarge`] or [`HeightFieldError::TooSmall`], which say what is.
+    /// [`HeightFieldError::TooLarge`] for a pixel size or a range of heights above `limit_um`;
+    /// [`HeightFieldError::TooSmall`] for a pixel below 1e-7 µm, whose square leaves the range of numbers used here.
     pub fn check_size(&self, limit_um: f64) -> Result<(), HeightFieldError> {
         let (low, high) = self.range_um();
         let sizes = [

@@ -1,10 +1,21 @@
-//! The surfaces that have a name.
+//! Named surfaces.
 
 use super::{HeightField, HeightFieldError, Regions, cd, skin, synthetic};
 use serde::{Deserialize, Serialize};
 use std::{fmt, str::FromStr};
 
-/// A surface with a name. See [`Preset::build`] for the tiles.
+/// A named surface; [`Preset::build`] describes the tiles.
+///
+/// ```
+/// use sunbeam_height_field::Preset;
+///
+/// // A sawtooth with a period of 1.2 µm and a height of 0.1 µm.
+/// let blazed = Preset::Blazed.build(Some(1.2), Some(0.1))?;
+/// assert_eq!(blazed.size(), (1024, 1));
+/// let skin: Preset = "xenopeltis".parse()?;
+/// assert!(skin.is_skin());
+/// # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
@@ -18,12 +29,14 @@ pub enum Preset {
     Lamellar,
     /// Compact disc: tracks along y, 1.6 µm apart along x, with pits 0.12 µm deep; 64 × 64 µm.
     Cd,
-    /// Skin of the genus *Elaphe*: fingers along +y, 1.144 µm apart along x; 65.2 × 65.2 µm, heights 0 to 0.435 µm. The
-    /// period is set to what Single 2014 finds for that skin, 1144.26 nm.
+    /// Skin of the genus *Elaphe*: fingers along +y, 1.144 µm apart along x; 65.2 × 65.2 µm, heights 0 to 0.435 µm.
+    ///
+    /// The period is the one that Single 2014 measures for this skin, 1144.26 nm.
     Elaphe,
     /// Skin of the sunbeam snake *Xenopeltis*: fingers along +x in layers 1.552 µm apart along x, fingers 0.62 µm
-    /// apart along y; 65.2 × 65.2 µm, heights 0 to 0.819 µm. The period of the layers is set to what Single 2014 finds for
-    /// that skin, 1552.27 nm.
+    /// apart along y; 65.2 × 65.2 µm, heights 0 to 0.819 µm.
+    ///
+    /// The period of the layers is the one that Single 2014 measures for this skin, 1552.27 nm.
     Xenopeltis,
 }
 
@@ -54,12 +67,14 @@ impl Preset {
         }
     }
 
-    /// Builds the tile. `period_um` and `height_um` (peak to valley) are for blazed, sinusoidal and lamellar, both
-    /// finite and positive; `None` takes the default.
+    /// Builds the tile.
     ///
-    /// Gratings are one period of 1024 samples by one row (`dy` is the period), sampled at pixel centres: the sawtooth
-    /// has heights `(i + ½)/1024` of its height, so the mean over the pixels is a midpoint rule. The disc and the
-    /// skins are 1024 × 1024 pixels, periodic over the tile, and the same on every machine.
+    /// `period_um` and `height_um` (peak to valley) apply to blazed, sinusoidal and lamellar gratings; `None` stands
+    /// for the default.
+    ///
+    /// Gratings are one period of 1024 samples by one row (`dy` is the period). Samples lie at pixel centres: those of
+    /// the sawtooth are `(i + ½)/1024` of its height. The disc and the skins have 1024 × 1024 pixels, are periodic over
+    /// the tile, and identical to the bit on every machine.
     ///
     /// # Errors
     /// A parameter that the preset does not take, or one that is not finite and positive.
@@ -86,7 +101,7 @@ impl Preset {
         }
     }
 
-    /// Whether the preset is a skin, which may have sub-regions.
+    /// Whether the preset is a skin, which can have sub-regions ([`Preset::build_in_regions`]).
     pub const fn is_skin(self) -> bool {
         matches!(self, Self::Elaphe | Self::Xenopeltis)
     }
@@ -94,7 +109,7 @@ impl Preset {
     /// Builds the tile of a skin with sub-regions.
     ///
     /// # Errors
-    /// A preset that is no skin.
+    /// A preset other than a skin.
     pub fn build_in_regions(self, regions: Regions) -> Result<HeightField, HeightFieldError> {
         match self {
             Self::Elaphe => skin::elaphe(Some(regions)),
@@ -126,7 +141,7 @@ impl FromStr for Preset {
 mod tests {
     use super::*;
 
-    /// Sums of 1024 terms of order 0.1.
+    /// Rounding of sums of 1024 terms of order 0.1 µm.
     const ROUNDING_UM: f64 = 1e-15;
 
     #[test]

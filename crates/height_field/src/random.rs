@@ -1,7 +1,7 @@
-//! Seeded randomness for the procedural surfaces: the same numbers on every machine.
+//! Seeded random numbers and fields for procedural surfaces, identical to the bit on every machine.
 //!
-//! Only integer arithmetic, the four operations, square roots and `libm` are used, so no platform's own
-//! mathematics library has a say.
+//! Only integer arithmetic, the four operations, square roots and `libm` are used, never the platform's mathematics
+//! library.
 
 use ndarray::Array2;
 use rand::{Rng, SeedableRng};
@@ -13,6 +13,7 @@ use std::f64::consts::TAU;
 pub struct Random(Pcg64Mcg);
 
 impl Random {
+    /// A generator with this seed.
     pub fn new(seed: u64) -> Self {
         Self(Pcg64Mcg::seed_from_u64(seed))
     }
@@ -27,14 +28,17 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Normal with mean 0 and standard deviation 1 (sum of 12 uniforms: bounded by ±6, no tails to worry about).
+    /// Approximately normal with mean 0 and standard deviation 1: a sum of 12 uniform numbers, within ±6.
     pub fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.unit()).sum::<f64>() - 6.0
     }
 
-    /// A smooth field, periodic over `nx × ny` pixels, mean 0, root mean square 1: waves of 1 to `max_wave` periods a tile.
+    /// A smooth periodic field `[[iy, ix]]` of `nx × ny` pixels, with mean 0 and root mean square 1.
+    ///
+    /// It is a sum of random waves with 1 to `max_wave` periods over the tile, amplitudes falling as the reciprocal
+    /// wave number.
     pub fn smooth_field(&mut self, nx: usize, ny: usize, max_wave: i32) -> Array2<f64> {
-        /// Rows that a wave is added to while it is in the processor's cache.
+        /// Rows to which one wave is added before the next; chosen to stay in the processor's cache.
         const ROWS: usize = 8;
         let mut waves = Vec::new();
         for kx in -max_wave..=max_wave {
@@ -52,7 +56,7 @@ impl Random {
         }
         let mut values = vec![0.0; nx * ny];
         values.par_chunks_mut(nx * ROWS).enumerate().for_each(|(chunk, rows)| {
-            // Each pixel sums the waves in their order, whatever the order of the pixels: its last bit depends on it.
+            // Every pixel sums the waves in the same order, on which its last bit depends.
             for (amplitude, (sin_x, cos_x), (sin_y, cos_y)) in &waves {
                 for (row, iy) in rows.chunks_exact_mut(nx).zip(chunk * ROWS..) {
                     let (sy, cy) = (sin_y[iy], cos_y[iy]);
@@ -67,7 +71,8 @@ impl Random {
         field
     }
 
-    /// White noise blurred `passes_x` and `passes_y` times with the kernel (1 2 1)/4, periodic, root mean square 1.
+    /// Periodic white noise blurred `passes_x` and `passes_y` times with the kernel (1 2 1)/4; mean 0, root mean square
+    /// 1.
     pub fn blurred_noise(&mut self, nx: usize, ny: usize, passes_x: usize, passes_y: usize) -> Array2<f64> {
         let mut field = Array2::from_shape_simple_fn((ny, nx), || self.unit() - 0.5);
         let mut next = field.clone();
@@ -88,7 +93,7 @@ impl Random {
     }
 }
 
-/// Mean 0, root mean square 1.
+/// Shifts and scales a field to mean 0 and root mean square 1.
 fn normalise(field: &mut Array2<f64>) {
     let count = field.len() as f64;
     let mean = field.iter().sum::<f64>() / count;
@@ -98,7 +103,8 @@ fn normalise(field: &mut Array2<f64>) {
     }
 }
 
-/// 0 below `from`, 1 above `to`, a cubic with flat ends between (either order).
+/// 0 on the side of `from`, 1 on the side of `to`, and a cubic with zero slope at both ends between; `from` may exceed
+/// `to`.
 pub fn smooth_step(from: f64, to: f64, x: f64) -> f64 {
     let t = ((x - from) / (to - from)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
@@ -109,8 +115,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_sequence_is_pinned() {
-        // Other values mean that every procedural surface changed: on purpose only.
+    fn sequence_is_pinned() {
+        // Other values change every procedural surface.
         let mut random = Random::new(1);
         let first: Vec<u64> = (0..3).map(|_| (random.unit() * (1u64 << 53) as f64) as u64).collect();
         assert_eq!(first, [7_716_621_919_182_308, 1_238_980_658_357_607, 4_237_540_709_505_645]);

@@ -1,16 +1,26 @@
-//! Areal parameters of ISO 25178-2.
+//! Areal roughness parameters of ISO 25178-2.
 
 use super::HeightField;
 use serde::Serialize;
 
-/// Parameters of a relief about its mean height, unfiltered, over the whole field.
+/// Parameters of a relief about its mean height, over the whole field, without filtering.
+///
+/// ```
+/// use sunbeam_height_field::Preset;
+///
+/// let found = Preset::Lamellar.build(None, Some(0.2))?.roughness();
+/// // Two equal levels 0.2 µm apart.
+/// assert!((found.sa_um - 0.1).abs() < 1e-12 && (found.sq_um - 0.1).abs() < 1e-12);
+/// assert!((found.sku.unwrap() - 1.0).abs() < 1e-9);
+/// # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Roughness {
     /// Sa: arithmetic mean of the absolute height, in µm.
     pub sa_um: f64,
     /// Sq: root mean square height, in µm.
     pub sq_um: f64,
-    /// Ssk: skewness, positive where peaks stand out of a plain; `None` for a flat field.
+    /// Ssk: skewness of the heights, positive for peaks on a plain; `None` for a flat field.
     pub ssk: Option<f64>,
     /// Sku: kurtosis, 3 for a normal distribution of heights; `None` for a flat field.
     pub sku: Option<f64>,
@@ -21,14 +31,14 @@ pub struct Roughness {
 }
 
 impl HeightField {
-    /// The areal parameters of the field as it is; it is not levelled first.
+    /// Areal parameters of the field, without levelling.
     pub fn roughness(&self) -> Roughness {
         let mean = self.mean_um();
         let count = self.heights_um.len() as f64;
         let moment = |of: &dyn Fn(f64) -> f64| self.heights_um.iter().map(|h| of(h - mean)).sum::<f64>() / count;
         let sq_um = moment(&|h| h * h).sqrt();
         let range = self.peak_to_valley_um();
-        // Rounding of a constant has no shape.
+        // A flat field has neither skewness nor kurtosis.
         let shape = |power: i32| (range > 0.0).then(|| moment(&|h| (h / sq_um).powi(power)));
         let (sx, sy) = self.rms_slope();
         Roughness { sa_um: moment(&f64::abs), sq_um, ssk: shape(3), sku: shape(4), sz_um: range, sdq: sx.hypot(sy) }
@@ -42,7 +52,7 @@ mod tests {
     use std::f64::consts::{PI, TAU};
 
     #[test]
-    fn a_sinusoid_has_its_closed_forms() {
+    fn sinusoid_matches_closed_forms() {
         let (n, amplitude) = (4096, 0.3);
         let heights = Array2::from_shape_fn((1, n), |(_, ix)| 5.0 + amplitude * (TAU * ix as f64 / n as f64).sin());
         let found = HeightField::new(heights, 0.001, 1.0).unwrap().roughness();
@@ -56,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn a_flat_field_has_no_shape() {
+    fn flat_fields_have_no_skewness_or_kurtosis() {
         let found = HeightField::new(Array2::from_elem((3, 3), 0.1), 1.0, 1.0).unwrap().roughness();
         assert_eq!((found.ssk, found.sku, found.sz_um, found.sdq), (None, None, 0.0, 0.0));
     }

@@ -1,19 +1,18 @@
-//! One-dimensional gratings with closed forms: one period by one pixel row.
+//! Presets `flat`, `blazed`, `sinusoidal` and `lamellar`: closed forms, one period by one row of pixels.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 use std::f64::consts::TAU;
 
-/// Samples in one period. A power of two, so that the halves of the lamellar grating are exact.
+/// Samples in one period. A power of two, so that both halves of the lamellar grating are equal.
 pub(super) const SAMPLES: usize = 1024;
 
-/// A field of one pixel at height 0, one µm across.
+/// One pixel of 1 × 1 µm at height 0.
 pub(super) fn flat() -> Result<HeightField, HeightFieldError> {
     HeightField::new(Array2::zeros((1, 1)), 1.0, 1.0)
 }
 
-/// One period of `profile`, a function of `x/period` in (0, 1) with values in [0, 1]. It is sampled at the centres of
-/// the pixels, which makes the mean over the pixels a midpoint rule over the period.
+/// One period of `height_um · profile(x/period)`, sampled at pixel centres; `profile` has values in [0, 1].
 fn grating(period_um: f64, height_um: f64, profile: impl Fn(f64) -> f64) -> Result<HeightField, HeightFieldError> {
     let at = |ix: usize| height_um * profile((ix as f64 + 0.5) / SAMPLES as f64);
     let heights = Array2::from_shape_fn((1, SAMPLES), |(_, ix)| at(ix));

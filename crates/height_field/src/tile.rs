@@ -1,79 +1,94 @@
-//! How far a relief is from tiling, and making it tile.
+//! Seams of a repeated tile: their measure, and blending of edges so that a scan repeats without one.
 
 use super::{HeightField, HeightFieldError};
 use ndarray::{Array2, Axis, s};
 use serde::Serialize;
 use std::f64::consts::PI;
 
-/// Share of each axis that is blended where no width is given.
-const BLEND_SHARE: f64 = 0.1;
-/// Least share of an axis, less its blend, that may be kept for the sake of edges that match.
-const KEPT_SHARE: f64 = 2.0 / 3.0;
-/// Edges match well enough when they differ more than at the best length by no more than this share of what they differ by
-/// at the worst: the longest such tile is kept.
-const AS_GOOD: f64 = 0.1;
+/// Fraction of each axis that is blended where no width is given. Chosen.
+const BLEND_FRACTION: f64 = 0.1;
+/// Smallest fraction of an axis, without its blended strip, that is kept in the search for matching edges. Chosen.
+const KEPT_FRACTION: f64 = 2.0 / 3.0;
+/// Tolerance on the mismatch of edges, as a fraction of the largest mismatch: of all lengths within it of the best, the
+/// longest tile is kept. Chosen.
+const MISMATCH_TOLERANCE: f64 = 0.1;
 
-/// The step across the seam of a tile that repeats, along one axis.
+/// Steps in height across the seam of a repeated tile, along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Seam {
     /// Root mean square of the difference between the first pixel and the last, over all lines along the axis, in µm.
     pub seam_rms_um: f64,
     /// Root mean square of the difference between neighbours within the field along the axis, in µm.
     pub inside_rms_um: f64,
-    /// The former over the latter: about 1 for a tile that repeats without a visible seam; `None` where neighbours do not
-    /// differ at all.
+    /// `seam_rms_um / inside_rms_um`: about 1 for a tile without a visible seam; `None` where all neighbours are equal.
     pub ratio: Option<f64>,
 }
 
-/// The seams across x and across y; `None` along an axis of one pixel, which repeats as it is.
+/// Seams along both axes; `None` along an axis of one pixel, which always repeats.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Seams {
-    /// Where the right edge meets the left one.
+    /// Seam between the right and the left edge.
     pub x: Option<Seam>,
-    /// Where the upper edge meets the lower one.
+    /// Seam between the upper and the lower edge.
     pub y: Option<Seam>,
 }
 
-/// What making a field tile did to it. Pairs are along x and y.
+/// Changes that [`HeightField::made_tileable`] made to a field. Pairs are along x and y.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct TileReport {
-    /// Length that was cut off, the blended strip included, in µm.
+    /// Length that was cut off, including the blended strip, in µm.
     pub cut_um: [f64; 2],
     /// Width over which the edges were blended, in µm; 0 along an axis of one pixel.
     pub blend_um: [f64; 2],
-    /// Share of the tile's pixels that were blended.
+    /// Fraction of the tile's pixels that were blended.
     pub blended_share: f64,
-    /// Root mean square change of those pixels, in µm.
+    /// Root mean square change of the blended pixels, in µm.
     pub rms_change_um: f64,
-    /// Root mean square height before (over the part that is kept) and after, in µm: blending what does not match lowers it.
+    /// Root mean square height before (of the kept part) and after, in µm. Blending edges that do not match lowers it.
     pub rms_um: [f64; 2],
-    /// The steps across the edges of the rectangle as it was cut out.
+    /// Seams of the field as it was.
     pub seams_before: Seams,
-    /// The same once its edges were blended.
+    /// Seams of the tile.
     pub seams_after: Seams,
 }
 
 impl HeightField {
-    /// The steps across the seams that the field would have if it repeated as it is. A tilt shows as a seam: level first.
+    /// Seams of the field if it is repeated unchanged. A tilt makes a seam, so level first.
     pub fn seams(&self) -> Seams {
         Seams { x: seam(&self.heights_um, Axis(1)), y: seam(&self.heights_um, Axis(0)) }
     }
 
-    /// A tile of the same relief that repeats without a seam, and what that took.
+    /// A tile of the relief that repeats without a seam, and a report of the changes.
     ///
-    /// Along each axis (x first) the strip of `blend_um` beyond the tile's end is laid over the tile's beginning and faded out
-    /// with a raised cosine, so that the end runs on into the beginning. The tile is as long as makes the two strips differ
-    /// least (a whole number of periods where there are any), between two thirds and all of what the strip leaves; of lengths
-    /// that match nearly as well, the longest. Without `blend_um` a tenth of each axis is blended. The rest of the
-    /// heights stays as it is.
+    /// Along each axis, x first: the strip of `blend_um` beyond the tile's end is blended over the tile's beginning
+    /// with a raised cosine, so that the end continues into the beginning. Other heights stay unchanged. Without
+    /// `blend_um` a tenth of each axis is blended.
+    ///
+    /// The length of the tile is chosen so that both strips match best, which is a whole number of periods for a
+    /// periodic relief. Lengths from two thirds of the axis (without the strip) are tried; of those that match nearly
+    /// equally well the longest is taken.
+    ///
+    /// ```
+    /// use ndarray::Array2;
+    /// use sunbeam_height_field::HeightField;
+    ///
+    /// // 6.5 periods of 20 pixels: six are kept.
+    /// let wave = |(_, ix): (usize, usize)| (std::f64::consts::TAU * ix as f64 / 20.0).sin();
+    /// let field = HeightField::new(Array2::from_shape_fn((8, 130), wave), 0.1, 0.1)?;
+    /// let (tile, report) = field.made_tileable(Some(0.1))?;
+    /// assert_eq!(tile.size().0, 120);
+    /// assert!(report.rms_change_um < 1e-12);
+    /// # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+    /// ```
     ///
     /// # Errors
-    /// [`HeightFieldError::Blend`] for a width below a pixel or above a third of the extent along an axis of several pixels.
+    /// [`HeightFieldError::Blend`] for a width below a pixel or above a third of the extent along an axis of several
+    /// pixels.
     pub fn made_tileable(&self, blend_um: Option<f64>) -> Result<(Self, TileReport), HeightFieldError> {
         let (nx, ny) = self.size();
         let (extent_x, extent_y) = self.extent_um();
         let strip = |axis, count: usize, step_um: f64, extent_um: f64| {
-            let width_um = blend_um.unwrap_or((BLEND_SHARE * extent_um).max(step_um));
+            let width_um = blend_um.unwrap_or((BLEND_FRACTION * extent_um).max(step_um));
             let pixels = (width_um / step_um).round();
             match count {
                 1 => Ok(0),
@@ -83,7 +98,7 @@ impl HeightField {
         };
         let strip_x = strip("x", nx, self.dx_um, extent_x)?;
         let strip_y = strip("y", ny, self.dy_um, extent_y)?;
-        // Along y as along x, turned over.
+        // Blending along y is blending along x of the transpose.
         let along_x = blended(&self.heights_um, strip_x);
         let heights = blended(&along_x.t().to_owned(), strip_y).t().as_standard_layout().into_owned();
         let tile = Self { heights_um: heights, dx_um: self.dx_um, dy_um: self.dy_um };
@@ -106,6 +121,7 @@ impl HeightField {
     }
 }
 
+/// The seam along an axis; `None` for an axis of one pixel.
 fn seam(heights: &Array2<f64>, axis: Axis) -> Option<Seam> {
     let count = heights.len_of(axis);
     if count < 2 {
@@ -120,7 +136,7 @@ fn seam(heights: &Array2<f64>, axis: Axis) -> Option<Seam> {
     Some(Seam { seam_rms_um, inside_rms_um, ratio: (inside_rms_um > 0.0).then(|| seam_rms_um / inside_rms_um) })
 }
 
-/// The tile along x whose strip of `strip` pixels is blended; as it is for a strip of none.
+/// The tile along x with a blended strip of `strip` pixels; unchanged for a strip of 0.
 fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
     let (ny, nx) = heights.dim();
     if strip == 0 {
@@ -131,13 +147,13 @@ fn blended(heights: &Array2<f64>, strip: usize) -> Array2<f64> {
         beginning.iter().zip(beyond).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     };
     let longest = nx - strip;
-    let shortest = ((KEPT_SHARE * longest as f64).ceil() as usize).clamp(strip, longest);
+    let shortest = ((KEPT_FRACTION * longest as f64).ceil() as usize).clamp(strip, longest);
     let mismatches: Vec<f64> = (shortest..=longest).map(mismatch).collect();
     let least = mismatches.iter().copied().fold(f64::INFINITY, f64::min);
     let largest = mismatches.iter().copied().fold(0.0, f64::max);
-    let good = least + AS_GOOD * largest;
+    let good = least + MISMATCH_TOLERANCE * largest;
     let mut best = mismatches.iter().rposition(|m| *m <= good).unwrap_or(mismatches.len() - 1);
-    // On to the best of its surroundings, which is the whole period that a good length is near to.
+    // Descend to the nearest local minimum: the whole number of periods near an acceptable length.
     while best > 0 && mismatches[best - 1] < mismatches[best] {
         best -= 1;
     }
@@ -165,10 +181,10 @@ mod tests {
     }
 
     #[test]
-    fn a_tile_that_repeats_has_no_seam_and_one_that_does_not_has() {
+    fn seams_tell_periodic_tiles_from_others() {
         let seams = waves(100, 60, 20.0, 12.0).seams();
         for seam in [seams.x.unwrap(), seams.y.unwrap()] {
-            // The seam's step is one sample of the steps inside, at one phase: here √2 of their rms at most.
+            // The seam is one of the steps inside: at most √2 of their rms for a sinusoid.
             assert!(seam.ratio.unwrap() < 1.5, "{seam:?}");
         }
         let ratio = waves(110, 60, 20.0, 12.0).seams().x.unwrap().ratio.unwrap();
@@ -179,10 +195,11 @@ mod tests {
     }
 
     #[test]
-    fn whole_periods_are_kept_and_nothing_else_changes() {
+    fn whole_periods_are_kept_unchanged() {
         let field = waves(130, 75, 20.0, 12.0);
         let (tile, report) = field.made_tileable(Some(1.0)).unwrap();
-        // 120 pixels are left of 130 along x, six periods; 70 along y, of which five periods.
+        // The strip leaves 120 of 130 pixels along x, six periods, and 70 of 75 along y, of which five periods are
+        // kept.
         assert_eq!(tile.size(), (120, 60));
         assert!(report.rms_change_um < 1e-12 && report.blended_share < 0.2, "{report:?}");
         assert!((report.cut_um[0] - 1.0).abs() < 1e-12 && (report.cut_um[1] - 3.0).abs() < 1e-12, "{report:?}");
@@ -190,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_match_is_blended_and_the_rest_left() {
+    fn edges_that_do_not_match_are_blended_and_the_rest_stays() {
         let noise = |ix: usize, iy: usize| ((ix * 7919 + iy * 104_729 + ix * iy * 31) % 1009) as f64 / 1009.0;
         let slow = |ix: usize, iy: usize| 3.0 * (ix as f64 / 90.0) + noise(ix / 6, iy / 6);
         let field = HeightField::new(Array2::from_shape_fn((80, 90), |(y, x)| slow(x, y)), 0.1, 0.1).unwrap();
@@ -205,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn gratings_tile_along_x_alone_and_bad_widths_are_refused() {
+    fn gratings_tile_along_x_and_bad_widths_are_refused() {
         let grating = HeightField::new(Array2::from_shape_fn((1, 50), |(_, x)| x as f64), 0.1, 7.0).unwrap();
         let (tile, report) = grating.made_tileable(None).unwrap();
         assert_eq!((tile.size().1, report.blend_um[1]), (1, 0.0));

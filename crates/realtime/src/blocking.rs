@@ -47,6 +47,14 @@ impl Shader {
     pub fn evaluate(&self, gpu: &Gpu, queries: &[Query]) -> Result<Answers, GpuError> {
         block_on(self.evaluate_async(gpu, queries))
     }
+
+    /// As [`Shader::brdf_map_async`], and waits for it.
+    ///
+    /// # Errors
+    /// As [`Shader::brdf_map_async`].
+    pub fn brdf_map(&self, gpu: &Gpu, wi: [f32; 3], side: usize) -> Result<Vec<Option<[f32; 3]>>, GpuError> {
+        block_on(self.brdf_map_async(gpu, wi, side))
+    }
 }
 
 impl Renderer {

@@ -1,5 +1,5 @@
 use super::GpuError;
-use super::signal::{Receiver, signal};
+use futures_channel::oneshot;
 use std::str::FromStr;
 use std::sync::{Arc, Mutex};
 #[cfg(not(target_arch = "wasm32"))]
@@ -220,11 +220,14 @@ impl Gpu {
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
     pub async fn idle_async(&self) -> Result<(), GpuError> {
-        let (tell, told) = signal();
-        self.queue.on_submitted_work_done(move || tell.send(()));
+        let (sender, receiver) = oneshot::channel();
+        // The receiver may be gone.
+        self.queue.on_submitted_work_done(move || {
+            let _ = sender.send(());
+        });
         #[cfg(not(target_arch = "wasm32"))]
         self.poll(wgpu::PollType::wait_indefinitely())?;
-        self.told(told).await.map(|_| ())
+        self.received(receiver).await.map(|_| ())
     }
 
     #[cfg(target_arch = "wasm32")]
@@ -239,19 +242,20 @@ impl Gpu {
         self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
     }
 
-    /// What a callback was told. A browser calls it by itself, when what was submitted before is done.
+    /// The value that a callback sends, `None` where it never will. A browser calls it by itself when the work submitted
+    /// before is done.
     #[cfg(target_arch = "wasm32")]
-    async fn told<T>(&self, told: Receiver<T>) -> Result<Option<T>, GpuError> {
-        let told = told.await;
+    async fn received<T>(&self, receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
+        let value = receiver.await.ok();
         self.check()?;
-        Ok(told)
+        Ok(value)
     }
 
-    /// What a callback was told of work that has been waited for.
+    /// The value that a callback has sent, `None` where it has not. The work has been waited for before.
     #[cfg(not(target_arch = "wasm32"))]
-    async fn told<T>(&self, told: Receiver<T>) -> Result<Option<T>, GpuError> {
+    async fn received<T>(&self, mut receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
         self.poll(wgpu::PollType::Poll)?;
-        Ok(told.now())
+        Ok(receiver.try_recv().ok().flatten())
     }
 
     #[cfg(not(target_arch = "wasm32"))]
@@ -331,9 +335,11 @@ impl Gpu {
 
     pub(super) async fn read_staging(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, GpuError> {
         let refused = |reason: String| GpuError::Refused { adapter: self.adapter(), reason };
-        let (tell, told) = signal();
-        staging.map_async(wgpu::MapMode::Read, .., move |mapped| tell.send(mapped));
-        let mapped = self.told(told).await?;
+        let (sender, receiver) = oneshot::channel();
+        staging.map_async(wgpu::MapMode::Read, .., move |mapped| {
+            let _ = sender.send(mapped);
+        });
+        let mapped = self.received(receiver).await?;
         match mapped {
             Some(Ok(())) => {}
             Some(Err(error)) => return Err(refused(error.to_string())),

@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn structs_lie_in_memory_as_the_shaders_read_them() {
-        let (shade, locate) = (program::shade(&program::tests::no_method()), program::locate());
+        let (shade, locate) = (program::shade(&program::no_method()), program::locate());
         for (source, name, ours) in [
             (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
             (&shade, "Optics", fields!(OpticsUniform: eta, k, reflects_all, obliquity, shadowing, answers)),

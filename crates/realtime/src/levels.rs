@@ -13,6 +13,11 @@ pub struct Level {
 }
 
 impl Level {
+    /// All pixels, with so many rays along each side of one.
+    pub fn finest(supersample: u32) -> Self {
+        Self { divisor: 1, supersample }
+    }
+
     /// Pixels of a picture that is `size` in full.
     pub fn size(self, (width, height): (u32, u32)) -> (u32, u32) {
         (width.div_ceil(self.divisor).max(1), height.div_ceil(self.divisor).max(1))

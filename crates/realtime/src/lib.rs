@@ -33,26 +33,26 @@ mod mesh;
 mod orbit;
 mod pipeline;
 mod program;
+pub mod progressive;
 mod renderer;
 mod scene;
 mod scene_data;
 mod shader;
 mod shape;
-mod signal;
 pub mod snake;
 mod sunlight;
 mod target;
 mod tone;
 mod tree;
 mod view;
-#[cfg(test)]
-mod wgsl_operators;
 
 pub use device::{ADAPTER_VARIABLE, AdapterChoice, Gpu};
 pub use error::GpuError;
 pub use layout::{Optics, Query};
 pub use mesh::Mesh;
 pub use orbit::Orbit;
+#[doc(hidden)]
+pub use program::every_program;
 pub use renderer::{FrameReport, Renderer, StageTimes};
 pub use scene::Scene;
 pub use scene_data::SceneData;

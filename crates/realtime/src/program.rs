@@ -1,6 +1,11 @@
-//! Which WGSL files make which program.
+//! The programs that the GPU runs, each put together from WGSL files.
 
-use sunbeam::methods::{COMMON_WGSL, MethodShader};
+use std::error::Error;
+use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
+use sunbeam::height_field::Preset;
+use sunbeam::methods::{COMMON_WGSL, Method, MethodKind, MethodOptions, MethodShader, StamForm, build};
+use sunbeam::scattering::Options;
+use sunbeam::table::{Model, Progress};
 
 const PAIR: &str = include_str!("wgsl/pair.wgsl");
 const FRESNEL: &str = include_str!("wgsl/fresnel.wgsl");
@@ -41,20 +46,49 @@ pub(super) fn resolve() -> String {
     [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, include_str!("wgsl/resolve.wgsl")].join("\n")
 }
 
+/// Every program that is ever compiled, each with a name: for tests, which hand them to other compilers of WGSL.
+///
+/// # Errors
+/// Those of building the methods' tables, which are small ones here.
+pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
+    let field = Preset::Sinusoidal.build(None, None)?;
+    let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+    let default = MethodOptions::default();
+    let gems = MethodOptions { stam_form: StamForm::Gems, ..default };
+    // A grating of one order is solved in no time.
+    let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05))?.ok_or("this preset is no grating")?;
+    let grating = GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none())?;
+    let fixed = [
+        ("shade, no method", shade(&no_method())),
+        ("shade, grating", shade(&GratingColourSurface::new(grating).shader())),
+        ("shade, stam of GPU Gems", shade(&build(MethodKind::Stam, &field, &patch, &gems)?.shader())),
+        ("shade, energy conserved", shade(&build(MethodKind::Table, &field, &Options::default(), &default)?.shader())),
+        ("raster", raster()),
+        ("shadow", shadow()),
+        ("locate", locate()),
+        ("resolve", resolve()),
+        ("tone", TONE.to_owned()),
+    ];
+    let mut programs = fixed.map(|(name, source)| (name.to_owned(), source)).to_vec();
+    for kind in MethodKind::ALL {
+        programs.push((format!("shade, {kind}"), shade(&build(kind, &field, &patch, &default)?.shader())));
+    }
+    Ok(programs)
+}
+
+/// A method that reads no data.
+pub(super) fn no_method() -> MethodShader<'static> {
+    let wgsl = vec!["fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return wi + wo; }"];
+    MethodShader { name: "none", wgsl, uniform: Vec::new(), storage: Vec::new() }
+}
+
 #[cfg(test)]
 pub(super) mod tests {
-    use super::super::wgsl_operators::tests::tint;
-    use super::super::wgsl_operators::{Mixture, mixtures};
     use super::*;
     use std::path::{Path, PathBuf};
     use std::sync::LazyLock;
-    use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};
-    use sunbeam::height_field::Preset;
-    use sunbeam::methods::{Method, MethodKind, MethodOptions, StamForm, build};
-    use sunbeam::scattering::Options;
-    use sunbeam::table::{Model, Progress};
 
-    /// Parses and validates as wgpu does; panics with naga's message.
+    /// Parses and validates a program as wgpu does; panics with naga's message.
     pub fn validated(source: &str) -> naga::Module {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
@@ -63,72 +97,18 @@ pub(super) mod tests {
         module
     }
 
-    /// What answers without reading anything.
-    pub fn no_method() -> MethodShader<'static> {
-        let wgsl = vec!["fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> { return wi + wo; }"];
-        MethodShader { name: "none", wgsl, uniform: Vec::new(), storage: Vec::new() }
-    }
-
-    /// A grating of a single order: solved once for all tests.
-    static GRATING: LazyLock<GratingColourSurface> = LazyLock::new(|| {
-        let profile = preset_profile(Preset::Sinusoidal, Some(0.3), Some(0.05)).unwrap().unwrap();
-        GratingColourSurface::new(GratingSurface::new(&profile, None, 65.0, 1.0, &Progress::none()).unwrap())
-    });
-
-    /// Every program that is ever compiled, under a name; the methods' are of another crate. Their tables are built once.
-    static PROGRAMS: LazyLock<Vec<(String, String)>> = LazyLock::new(programs);
-
-    fn programs() -> Vec<(String, String)> {
-        let field = Preset::Sinusoidal.build(None, None).unwrap();
-        let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
-        let of_method = |kind: MethodKind| {
-            let method = build(kind, &field, &surface, &MethodOptions::default()).unwrap();
-            (format!("shade, {kind}"), shade(&method.shader()))
-        };
-        let conserving = build(MethodKind::Table, &field, &Options::default(), &MethodOptions::default()).unwrap();
-        let gems = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
-        let gems = build(MethodKind::Stam, &field, &surface, &gems).unwrap();
-        let others = [
-            ("shade", shade(&no_method())),
-            ("shade, grating", shade(&GRATING.shader())),
-            ("shade, stam of GPU Gems", shade(&gems.shader())),
-            ("shade, energy conserved", shade(&conserving.shader())),
-            ("raster", raster()),
-            ("shadow", shadow()),
-            ("locate", locate()),
-            ("resolve", resolve()),
-            ("tone", TONE.to_owned()),
-        ];
-        let named = |(name, source): (&str, String)| (name.to_owned(), source);
-        MethodKind::ALL.map(of_method).into_iter().chain(others.map(named)).collect()
-    }
+    /// The programs of [`every_program`], built once for all tests.
+    static PROGRAMS: LazyLock<Vec<(String, String)>> = LazyLock::new(|| every_program().unwrap());
 
     #[test]
-    fn every_program_is_valid_without_an_adapter() {
+    fn naga_accepts_every_program() {
         for (_, source) in PROGRAMS.iter() {
             validated(source);
         }
     }
 
     #[test]
-    fn no_program_mixes_operators_that_the_grammar_keeps_apart() {
-        for (name, source) in PROGRAMS.iter() {
-            assert_eq!(mixtures(source), [], "{name}");
-        }
-    }
-
-    #[test]
-    fn tint_takes_every_program() {
-        for (name, source) in PROGRAMS.iter() {
-            match tint(source) {
-                Some(verdict) => assert_eq!(verdict, Ok(()), "{name}"),
-                None => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: there is no tint ***\n"),
-            }
-        }
-    }
-
-    #[test]
-    fn every_file_is_part_of_a_program() {
+    fn every_wgsl_file_is_part_of_a_program() {
         fn files(folder: &Path, found: &mut Vec<PathBuf>) {
             for entry in std::fs::read_dir(folder).unwrap() {
                 let path = entry.unwrap().path();
@@ -148,23 +128,6 @@ pub(super) mod tests {
         for path in found {
             let text = std::fs::read_to_string(&path).unwrap();
             assert!(PROGRAMS.iter().any(|(_, source)| source.contains(&text)), "{}", path.display());
-        }
-    }
-
-    /// Lines that naga takes and a browser refuses.
-    #[test]
-    fn a_mixture_in_a_program_is_found() {
-        let packed = ("(pixel.y << 16u) | pixel.x", "pixel.y << 16u | pixel.x", ["<<", "|"]);
-        let sorted = ("((skin >> i) & 1u) != 0u", "(skin >> i & 1u) != 0u", [">>", "&"]);
-        for (right, wrong, operators) in [packed, sorted] {
-            let source = locate();
-            assert!(source.contains(right));
-            let line = 1 + source.lines().position(|line| line.contains(right)).unwrap();
-            let source = source.replace(right, wrong);
-            validated(&source);
-            let expected = Mixture { line, operators: operators.map(str::to_owned).to_vec() };
-            assert_eq!(mixtures(&source), [expected]);
-            assert!(!matches!(tint(&source), Some(Ok(()))));
         }
     }
 }

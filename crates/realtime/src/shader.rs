@@ -6,6 +6,7 @@ use bytemuck::Zeroable;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
+use sunbeam::scattering::map_direction;
 
 /// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
 /// second or two, and a window that shares it should not stutter.
@@ -161,6 +162,24 @@ impl Shader {
         Ok(answers)
     }
 
+    /// Answers over the hemisphere for light from `wi`, in the layout of [`map_direction`] with `side` pixels along each
+    /// side, rows from the top; `None` outside the disc.
+    ///
+    /// # Errors
+    /// As [`Shader::evaluate_async`].
+    pub async fn brdf_map_async(
+        &self,
+        gpu: &Gpu,
+        wi: [f32; 3],
+        side: usize,
+    ) -> Result<Vec<Option<[f32; 3]>>, GpuError> {
+        let directions: Vec<_> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
+        let queries: Vec<Query> =
+            directions.iter().flatten().map(|wo| Query::new(wi, wo.map(|component| component as f32))).collect();
+        let mut answers = self.evaluate_async(gpu, &queries).await?.reflectances.into_iter();
+        Ok(directions.iter().map(|direction| direction.and_then(|_| answers.next())).collect())
+    }
+
     /// Ties the shader to the buffers it reads and writes.
     pub(super) fn bind(
         &self,
@@ -268,7 +287,8 @@ mod tests {
     fn the_parts_of_an_answer_add_up_to_it() {
         let gpu = match Gpu::open(AdapterChoice::from_env().unwrap()) {
             Ok(gpu) => gpu,
-            Err(error) => return eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {error} ***\n"),
+            Err(error @ GpuError::NoAdapter { .. }) => return sunbeam_testing::skip("gpu", error),
+            Err(error) => panic!("{error}"),
         };
         let field = Preset::Sinusoidal.build(None, None).unwrap();
         let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };

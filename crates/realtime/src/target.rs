@@ -84,6 +84,14 @@ impl Target {
         (self.width, self.height)
     }
 
+    /// Column and row of the pixel at a point of the picture, each coordinate in [0, 1) from the upper left; `None` for a
+    /// point outside.
+    pub fn pixel_at(&self, x: f64, y: f64) -> Option<(u32, u32)> {
+        let inside = |coordinate: f64| (0.0..1.0).contains(&coordinate);
+        let pixel = |coordinate: f64, count: u32| ((coordinate * f64::from(count)) as u32).min(count - 1);
+        (inside(x) && inside(y)).then(|| (pixel(x, self.width), pixel(y, self.height)))
+    }
+
     /// The picture on the GPU: four `f32` for each pixel, linear radiance and alpha 1, rows from the top.
     pub fn picture(&self) -> &wgpu::Buffer {
         &self.picture

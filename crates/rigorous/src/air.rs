@@ -1,4 +1,10 @@
-//! The air above the relief, and the systems that it makes with what lies below.
+//! The air above the relief, and the linear systems that couple it to the lower medium.
+//!
+//! Symbols and equations are those of `lib.rs`. In matrices over the nodes:
+//!
+//! - *field* is u (Ey or Hy), *flux* is ∂νu times the speed of the nodes;
+//! - the field in the air satisfies `(½ − K)·u + S·flux = incident`;
+//! - order m receives `from_field·u + from_flux·flux`, Green's formula with the plane wave of the order.
 
 use crate::discretisation::Discretisation;
 use crate::layers::layers;
@@ -8,41 +14,62 @@ use crate::{Amplitudes, Error, Medium, MetalTable};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// An order closer than this to passing off is moved off: the air's sum has a pole there, a square root of the distance.
-const PASSING_OFF: f64 = 1e-11;
+/// Smallest distance of t from the cut-off of an order (βm = 0), where the lattice sum has a pole. Chosen: amplitudes
+/// go as the square root of the distance, so t moves them by about 1e-5.
+const CUTOFF_DISTANCE: f64 = 1e-11;
 
-/// The air over one profile at one (t, b): matrices and orders, for any wavelength and lower medium.
+/// Coupling of Ey and Hy below which they are solved separately: rounding of ky = 0.
+const COUPLING_MIN: f64 = 1e-12;
+
+/// The air above one profile at one (t, b): layers and orders, for any wavelength and lower medium.
+///
+/// ```
+/// use sunbeam_rigorous::{Discretisation, Medium, Profile, Resolution};
+///
+/// let profile = Profile::sinusoid(1.1, 0.1)?;
+/// let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 3 })?;
+/// let air = mesh.air(1.5, 0.2)?;
+/// // One set of matrices serves several wavelengths.
+/// for (wavelength_nm, eta, k) in [(550.0, 0.06, 3.59), (633.0, 0.06, 4.28)] {
+///     let amplitudes = air.solve(&Medium::index(eta, k)?, wavelength_nm)?;
+///     assert!(amplitudes.balance_error() < 1e-3);
+/// }
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
 pub struct Air<'a> {
     mesh: &'a Discretisation,
     t: f64,
     b: f64,
     orders: Vec<i32>,
-    /// Wave numbers of the orders along x and z, in 1/µm.
+    /// αm of the orders, in 1/µm.
     alpha: Vec<f64>,
+    /// βm of the orders, in 1/µm.
     beta: Vec<f64>,
-    /// From the normal derivative times the speed to the field.
+    /// S, applied to the flux.
     single: Matrix,
     /// ½ − K.
     exterior: Matrix,
-    /// S times the derivative along the curve.
+    /// S·D.
     single_derivative: Matrix,
+    /// D: derivative with respect to the nodes' parameter.
     derivative: Matrix,
-    /// Columns: the incident waves at the nodes.
+    /// Column m: the incident wave of order m at the nodes.
     incident: Matrix,
-    /// Rows: what the field, and its normal derivative times the speed, radiate into the orders.
+    /// Row m: amplitude of order m radiated by the field.
     from_field: Matrix,
+    /// Row m: amplitude of order m radiated by the flux.
     from_flux: Matrix,
 }
 
 impl<'a> Air<'a> {
     pub(crate) fn new(mesh: &'a Discretisation, t: f64, b: f64) -> Result<Self, Error> {
         let period = mesh.profile().period_um();
-        let t = off_the_lines(t, b);
+        let t = away_from_cutoffs(t, b);
         let orders: Vec<i32> =
             ((-t - b).ceil() as i32..=(t - b).floor() as i32).filter(|&m| (b + f64::from(m)).abs() < t).collect();
         let along = TAU / period;
         let alpha: Vec<f64> = orders.iter().map(|&m| along * (b + f64::from(m))).collect();
-        // As a product, which keeps its digits where an order passes off.
+        // √(t² − (b + m)²) as a product, which keeps its digits near a cut-off.
         let beta: Vec<f64> = orders
             .iter()
             .map(|&m| {
@@ -84,23 +111,25 @@ impl<'a> Air<'a> {
         })
     }
 
-    /// The indices of the orders that propagate, rising.
+    /// Indices of the propagating orders, ascending.
     pub fn orders(&self) -> &[i32] {
         &self.orders
     }
 
-    /// κd/2π, moved by at most 1e-11 off the lines where an order passes off.
+    /// t = κd/2π, moved by at most 2e-11 away from the cut-off of an order.
     pub fn t(&self) -> f64 {
         self.t
     }
 
-    /// The phase in turns a period.
+    /// Bloch phase in turns.
     pub fn b(&self) -> f64 {
         self.b
     }
 
-    /// All propagating orders for light in each of them, at a wavelength (nm). ky is the positive root of k² − κ²; where κ
-    /// exceeds k it is imaginary, and the amplitudes go on analytically.
+    /// Amplitudes of all propagating orders for light in each of them, at a wavelength (nm).
+    ///
+    /// ky is the positive root of k² − κ². Where κ exceeds k, ky is imaginary: no light has such a direction, and the
+    /// amplitudes are the analytic continuation.
     ///
     /// # Errors
     /// A wavelength that is not finite and positive, and solutions that are not finite.
@@ -115,7 +144,7 @@ impl<'a> Air<'a> {
         }
     }
 
-    /// The same with the metal's response from a table made for these nodes.
+    /// [`Air::solve`] with the response of a metal from a table for the same discretisation.
     ///
     /// # Errors
     /// Solutions that are not finite.
@@ -124,15 +153,17 @@ impl<'a> Air<'a> {
         self.solve_with(metal.index(), k, &metal.at(self.ky_squared(k), self.b))
     }
 
+    /// κ in 1/µm.
     fn kappa(&self) -> f64 {
         TAU * self.t / self.mesh.profile().period_um()
     }
 
+    /// ky² = k² − κ² in 1/µm².
     fn ky_squared(&self, k: f64) -> f64 {
         (k - self.kappa()) * (k + self.kappa())
     }
 
-    /// Ey vanishes on the metal, and Hy's normal derivative: two problems of their own.
+    /// On a perfect conductor Ey and the normal derivative of Hy vanish: two independent systems.
     fn solve_perfect(&self) -> Result<Amplitudes, Error> {
         let flux = solve(&self.single, &self.incident, "the field of Ey")?;
         let field = solve(&self.exterior, &self.incident, "the field of Hy")?;
@@ -145,25 +176,25 @@ impl<'a> Air<'a> {
         Ok(Amplitudes::new(&self.orders, &self.alpha, &self.beta, amplitude, vec![[0.0; 2]; count]))
     }
 
-    /// The coupled system for (Ey, Hy), of which the lower medium's normal derivatives are eliminated by its response.
+    /// Solves for Ey and Hy above a medium of this index; its `response` W eliminates the fluxes.
     fn solve_with(&self, index: Complex64, k: f64, response: &Matrix) -> Result<Amplitudes, Error> {
         let (n, count) = (self.mesh.nodes(), self.orders.len());
         let ky = Complex64::new(self.ky_squared(k), 0.0).sqrt();
         let kappa_squared = self.kappa() * self.kappa();
-        let metal_squared = index * index * k * k - ky * ky;
+        let kappa_m_squared = index * index * k * k - ky * ky;
         // ∂νE = electric·W E − coupling·∂sH and ∂νH = magnetic·W H + coupling·∂sE.
-        let electric = kappa_squared * index * index / metal_squared;
-        let magnetic = kappa_squared / metal_squared;
+        let electric = kappa_squared * index * index / kappa_m_squared;
+        let magnetic = kappa_squared / kappa_m_squared;
         let coupling = ky / k * (1.0 - magnetic);
-        let through = product(&self.single, response);
-        let coupled = coupling.norm() > 1e-12;
+        let single_response = product(&self.single, response);
+        let coupled = coupling.norm() > COUPLING_MIN;
         let (fields_e, fields_h) = if coupled {
-            self.solve_coupled(&through, electric, magnetic, coupling)?
+            self.solve_coupled(&single_response, electric, magnetic, coupling)?
         } else {
             let zero = || zeros(n, count);
-            let e = solve(&self.planar(&through, electric), &self.incident, "the field of Ey")?;
-            let h = solve(&self.planar(&through, magnetic), &self.incident, "the field of Hy")?;
-            (beside(&e, &zero()), beside(&zero(), &h))
+            let e = solve(&self.uncoupled(&single_response, electric), &self.incident, "the field of Ey")?;
+            let h = solve(&self.uncoupled(&single_response, magnetic), &self.incident, "the field of Hy")?;
+            (join_columns(&e, &zero()), join_columns(&zero(), &h))
         };
         let flux_of = |own: &Matrix, other: &Matrix, weight: Complex64, coupling: Complex64| {
             let mut flux = product(response, own) * weight;
@@ -177,7 +208,7 @@ impl<'a> Air<'a> {
         let radiated =
             |field: &Matrix, flux: &Matrix| product(&self.from_field, field) + product(&self.from_flux, flux);
         let (out_e, out_h) = (radiated(&fields_e, &flux_e), radiated(&fields_h, &flux_h));
-        // Columns: light in Ey of each order, then light in Hy.
+        // Columns: incident Ey of each order, then incident Hy of each order.
         let amplitude = |out: usize, from: usize| [&out_e, &out_h].map(|of| [of[(out, from)], of[(out, count + from)]]);
         let absorbed = (0..count)
             .map(|from| {
@@ -190,16 +221,16 @@ impl<'a> Air<'a> {
         Ok(Amplitudes::new(&self.orders, &self.alpha, &self.beta, amplitude, absorbed))
     }
 
-    /// `½ − K + weight·S W`.
-    fn planar(&self, through: &Matrix, weight: Complex64) -> Matrix {
+    /// `½ − K + weight·S W`: the system of one component where ky = 0.
+    fn uncoupled(&self, single_response: &Matrix, weight: Complex64) -> Matrix {
         let n = self.mesh.nodes();
-        from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * through[(i, j)])
+        from_fn(n, n, |i, j| self.exterior[(i, j)] + weight * single_response[(i, j)])
     }
 
-    /// Ey and Hy at the nodes (rows) for light in Ey of each order and then in Hy of each (columns).
+    /// Ey and Hy at the nodes (rows), for incident Ey of each order and then incident Hy of each (columns).
     fn solve_coupled(
         &self,
-        through: &Matrix,
+        single_response: &Matrix,
         electric: Complex64,
         magnetic: Complex64,
         coupling: Complex64,
@@ -208,12 +239,12 @@ impl<'a> Air<'a> {
         let mut system = zeros(2 * n, 2 * n);
         for j in 0..n {
             for i in 0..n {
-                let (air, below) = (self.exterior[(i, j)], through[(i, j)]);
-                let across = coupling * self.single_derivative[(i, j)];
+                let (air, below) = (self.exterior[(i, j)], single_response[(i, j)]);
+                let cross = coupling * self.single_derivative[(i, j)];
                 system[(i, j)] = air + electric * below;
                 system[(n + i, n + j)] = air + magnetic * below;
-                system[(i, n + j)] = -across;
-                system[(n + i, j)] = across;
+                system[(i, n + j)] = -cross;
+                system[(n + i, j)] = cross;
             }
         }
         let mut right = zeros(2 * n, 2 * count);
@@ -228,20 +259,21 @@ impl<'a> Air<'a> {
         Ok((half(0), half(n)))
     }
 
-    /// `−Im ∫ u* ∂νu ds`: what one component carries into the lower medium.
+    /// `−Im ∫ u* ∂νu ds` for one incident wave (`column`): power of one component that crosses into the lower medium.
     fn inward(&self, field: &Matrix, flux: &Matrix, column: usize) -> f64 {
         let (field, flux) = (field.column(column), flux.column(column));
         -self.mesh.coarse.step() * field.iter().zip(flux).map(|(u, q)| (u.conj() * q).im).sum::<f64>()
     }
 }
 
-fn beside(left: &Matrix, right: &Matrix) -> Matrix {
+/// The matrix with the columns of `left`, then those of `right`.
+fn join_columns(left: &Matrix, right: &Matrix) -> Matrix {
     let split = left.ncols();
     from_fn(left.nrows(), split + right.ncols(), |i, j| if j < split { left[(i, j)] } else { right[(i, j - split)] })
 }
 
-/// t, away from where an order passes off.
-fn off_the_lines(t: f64, b: f64) -> f64 {
+/// t, moved away from the cut-offs of orders.
+fn away_from_cutoffs(t: f64, b: f64) -> f64 {
     let nearest = |p: f64| (p - p.round()).abs();
-    if nearest(t - b).min(nearest(t + b)) < PASSING_OFF { t + 2.0 * PASSING_OFF } else { t }
+    if nearest(t - b).min(nearest(t + b)) < CUTOFF_DISTANCE { t + 2.0 * CUTOFF_DISTANCE } else { t }
 }

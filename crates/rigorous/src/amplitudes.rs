@@ -1,28 +1,30 @@
-//! Amplitudes of all orders for light in each of them.
+//! Jones matrices between all propagating orders, and their checks.
 
 use num_complex::Complex64;
 
-/// Rows: the state that leaves, (Ey, Hy). Columns: the state that comes in.
+/// Amplitudes between polarisation states, `jones[out][in]`; state 0 is Ey (without Hy), state 1 is Hy (without Ey).
 pub type Jones = [[Complex64; 2]; 2];
 
-/// What one grating does at one (t, b) and wavelength: every propagating order for light coming in along every one.
+/// Amplitudes between all propagating orders of one grating, at one (t, b) and wavelength (symbols: [crate]).
 ///
-/// Light "in order n" comes from the mirror direction of order n: it has order n's wave number along x and the opposite one along
-/// z. States are those of Ey (without Hy) and of Hy (without Ey), y along the grooves; see
-/// [`transverse_basis`](crate::transverse_basis). Amplitudes are weighted by √β so that |·|² is a share of power, and so are
-/// reciprocal: the matrix for (m, n) at b is the transpose of that for (−n, −m) at −b.
+/// Light incident *in order n* comes from the mirror direction of order n: its wave number is αn along x and −βn along
+/// z. Polarisation states are Ey and Hy, with y along the grooves; see [`transverse_basis`](crate::transverse_basis).
+///
+/// Amplitudes are multiplied by √(βm/βn), so that |·|² is a fraction of the incident power. They are reciprocal: the
+/// matrix for (m, n) at b is the transpose of the matrix for (−n, −m) at −b.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amplitudes {
     orders: Vec<i32>,
     alpha: Vec<f64>,
     beta: Vec<f64>,
-    /// `[out · orders + in]`.
+    /// Jones matrices, indexed `[out · orders + in]`.
     jones: Vec<Jones>,
-    /// For light in Ey and in Hy of each order.
+    /// Fraction of incident Ey and Hy of each order that crosses into the lower medium.
     absorbed: Vec<[f64; 2]>,
 }
 
 impl Amplitudes {
+    /// `amplitude(out, in)` is the matrix before the weights √(βm/βn), by position among the orders.
     pub(crate) fn new(
         orders: &[i32],
         alpha: &[f64],
@@ -41,22 +43,22 @@ impl Amplitudes {
         Self { orders: orders.to_vec(), alpha: alpha.to_vec(), beta: beta.to_vec(), jones, absorbed }
     }
 
-    /// The indices of the orders, rising.
+    /// Indices of the orders, ascending.
     pub fn orders(&self) -> &[i32] {
         &self.orders
     }
 
-    /// Wave numbers of the orders along x, in 1/µm.
+    /// Wave numbers αm of the orders along x, in 1/µm.
     pub fn alpha_per_um(&self) -> &[f64] {
         &self.alpha
     }
 
-    /// Wave numbers of the orders along z, in 1/µm.
+    /// Wave numbers βm of the orders along z, in 1/µm.
     pub fn beta_per_um(&self) -> &[f64] {
         &self.beta
     }
 
-    /// The Jones matrix of order `out` for light in order `from`; zero where either does not propagate.
+    /// Jones matrix of order `out` for light in order `from`; zero where either does not propagate.
     pub fn jones(&self, out: i32, from: i32) -> Jones {
         match (self.position(out), self.position(from)) {
             (Some(out), Some(from)) => self.jones[out * self.orders.len() + from],
@@ -64,21 +66,22 @@ impl Amplitudes {
         }
     }
 
-    /// Share of unpolarised light in order `from` that leaves in order `out`; zero where either does not propagate.
+    /// Fraction of unpolarised light in order `from` that leaves in order `out`; zero where either does not propagate.
     pub fn efficiency(&self, out: i32, from: i32) -> f64 {
         0.5 * self.jones(out, from).iter().flatten().map(Complex64::norm_sqr).sum::<f64>()
     }
 
-    /// Share of light in Ey and in Hy of order `from` that crosses into the lower medium, from the fields on the curve: what a metal
-    /// absorbs, or a dielectric transmits. Zero where the order does not propagate.
+    /// Fractions of light in Ey and in Hy of order `from` that cross into the lower medium: absorbed by a metal,
+    /// transmitted into a dielectric. Zero where the order does not propagate.
+    ///
+    /// They are integrals of the fields on the curve, independent of the amplitudes of the orders.
     pub fn absorbed(&self, from: i32) -> [f64; 2] {
         self.position(from).map_or([0.0; 2], |from| self.absorbed[from])
     }
 
-    /// The largest difference from 1 of a sum over all orders and what crosses, of all incident states. The fields on the
-    /// curve give what crosses, so that it is small only where the air's equations are solved well.
+    /// Violation of the power balance: the largest |reflected + crossing − 1| over all incident orders and states.
     ///
-    /// It says nothing where ky is imaginary and no light has these wave numbers.
+    /// Meaningless where ky is imaginary, as no light has such wave numbers.
     pub fn balance_error(&self) -> f64 {
         let count = self.orders.len();
         let mut worst = 0.0_f64;
@@ -92,15 +95,16 @@ impl Amplitudes {
         worst
     }
 
-    /// The largest difference of an amplitude from that of the reversed path, in `reversed` at −b.
+    /// Violation of reciprocity: the largest difference between an amplitude and that of the reversed path. `reversed`
+    /// are the amplitudes at −b.
     pub fn reciprocity_error(&self, reversed: &Self) -> f64 {
         let mut worst = 0.0_f64;
         for &out in &self.orders {
             for &from in &self.orders {
-                let (there, back) = (self.jones(out, from), reversed.jones(-from, -out));
+                let (forward, backward) = (self.jones(out, from), reversed.jones(-from, -out));
                 for i in [0, 1] {
                     for j in [0, 1] {
-                        worst = worst.max((there[i][j] - back[j][i]).norm());
+                        worst = worst.max((forward[i][j] - backward[j][i]).norm());
                     }
                 }
             }
@@ -108,6 +112,7 @@ impl Amplitudes {
         worst
     }
 
+    /// Index of an order in `orders`.
     fn position(&self, order: i32) -> Option<usize> {
         self.orders.iter().position(|&m| m == order)
     }

@@ -1,39 +1,53 @@
-//! One profile with its nodes, made once for any wavelength and direction.
+//! A profile with nodes on it, for any wavelength and direction; and the number of nodes that a problem needs.
 
 use crate::error::{finite, positive};
 use crate::interpolation::Interpolation;
 use crate::linear::{Matrix, from_fn};
-use crate::nodes::{Nodes, share};
+use crate::nodes::{Nodes, distribute_nodes};
 use crate::profile::Shape;
 use crate::{Air, Error, Medium, Profile};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// Fewest nodes on one period: the interpolation reaches over 17.
+/// Fewest accepted nodes on one period: the interpolation to finer nodes uses 17 of them.
 const NODES_MIN: usize = 24;
-/// Fewest nodes that are taken without being asked for.
-const NODES_LEAST: usize = 64;
-/// Most nodes on one period: a system of 2 × 2048 unknowns takes half a minute.
+/// Fewest nodes that [`Resolution::new`] returns. Chosen by the checks of power.
+const NODES_DEFAULT: usize = 64;
+/// Most nodes on one period. Chosen: a system of 2 × 2048 unknowns takes half a minute on one core.
 pub(crate) const NODES_MAX: usize = 2048;
 
-/// How finely the curve is resolved.
+/// Number of nodes on one period of the curve, for the air and for the lower medium.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Resolution {
-    /// Nodes on one period, at least 24; a few more where edges ask for it.
+    /// Nodes on one period, at least 24. A profile with many edges gets a few more.
     pub nodes: usize,
-    /// The metal's integrals are taken on so many times as many nodes (odd), since its fields fall off within the skin depth.
+    /// Ratio of the lower medium's nodes to `nodes`, odd: its fields vary within the skin depth.
     pub oversampling: usize,
 }
 
-/// Finest steps along the curve, in skin depths: twice as many leave a hundred times the error.
+/// Largest step along the curve in skin depths. Twice the step leaves a hundred times the error.
 const SKIN_DEPTHS: f64 = 0.9;
+/// Largest oversampling. Chosen: beyond it more nodes are cheaper than finer integrals.
 const OVERSAMPLING_MAX: usize = 15;
+/// Nodes for each wavelength along a smooth curve, in air or in the medium, whichever is shorter. Chosen by the checks
+/// of power.
+const NODES_PER_WAVE_SMOOTH: f64 = 9.0;
+/// Nodes for each wavelength along a curve with corners, towards which nodes are graded.
+const NODES_PER_WAVE_EDGES: f64 = 13.0;
 
 impl Resolution {
-    /// What a medium asks for at a wavelength (nm): 64 nodes, more for many edges and where the curve is many waves
-    /// long; and finer ones as the skin depth asks for.
+    /// The resolution that a medium needs at a wavelength (nm).
     ///
-    /// For several media or wavelengths take the largest of each number.
+    /// At least 64 nodes; more for many edges or harmonics, and for a curve of many wavelengths. The oversampling
+    /// follows from the skin depth. For several media or wavelengths take the largest of each number.
+    ///
+    /// ```
+    /// use sunbeam_rigorous::{Medium, Profile, Resolution};
+    ///
+    /// let perfect = Resolution::new(&Profile::sinusoid(1.1, 0.1)?, &Medium::Perfect, 550.0)?;
+    /// assert_eq!(perfect, Resolution { nodes: 64, oversampling: 1 });
+    /// # Ok::<(), sunbeam_rigorous::Error>(())
+    /// ```
     ///
     /// # Errors
     /// A wavelength that is not finite and positive.
@@ -45,23 +59,23 @@ impl Resolution {
         };
         let waves = profile.arc_um() * k / TAU * index.re.max(1.0);
         let (least, per_wave) = match &profile.shape {
-            Shape::Smooth(harmonics) => (NODES_LEAST.max(8 * harmonics.len()), 9.0),
-            Shape::Edges(edges) => (NODES_LEAST.max(16 * edges.len()), 13.0),
+            Shape::Smooth(harmonics) => (NODES_DEFAULT.max(8 * harmonics.len()), NODES_PER_WAVE_SMOOTH),
+            Shape::Edges(edges) => (NODES_DEFAULT.max(16 * edges.len()), NODES_PER_WAVE_EDGES),
         };
         let nodes = least.max((per_wave * waves).min(1e9) as usize).next_multiple_of(4);
         if nodes > NODES_MAX || *medium == Medium::Perfect {
             return Ok(Self { nodes, oversampling: 1 });
         }
-        let steps = widest_step(profile, &share(profile, nodes)) * k * index.im / SKIN_DEPTHS;
+        let steps = widest_step(profile, &distribute_nodes(profile, nodes)) * k * index.im / SKIN_DEPTHS;
         let oversampling = if index.im > 0.0 || profile.has_corners() { 3.max(steps.ceil() as usize) } else { 1 };
-        // Beyond that, nodes themselves have to be closer.
+        // Beyond the largest oversampling the nodes themselves are multiplied.
         let excess = (oversampling as f64 / OVERSAMPLING_MAX as f64).max(1.0);
         let oversampling = oversampling.min(OVERSAMPLING_MAX) / 2 * 2 + 1;
         Ok(Self { nodes: ((nodes as f64 * excess).ceil() as usize).next_multiple_of(4), oversampling })
     }
 }
 
-/// The longest step between nodes, in µm: grading doubles those in the middle of an edge.
+/// Longest step between nodes, in µm. Grading towards corners doubles the step in the middle of an edge.
 fn widest_step(profile: &Profile, counts: &[usize]) -> f64 {
     match &profile.shape {
         Shape::Smooth(_) => profile.arc_um() / counts[0] as f64,
@@ -71,11 +85,25 @@ fn widest_step(profile: &Profile, counts: &[usize]) -> f64 {
     }
 }
 
-/// Nodes and weights of a profile.
+/// Nodes on one period of a profile, and the interpolation from them to the finer nodes of the lower medium.
+///
+/// ```
+/// use sunbeam_rigorous::{Discretisation, Medium, Profile, Resolution};
+///
+/// let profile = Profile::blazed(1.2, 0.1)?;
+/// let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 1 })?;
+/// // Orders −1, 0 and 1 propagate: |b + m| < t.
+/// let amplitudes = mesh.air(1.5, 0.2)?.solve(&Medium::Perfect, 550.0)?;
+/// assert_eq!(amplitudes.orders(), [-1, 0, 1]);
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
 pub struct Discretisation {
     profile: Profile,
     resolution: Resolution,
+    /// Nodes of the unknowns.
     pub(crate) coarse: Nodes,
+    /// Nodes of the lower medium's integrals: `oversampling` for each coarse one, of which the middle one coincides
+    /// with it.
     pub(crate) fine: Nodes,
     pub(crate) interpolation: Interpolation,
 }
@@ -94,7 +122,7 @@ impl Discretisation {
             let found = oversampling as f64;
             return Err(Error::OutOfRange { quantity: "oversampling", found, accepted: "odd, 1 to 15" });
         }
-        let counts = share(profile, nodes);
+        let counts = distribute_nodes(profile, nodes);
         let finer: Vec<usize> = counts.iter().map(|n| n * oversampling).collect();
         let (coarse, fine) = (Nodes::new(profile, &counts), Nodes::new(profile, &finer));
         let interpolation = Interpolation::new(coarse.len(), oversampling);
@@ -106,7 +134,7 @@ impl Discretisation {
         &self.profile
     }
 
-    /// The resolution asked for.
+    /// The resolution passed to [`Discretisation::new`].
     pub fn resolution(&self) -> Resolution {
         self.resolution
     }
@@ -116,32 +144,32 @@ impl Discretisation {
         self.coarse.len()
     }
 
-    /// All that depends on `t = d·κ/2π` and the phase `b` in turns a period alone, with κ² = k² − ky²: order m has
-    /// α = 2π(b + m)/d and propagates while |b + m| < t.
+    /// The air above the relief at `t = κd/2π` and Bloch phase `b` in turns (symbols: [crate]).
     ///
     /// # Errors
-    /// t not above 0 or above a third of the nodes, b not finite, or sums that are not finite.
+    /// t not above 0 or above a third of the nodes, b not finite, or special functions that overflow.
     pub fn air(&self, t: f64, b: f64) -> Result<Air<'_>, Error> {
         positive("t", t)?;
-        // Fewer than three nodes a wave.
+        // Three nodes for each wavelength.
         if t > self.nodes() as f64 / 3.0 {
             return Err(Error::OutOfRange { quantity: "t", found: t, accepted: "up to a third of the nodes" });
         }
         Air::new(self, t, finite("b", b)?)
     }
 
-    /// Derivative over the parameter for quasi-periodic functions at the nodes.
+    /// Matrix of the derivative with respect to the nodes' parameter, for functions with Bloch phase `bloch` (turns):
+    /// the trigonometric differentiation matrix applied to `u·e^{−iαx}`, α = 2π·bloch/d.
     pub(crate) fn derivative(&self, bloch: f64) -> Matrix {
         let (nodes, n) = (&self.coarse, self.coarse.len());
         let alpha = TAU * bloch / nodes.period;
-        let turn: Vec<Complex64> = nodes.x.iter().map(|x| Complex64::cis(alpha * x)).collect();
+        let phase: Vec<Complex64> = nodes.x.iter().map(|x| Complex64::cis(alpha * x)).collect();
         from_fn(n, n, |i, j| {
             if i == j {
                 Complex64::new(0.0, alpha * nodes.normal[i][1] * nodes.speed[i])
             } else {
                 let k = (i + n - j) % n;
                 let sign = if k % 2 == 0 { 0.5 } else { -0.5 };
-                turn[i] * turn[j].conj() * (sign / (PI * k as f64 / n as f64).tan())
+                phase[i] * phase[j].conj() * (sign / (PI * k as f64 / n as f64).tan())
             }
         })
     }
@@ -151,11 +179,11 @@ impl Discretisation {
 mod tests {
     use super::*;
 
-    /// Of trigonometric polynomials that the nodes resolve.
+    /// Rounding: the derivative of a resolved trigonometric polynomial is exact.
     const ROUNDING: f64 = 1e-12;
 
     #[test]
-    fn waves_are_differentiated_exactly() {
+    fn derivative_of_a_wave_is_exact() {
         let profile = Profile::flat(TAU).unwrap();
         let mesh = Discretisation::new(&profile, Resolution { nodes: 24, oversampling: 3 }).unwrap();
         let bloch = 0.3;
@@ -168,7 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn resolutions_that_do_not_serve_are_named() {
+    fn errors_name_the_refused_number() {
         let profile = Profile::flat(1.0).unwrap();
         for (nodes, oversampling, named) in [(8, 3, "nodes"), (4096, 3, "nodes"), (64, 4, "oversampling")] {
             let message = Discretisation::new(&profile, Resolution { nodes, oversampling }).err().unwrap().to_string();

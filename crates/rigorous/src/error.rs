@@ -1,66 +1,67 @@
-//! What is refused, and why.
+//! The error of every function of this crate.
 
-/// Why a grating was not solved.
+/// Reason why a grating was not solved. Every message names the quantity and the accepted values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
     /// A number outside its range.
     #[error("{quantity} is {found}; accepted: {accepted}")]
     OutOfRange {
-        /// What the number is, with its unit.
+        /// Name of the quantity, with its unit.
         quantity: &'static str,
         /// The number given.
         found: f64,
-        /// The numbers that are accepted.
+        /// Accepted range, in words.
         accepted: &'static str,
     },
     /// A list of heights or corners that does not describe one period of a relief.
     #[error("the profile has {found}; accepted: {accepted}")]
     Profile {
-        /// What is wrong with it.
+        /// Description of the defect.
         found: String,
-        /// What is accepted.
+        /// Accepted profiles, in words.
         accepted: &'static str,
     },
-    /// A length of the relief that is too many wavelengths for the sum over the periods.
+    /// A period or height of too many wavelengths for the sum over periods.
     #[error(
         "the {length} of {found_um} µm is {waves:.1} wavelengths of {wavelength_nm} nm in {medium}; accepted: at most \
          {waves_max} wavelengths, here {most_um:.3} µm"
     )]
     TooManyWaves {
-        /// Name of the length: the period, or the relief's height.
+        /// Name of the length: "period" or "height".
         length: &'static str,
         /// The length in µm.
         found_um: f64,
         /// The length in wavelengths of the medium.
         waves: f64,
-        /// Air, or the medium below.
+        /// Name of the medium: "air" or "the medium below".
         medium: &'static str,
         /// Wavelength in vacuum, in nm.
         wavelength_nm: f64,
-        /// Most wavelengths that are served.
+        /// Limit in wavelengths.
         waves_max: f64,
-        /// Largest length at this wavelength, in µm.
+        /// Largest accepted length at this wavelength, in µm.
         most_um: f64,
     },
-    /// A problem larger than what is served.
+    /// A curve that needs too many nodes.
     #[error(
-        "{nodes} nodes are needed at {wavelength_nm} nm, about {seconds:.0} s a solution; accepted: at most {nodes_max} nodes, \
-         here a relief {:.3} times as large or a longer wavelength",
+        "{nodes} nodes are needed at {wavelength_nm} nm, about {seconds:.0} s a solution; accepted: at most \
+         {nodes_max} nodes, here a relief {:.3} times as large or a longer wavelength",
         *nodes_max as f64 / *nodes as f64
     )]
     TooLarge {
         /// Wavelength in vacuum, in nm.
         wavelength_nm: f64,
-        /// Nodes on one period of the curve.
+        /// Nodes needed on one period of the curve.
         nodes: usize,
-        /// The most that are served.
+        /// Limit on the nodes.
         nodes_max: usize,
-        /// Estimated time of one solution on one core.
+        /// Estimated time of one solution on one core, in seconds.
         seconds: f64,
     },
-    /// The checks still failed with the most nodes that were tried.
+    /// A solution whose power or reciprocity is still off with the largest number of nodes tried.
     #[error(
-        "with {nodes} nodes the power is off by {balance:.1e} and reciprocity by {reciprocity:.1e}; accepted: {tolerance:.1e}"
+        "with {nodes} nodes the power is off by {balance:.1e} and reciprocity by {reciprocity:.1e}; accepted: \
+         {tolerance:.1e}"
     )]
     Unresolved {
         /// Nodes of the last try.
@@ -69,18 +70,18 @@ pub enum Error {
         balance: f64,
         /// [`Amplitudes::reciprocity_error`](crate::Amplitudes::reciprocity_error) of the last try.
         reciprocity: f64,
-        /// What both must be below.
+        /// Limit on both errors.
         tolerance: f64,
     },
-    /// A function or a linear system that came out infinite or as no number.
+    /// A special function or a linear system whose result is infinite or NaN.
     #[error("{what} is not finite; accepted: a period, wavelength, index and direction for which it is")]
     NotFinite {
-        /// What was being computed.
+        /// Name of the computation.
         what: &'static str,
     },
 }
 
-/// Refuses what is not finite and positive.
+/// Passes on a finite, positive number; refuses others.
 pub(crate) fn positive(quantity: &'static str, found: f64) -> Result<f64, Error> {
     if found.is_finite() && found > 0.0 {
         Ok(found)
@@ -89,7 +90,7 @@ pub(crate) fn positive(quantity: &'static str, found: f64) -> Result<f64, Error>
     }
 }
 
-/// Refuses what is not finite.
+/// Passes on a finite number; refuses others.
 pub(crate) fn finite(quantity: &'static str, found: f64) -> Result<f64, Error> {
     if found.is_finite() { Ok(found) } else { Err(Error::OutOfRange { quantity, found, accepted: "finite" }) }
 }

@@ -1,18 +1,22 @@
-//! From the nodes to finer ones.
+//! Lagrange interpolation from nodes to finer nodes, for functions with a Bloch phase.
 
 use crate::linear::{Matrix, zeros};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Nodes to either side that a value is interpolated from. Polynomials rather than waves of the whole period, so that what a
-/// metal does at one place depends on what is near alone, and its response follows from the phase between periods.
+/// Nodes on either side that a value is interpolated from. Chosen: its error is far below that of the quadrature.
+///
+/// Interpolation is local, by polynomials rather than by trigonometric functions of the whole period. The response of a
+/// metal then couples near nodes only, as [`MetalTable`](crate::MetalTable) needs.
 const REACH: usize = 8;
+/// Nodes that a value is interpolated from.
 const WIDTH: usize = 2 * REACH + 1;
 
-/// Lagrange's interpolation from n nodes to `factor` times as many (odd), of which the middle ones coincide with the n.
+/// Lagrange interpolation from n nodes to `factor` finer ones each (odd), of which the middle one coincides with the
+/// node.
 pub(crate) struct Interpolation {
     nodes: usize,
-    /// For each of the finer nodes around a node: the weights of the nodes from `REACH` before it on.
+    /// For each finer node around a node: weights of the nodes from `REACH` before it to `REACH` after it.
     weights: Vec<[f64; WIDTH]>,
 }
 
@@ -33,21 +37,21 @@ impl Interpolation {
         Self { nodes, weights }
     }
 
-    /// `layer·B`, with B from values at the nodes, quasi-periodic by `bloch` turns, to values at the finer ones.
+    /// The product `layer·B`, with B the matrix of the interpolation at a Bloch phase in turns.
     pub(crate) fn apply(&self, layer: &Matrix, bloch: f64) -> Matrix {
         let (factor, n) = (self.weights.len(), self.nodes);
         let mut result = zeros(layer.nrows(), n);
         for fine in 0..layer.ncols() {
             let from = layer.column(fine);
             for (j, &weight) in self.weights[fine % factor].iter().enumerate().filter(|(_, weight)| **weight != 0.0) {
-                // Counted from REACH nodes before the first, to stay above zero.
+                // Index moved by one period of n nodes, so that it is never negative.
                 let node = fine / factor + j + n - REACH;
-                let (turn, node) = ((node / n) as f64 - 1.0, node % n);
+                let (periods, node) = ((node / n) as f64 - 1.0, node % n);
                 let mut into = result.column_mut(node);
-                if turn == 0.0 {
+                if periods == 0.0 {
                     into.zip_mut_with(&from, |into, from| *into += from * weight);
                 } else {
-                    let weight = weight * Complex64::cis(TAU * bloch * turn);
+                    let weight = weight * Complex64::cis(TAU * bloch * periods);
                     into.zip_mut_with(&from, |into, from| *into += from * weight);
                 }
             }
@@ -62,7 +66,7 @@ mod tests {
     use crate::linear::from_fn;
 
     #[test]
-    fn a_wave_is_interpolated_across_the_period() {
+    fn interpolation_of_a_wave_crosses_the_period() {
         let (n, factor, bloch) = (32, 5, 0.3);
         let wave = |t: f64| Complex64::cis((2.0 + bloch) * TAU * t);
         let identity = from_fn(n * factor, n * factor, |i, j| Complex64::from(f64::from(i == j)));

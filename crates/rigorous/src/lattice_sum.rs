@@ -1,7 +1,12 @@
-//! The field of a row of line sources, quasi-periodic along x, less that of the one in the middle.
+//! Quasi-periodic Green's function without its nearest source: the lattice sum.
 //!
-//! `F(x, z) = Σ_{m≠0} e^{iα₀md} (i/4) H₀⁽¹⁾(k·|(x − md, z)|)` is smooth for |x| ≤ d/2. Ewald's method gives it on a grid, and a
-//! polynomial in between: Capolino, Wilton & Johnson, IEEE Trans. Antennas Propag. 53 (2005).
+//! `F(x, z) = Σ_{p≠0} e^{2πibp} (i/4) H₀⁽¹⁾(k·|(x − pd, z)|)`, for period d, Bloch phase b (turns) and wave number k of
+//! the medium. Without the source p = 0, F is smooth in the box |x| ≤ d/2, |z| ≤ height.
+//!
+//! The sum converges too slowly to be added directly. Ewald's method splits it at a wave number E (`split`) into two
+//! sums that converge as Gaussians: one over the diffraction orders, one over the periods (Capolino, Wilton & Johnson,
+//! IEEE Trans. Antennas Propag. 53, 2005). It is evaluated on a grid of Chebyshev nodes; [`LatticeSum`] interpolates by
+//! polynomials.
 
 use crate::Error;
 use crate::special::{Radial, chebyshev_coefficients, chebyshev_nodes, expint_1, faddeeva};
@@ -10,15 +15,15 @@ use ndarray::{Array1, Array2, ArrayView2, Axis, ShapeBuilder, Zip, s};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// Ewald's sums leave out what is below e^−38.
+/// Exponent beyond which terms of Ewald's sums are neglected: e^−38 = 3e-17.
 const EXPONENT_MAX: f64 = 38.0;
-/// Largest |k|/2E: the sums cancel by the exponential of its square.
+/// Largest |k|/2E. Both sums grow as e^{(|k|/2E)²} before they cancel: here by 21.
 const SPLIT_MAX: f64 = 1.75;
-/// The last Chebyshev coefficients against the largest.
+/// Largest accepted ratio of the last Chebyshev coefficients to the largest one.
 const TAIL_MAX: f64 = 1e-9;
-/// Chebyshev terms in each direction at most.
+/// Most Chebyshev terms along each axis; `limits.rs` derives the largest period and height from it.
 const TERMS_MAX: usize = 400;
-/// The box is a little larger than what is asked of it.
+/// Enlargement of the box, so that points on its border lie inside despite rounding.
 const MARGIN: f64 = 1.0001;
 
 /// F and its gradient as polynomials over the box |x| ≤ d/2, |z| ≤ height.
@@ -26,9 +31,9 @@ pub(crate) struct LatticeSum {
     half_x: f64,
     half_z: f64,
     terms_x: usize,
-    /// Of F, even in z, so that only even polynomials in z occur.
+    /// Number of even polynomials in z; F is even in z.
     terms_z: usize,
-    /// Rows: polynomials in x. Columns: even polynomials in z, for each of the real and imaginary parts of F and ∂F/∂x.
+    /// Rows: polynomials in x. Columns: even polynomials in z, four times: for Re F, Im F, Re ∂F/∂x and Im ∂F/∂x.
     coefficients: Array2<f64>,
 }
 
@@ -36,10 +41,12 @@ pub(crate) struct LatticeSum {
 pub(crate) type FieldAndGradient = [Complex64; 3];
 
 impl LatticeSum {
+    /// Interpolates F for a period (µm), wave number (1/µm), Bloch phase (turns) and height of the box (µm).
+    ///
     /// `near` tabulates the Hankel functions of the wave number up to the corners of the box.
     ///
     /// # Errors
-    /// Sums that are not finite, or that no polynomial of at most 400 terms keeps.
+    /// Sums that are not finite, or that polynomials of 400 terms do not resolve.
     pub(crate) fn new(
         period: f64,
         wave_number: Complex64,
@@ -50,6 +57,7 @@ impl LatticeSum {
         let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(1e-3 * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         let size = wave_number.norm();
+        // First guess of the terms, measured to suffice in most cases; both grow until the last coefficients are small.
         let mut terms_x = (26 + (0.65 * size * half_x) as usize).min(TERMS_MAX);
         let mut terms_z = (2 * (5 + (0.5 * size * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
         loop {
@@ -72,10 +80,10 @@ impl LatticeSum {
         }
     }
 
-    /// `series[n][m]` multiplies T_n(x/half_x)·T_2m(z/half_z).
+    /// From coefficients `series[n][m]` of T_n(x/half_x)·T_2m(z/half_z).
     fn from_series(half_x: f64, half_z: f64, series: &[Vec<Complex64>]) -> Self {
         let (terms_x, terms_z) = (series.len(), series[0].len());
-        // T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀.
+        // Derivative of a Chebyshev series: T_n' = 2n(T_{n−1} + T_{n−3} + …), with half of T₀.
         let mut along_x = vec![vec![Complex64::ZERO; terms_z]; terms_x];
         for n in (0..terms_x - 1).rev() {
             for m in 0..terms_z {
@@ -94,7 +102,7 @@ impl LatticeSum {
         Self { half_x, half_z, terms_x, terms_z, coefficients }
     }
 
-    /// F and its gradient at many points of the box.
+    /// F and its gradient at points (x[i], z[i]) of the box.
     pub(crate) fn at(&self, x: &[f64], z: &[f64]) -> Vec<FieldAndGradient> {
         let (count, terms_z) = (x.len(), self.terms_z);
         let in_x = polynomials(x, self.half_x, self.terms_x);
@@ -117,7 +125,8 @@ impl LatticeSum {
     }
 }
 
-/// The derivatives over z of the even ones among polynomials in z over `half`.
+/// Derivatives with respect to z of the even polynomials; `in_z` holds all polynomials at the points (columns), scaled
+/// by `half`.
 fn slopes_of_even(in_z: &Array2<f64>, half: f64) -> Array2<f64> {
     let mut slopes = Array2::zeros((in_z.nrows(), in_z.ncols() / 2).f());
     let mut odd = Array1::<f64>::zeros(in_z.nrows());
@@ -130,7 +139,7 @@ fn slopes_of_even(in_z: &Array2<f64>, half: f64) -> Array2<f64> {
     slopes
 }
 
-/// T_0 to T_{count−1} at points over `half`: one column a polynomial.
+/// T_0 to T_{count−1} (columns) at `points/half` (rows).
 fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
     let mut columns = Array2::zeros((points.len(), count).f());
     columns.column_mut(0).fill(1.0);
@@ -149,9 +158,9 @@ fn polynomials(points: &[f64], half: f64, count: usize) -> Array2<f64> {
     columns
 }
 
-/// Chebyshev series from `values[ix][iz]`, z at the positive nodes alone.
+/// Chebyshev coefficients `[n][m]` from `values[ix][iz]`, with z at the positive nodes only.
 fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
-    // Along z: the other half of the nodes has the same values, and odd coefficients vanish.
+    // F is even in z: values at the negative nodes equal those at the positive ones, and odd coefficients vanish.
     let in_z: Vec<Vec<Complex64>> = values
         .iter()
         .map(|row| {
@@ -169,7 +178,7 @@ fn transform(values: &[Vec<Complex64>]) -> Vec<Vec<Complex64>> {
     series
 }
 
-/// The last two coefficients in x, and the last in z, against the largest.
+/// Size of the last two coefficients in x, and of the last in z, relative to the largest coefficient.
 fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
     let largest = |values: &mut dyn Iterator<Item = &Complex64>| values.map(|c| c.norm()).fold(0.0, f64::max);
     let all = largest(&mut series.iter().flatten()).max(f64::MIN_POSITIVE);
@@ -182,11 +191,11 @@ fn tails(series: &[Vec<Complex64>]) -> (f64, f64) {
 struct Ewald {
     period: f64,
     bloch: f64,
-    /// Where one sum gives way to the other, in 1/µm.
+    /// E: wave number that splits the sums, in 1/µm.
     split: f64,
-    /// α of each order, and γ = √(α² − k²): e^{−γ|z|} decays or leaves.
+    /// α of each order, and γ = √(α² − k²), with fields that go as e^{iαx − γ|z|}.
     orders: Vec<(f64, Complex64)>,
-    /// (k/2E)^{2q}/q!
+    /// `(k/2E)^{2q}/q!`, q from 0 on.
     weights: Vec<Complex64>,
 }
 
@@ -208,7 +217,7 @@ impl Ewald {
         Self { period, bloch, split, orders, weights }
     }
 
-    /// F at the Chebyshev nodes of the box; `terms_z` counts those of both signs of z, of which the positive are returned.
+    /// F at the Chebyshev nodes of the box, `[ix][iz]`; of `terms_z` nodes along z the positive half is returned.
     fn on_grid(&self, half_x: f64, half_z: f64, terms_x: usize, terms_z: usize, near: &Radial) -> Vec<Vec<Complex64>> {
         let xs: Vec<f64> = chebyshev_nodes(terms_x).iter().map(|x| x * half_x).collect();
         let zs: Vec<f64> = chebyshev_nodes(terms_z)[..terms_z / 2].iter().map(|z| z * half_z).collect();
@@ -216,11 +225,12 @@ impl Ewald {
             self.orders.iter().map(|&(_, gamma)| zs.iter().map(|&z| self.order(gamma, z)).collect()).collect();
         xs.iter()
             .map(|&x| {
-                let turns: Vec<Complex64> = self.orders.iter().map(|&(alpha, _)| Complex64::cis(alpha * x)).collect();
+                let phases: Vec<Complex64> = self.orders.iter().map(|&(alpha, _)| Complex64::cis(alpha * x)).collect();
                 zs.iter()
                     .enumerate()
                     .map(|(iz, &z)| {
-                        let orders: Complex64 = turns.iter().zip(&spectral).map(|(turn, of_z)| turn * of_z[iz]).sum();
+                        let orders: Complex64 =
+                            phases.iter().zip(&spectral).map(|(phase, of_z)| phase * of_z[iz]).sum();
                         let [h0, _] = near.hankel(x.hypot(z));
                         orders + self.periods(x, z) - Complex64::new(0.0, 0.25) * h0
                     })
@@ -229,13 +239,13 @@ impl Ewald {
             .collect()
     }
 
-    /// The share of one order in the sum over orders, without its phase along x:
+    /// Term of one order in the sum over orders, without its phase along x:
     /// `[e^{γz} erfc(γ/2E + zE) + e^{−γz} erfc(γ/2E − zE)]/(4dγ)`.
     fn order(&self, gamma: Complex64, z: f64) -> Complex64 {
         let (u, s) = (gamma / (2.0 * self.split), z * self.split);
         let scale = (-u * u - s * s).exp();
         let above = scale * faddeeva(Complex64::I * (u + s));
-        // Where erfc's argument is negative, w would overflow before the scale brings it back.
+        // For a negative argument of erfc, w would overflow before it is scaled: erfc(−a) = 2 − erfc(a).
         let below = if u.re >= s {
             scale * faddeeva(Complex64::I * (u - s))
         } else {
@@ -244,7 +254,8 @@ impl Ewald {
         (above + below) / (4.0 * self.period * gamma)
     }
 
-    /// The sum over periods: `Σ_m e^{iα₀md}/4π · Σ_q (k/2E)^{2q}/q! · E_{q+1}(R_m²E²)`.
+    /// Sum over periods, including p = 0: `Σ_p e^{2πibp}/4π · Σ_q (k/2E)^{2q}/q! · E_{q+1}(R_p²E²)`, with R_p the
+    /// distance from source p.
     fn periods(&self, x: f64, z: f64) -> Complex64 {
         let reach = EXPONENT_MAX.sqrt() / self.split;
         let (first, last) = (((x - reach) / self.period).ceil() as i64, ((x + reach) / self.period).floor() as i64);
@@ -264,13 +275,14 @@ impl Ewald {
     }
 }
 
-/// √(α² − k²) with a positive real part, or for an order that leaves undamped −i times its wave number along z.
+/// γ = √(α² − k²) of an order: with a positive real part, or −iβ for an order that propagates undamped.
 ///
-/// It is kept off zero, where an order passes off and the sum has a pole.
+/// It is kept away from zero, the cut-off of the order, where the sum has a pole.
 pub(crate) fn decay(alpha: f64, wave_number: Complex64) -> Complex64 {
     let square = alpha * alpha - wave_number * wave_number;
     let root = square.sqrt();
-    // A medium with loss has Im k² > 0, below the cut, where the principal root leaves; without loss the cut is met from above.
+    // With loss, Im γ² < 0 and the principal root is the outgoing one. Without loss γ² lies on the branch cut, from
+    // whose other side the root must be taken.
     let gamma = if square.im == 0.0 && square.re < 0.0 { Complex64::new(0.0, -(-square.re).sqrt()) } else { root };
     let least = 1e-8 * wave_number.norm();
     if gamma.norm() < least { Complex64::new(0.0, -least) } else { gamma }
@@ -286,9 +298,9 @@ mod tests {
         LatticeSum::new(period, k, bloch, height, &near).unwrap()
     }
 
-    /// With loss the sum over periods converges by itself.
+    /// In a medium with loss the sum over periods converges directly.
     #[test]
-    fn agrees_with_the_sum_over_periods() {
+    fn matches_the_direct_sum_over_periods() {
         let (period, k, bloch) = (1.3, Complex64::new(9.0, 0.8), 0.37);
         let sum = sum_of(period, k, bloch, 0.5);
         let (xs, zs) = ([0.0, 0.3, -0.64, 0.11], [0.0, -0.5, 0.21, 0.4]);
@@ -303,7 +315,7 @@ mod tests {
                 direct[1] -= quarter * k * h[1] * dx / r;
                 direct[2] -= quarter * k * h[1] * z / r;
             }
-            // The tail of the polynomials, and its derivative.
+            // Truncation of the polynomials, and of their derivatives.
             assert!((field - direct[0]).norm() < 1e-8, "{field} {}", direct[0]);
             assert!((along_x - direct[1]).norm() < 1e-6 && (along_z - direct[2]).norm() < 1e-6);
         }
@@ -311,7 +323,7 @@ mod tests {
 
     /// Above all sources the field is the sum of the orders alone.
     #[test]
-    fn agrees_with_the_sum_over_orders() {
+    fn matches_the_sum_over_orders() {
         let (period, k, bloch) = (1.0, Complex64::new(TAU * 2.3, 0.0), -0.2);
         let sum = sum_of(period, k, bloch, 1.0);
         let (x, z) = (0.23, 0.9);
@@ -328,9 +340,9 @@ mod tests {
         assert!((field + near - orders).norm() < 1e-8, "{} {orders}", field + near);
     }
 
-    /// 400 terms are enough up to the limits that [`limits`](crate::limits) names, and not for a fifth more.
+    /// 400 terms suffice at the limits of [`limits`](crate::limits), and do not at 1.2 times the limits.
     #[test]
-    fn the_limits_are_those_of_the_polynomials() {
+    fn polynomials_serve_the_documented_limits() {
         let sum = |waves: f64, bloch: f64, height_waves: f64| {
             let k = Complex64::new(TAU * waves, 0.0);
             let height = height_waves / waves;
@@ -338,7 +350,7 @@ mod tests {
             LatticeSum::new(1.0, k, bloch, height, &near).map(|_| ())
         };
         for bloch in [0.0, 0.13, 0.5] {
-            // A table goes one wavelength beyond what is asked of it.
+            // A table over directions extends one wavelength further.
             assert_eq!(sum(PERIOD_WAVES_MAX + 1.0, bloch, 0.1), Ok(()), "{bloch}");
             // No relief is higher than twice its period.
             assert_eq!(sum(0.5 * HEIGHT_WAVES_MAX, bloch, HEIGHT_WAVES_MAX), Ok(()), "{bloch}");

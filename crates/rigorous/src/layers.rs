@@ -1,4 +1,13 @@
-//! Single and double layer of one medium on the curve, by Nyström's method with Kress' weights for the logarithm.
+//! Single layer S and double layer K of one medium on the curve, as matrices (Nyström's method).
+//!
+//! For nodes r, r' on one period of the curve, with G = (i/4)H₀⁽¹⁾(k|r − r'|) and ν' the normal at r':
+//!
+//! - `(S q)(r) = Σ_p e^{2πibp} ∫ G q ds'`,
+//! - `(K u)(r) = Σ_p e^{2πibp} ∫ ∂ν'G u ds'` (principal value), summed over the images of r' moved by p periods.
+//!
+//! The kernels have a logarithmic singularity at r = r'. The nearest image is integrated with Kress' weights for
+//! `ln(4 sin²((t − τ)/2))` (`nodes.rs`); a smooth window ends these weights before the next image is near. Other images
+//! are smooth: either they decay within a few periods and are summed one by one, or all are summed by `lattice_sum.rs`.
 
 use crate::Error;
 use crate::lattice_sum::LatticeSum;
@@ -8,44 +17,47 @@ use crate::special::{EULER_GAMMA, Radial};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// A field that has decayed by this exponent is left out.
+/// Exponent of decay beyond which a field is neglected: e^−30 = 1e-13.
 const DECAYED: f64 = 30.0;
-/// More images on either side than this cost more than the sum over all.
+/// Most images on either side that are summed one by one; more of them cost more than the lattice sum.
 const IMAGES_MAX: f64 = 4.0;
-/// Beyond these shares of the period the logarithm is left to the trapezium rule, with a smooth change between.
+/// Distances between which the window of the logarithm's weights falls from 1 to 0, in periods. The second is below ½,
+/// where the next image is equally near.
 const WINDOW: [f64; 2] = [0.3, 0.48];
-/// The same by decay of the field: where it has lost these exponents.
+/// Bounds on both distances in exponents of decay: beyond e^−7 the Bessel functions that the weights multiply grow too
+/// large.
 const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
 
-/// The layers as matrices from the nodes to every `stride`-th of them.
+/// The layers as matrices from all nodes (columns) to every `stride`-th of them (rows).
 pub(crate) struct Layers {
-    /// From the normal derivative times the speed of the nodes, to the field: S.
+    /// S, applied to the normal derivative times the speed of the nodes.
     pub(crate) single: Matrix,
-    /// From the field to the field: K, of the principal value.
+    /// K (principal value), applied to the field.
     pub(crate) double: Matrix,
 }
 
-/// How far the period's images are summed.
+/// Images of a source that are summed one by one.
 pub(crate) enum Images {
-    /// So many on either side: the rest has decayed.
+    /// This number on either side of the nearest; the field of others has decayed.
     Near(i32),
-    /// All.
+    /// None: the lattice sum holds all images.
     All,
 }
 
 impl Images {
-    /// What a wave number with this imaginary part needs.
+    /// The images needed at an imaginary part of the wave number (`decay`, 1/µm) and a period (µm).
     pub(crate) fn needed(decay: f64, period: f64) -> Self {
         let count = (DECAYED / (decay * period) - 0.5).ceil();
         if count <= IMAGES_MAX { Self::Near(count.max(1.0) as i32) } else { Self::All }
     }
 }
 
-/// S and K for a wave number (1/µm; Im ≥ 0) and the phase `bloch` in turns a period. Rows are the nodes in the middle of each
-/// `stride` (odd).
+/// S and K for a wave number (1/µm; Im ≥ 0) and a Bloch phase in turns.
+///
+/// Rows are the middle nodes of each group of `stride` (odd).
 ///
 /// # Errors
-/// Functions that are not finite.
+/// Special functions that overflow.
 pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch: f64) -> Result<Layers, Error> {
     let (n, d) = (nodes.len(), nodes.period);
     let images = Images::needed(wave_number.im, d);
@@ -75,17 +87,18 @@ pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch
     Ok(result)
 }
 
-/// Between these distances the logarithm's weights end.
+/// Distances in µm between which the window falls from 1 to 0.
 fn window_range(decay: f64, period: f64) -> [f64; 2] {
     [0, 1].map(|i| (WINDOW_DECAYED[i] / decay).min([WINDOW[0], WINDOW[1]][i] * period))
 }
 
+/// Everything that the rows of S and K are made of.
 struct Assembly<'a> {
     nodes: &'a Nodes,
     wave_number: Complex64,
-    /// Images summed on either side of the nearest; none where the lattice has them.
+    /// Images summed on either side of the nearest; 0 where the lattice sum holds them.
     images: i32,
-    /// Of a field one more period away each, from −`images` − 1 on.
+    /// Bloch phase factors e^{2πibp}, p from −`images` − 1 on.
     phases: Vec<Complex64>,
     window: [f64; 2],
     radial: Radial,
@@ -93,7 +106,7 @@ struct Assembly<'a> {
 }
 
 impl Assembly<'_> {
-    /// The row of node `target`.
+    /// Fills `row` of both matrices, that of node `target`.
     fn fill_row(&self, row: usize, target: usize, into: &mut Layers) {
         let n = self.nodes.len();
         let apart: Vec<Separation> = (0..n).map(|source| self.nodes.separation(target, source)).collect();
@@ -104,7 +117,7 @@ impl Assembly<'_> {
         });
         for (source, separation) in apart.iter().enumerate() {
             let [mut single, mut double] =
-                if source == target { self.itself(source) } else { self.nearest(target, source, separation) };
+                if source == target { self.self_term(source) } else { self.nearest_image(target, source, separation) };
             let step = self.nodes.step();
             match &smooth {
                 Some(fields) => {
@@ -114,24 +127,28 @@ impl Assembly<'_> {
                     double -= (along_x * normal[0] + along_z * normal[1]) * (step * self.nodes.speed[source]);
                 }
                 None => {
-                    let [s, k] = self.images_beyond(source, separation);
+                    let [s, k] = self.other_images(source, separation);
                     single += s;
                     double += k;
                 }
             }
-            let phase = self.phase(separation.turn);
+            let phase = self.phase(separation.periods);
             into.single[(row, source)] = single * phase;
             into.double[(row, source)] = double * phase;
         }
         into.double[(row, target)] += self.nodes.corner_defect(target);
     }
 
+    /// Bloch phase factor of a source moved by this number of periods.
     fn phase(&self, periods: i32) -> Complex64 {
         self.phases[(periods + self.images + 1) as usize]
     }
 
-    /// The source's nearest image, weighted; the logarithm has weights of its own.
-    fn nearest(&self, target: usize, source: usize, s: &Separation) -> [Complex64; 2] {
+    /// Elements of S and K from the source's nearest image, without its Bloch phase.
+    ///
+    /// The trapezium rule for the whole kernel, plus (Kress' weights − trapezium rule) for its logarithmic part,
+    /// `−ln(…)/(4π)` times J₀(kr) in S and times k²·J₁(kr)/(kr)·(ν'·r) in K.
+    fn nearest_image(&self, target: usize, source: usize, s: &Separation) -> [Complex64; 2] {
         let r = (s.x * s.x + s.z * s.z).sqrt();
         if r * self.wave_number.im > DECAYED {
             return [Complex64::ZERO; 2];
@@ -152,8 +169,8 @@ impl Assembly<'_> {
         [single, double]
     }
 
-    /// A node on itself: the limits of the kernels, and the logarithm's weight.
-    fn itself(&self, node: usize) -> [Complex64; 2] {
+    /// Diagonal elements of S and K: the limits of the kernels, and the logarithm's weight.
+    fn self_term(&self, node: usize) -> [Complex64; 2] {
         let (speed, step) = (self.nodes.speed[node], self.nodes.step());
         let log = ((0.5 * speed) * self.wave_number).ln() + EULER_GAMMA;
         let single = (Complex64::new(0.0, 0.25) - log / TAU) * step - self.nodes.log_weights[0] / (4.0 * PI);
@@ -161,8 +178,8 @@ impl Assembly<'_> {
         [single, double.into()]
     }
 
-    /// Images other than the nearest, as far as they have not decayed.
-    fn images_beyond(&self, source: usize, s: &Separation) -> [Complex64; 2] {
+    /// Elements of S and K from images other than the nearest, neglecting decayed ones.
+    fn other_images(&self, source: usize, s: &Separation) -> [Complex64; 2] {
         let mut sums = [Complex64::ZERO; 2];
         let (normal, d) = (self.nodes.normal[source], self.nodes.period);
         for image in (-self.images..=self.images).filter(|&image| image != 0) {
@@ -181,10 +198,10 @@ impl Assembly<'_> {
     }
 }
 
-/// One up to the first distance, zero from the second on, smooth between.
+/// Smooth step at distance `r` (µm): 1 up to `from`, 0 beyond `to`.
 fn window(r: f64, [from, to]: [f64; 2]) -> f64 {
     let t = ((r - from) / (to - from)).clamp(0.0, 1.0);
-    // Most places lie on either side.
+    // Most distances lie outside of the step: no sines for them.
     if t == 0.0 || t == 1.0 {
         return 1.0 - t;
     }

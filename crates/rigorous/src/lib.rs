@@ -1,5 +1,6 @@
-//! Maxwell's equations for one grating: a relief that varies along x alone, in air, above a metal, a perfect conductor or a
-//! dielectric.
+//! Rigorous diffraction by one grating: Maxwell's equations for a relief that varies along x alone.
+//!
+//! Above the relief is air; below it a perfect conductor, a metal or a dielectric.
 //!
 //! ```
 //! use sunbeam_rigorous::{Medium, Profile, solve_orders};
@@ -13,31 +14,55 @@
 //! # Ok::<(), sunbeam_rigorous::Error>(())
 //! ```
 //!
-//! # The problem
+//! # Symbols
 //!
-//! Time goes as e^{−iωt}, lengths are in µm, wavelengths in nm, the impedance of vacuum is 1. z is up, the normal ν points into the
-//! air, and the curve runs along +x where it is flat. All fields go as e^{i·ky·y}, and from period to period as a phase. In the air
-//! κ² = k² − ky², below κm² = k²n² − ky². Ey and Hy satisfy (∇² + κ²)u = 0, and with layers S and K of the Green's
-//! function of (∇² + κ²)G = −δ
+//! Time goes as e^{−iωt}; lengths are in µm, wave numbers in rad/µm, wavelengths in nm; the impedance of vacuum is 1.
 //!
-//! - in the air `u/2 − K u + S ∂νu` is the incident wave,
-//! - below, `∂νu = W u` with `W = S⁻¹(½ + K)` of its own layers.
+//! | symbol | meaning |
+//! | --- | --- |
+//! | x, y, z | across the grooves, along the grooves, upwards |
+//! | d | period of the relief |
+//! | k = 2π/λ | wave number in vacuum |
+//! | n | refractive index of the lower medium, eta + ik |
+//! | ky | wave number along y, common to all fields: each goes as e^{i·ky·y} |
+//! | κ² = k² − ky² | squared wave number in the xz plane, in the air |
+//! | κm² = k²n² − ky² | the same in the lower medium |
+//! | t = κd/2π | period in wavelengths of κ |
+//! | b | Bloch phase: a field changes by e^{2πib} from one period to the next; in turns |
+//! | m | index of a diffraction order |
+//! | αm = 2π(b + m)/d | wave number of order m along x |
+//! | βm = √(κ² − αm²) | wave number of order m along z; real where the order propagates, \|b + m\| < t |
+//! | u | a field on the curve: Ey or Hy |
+//! | ∂νu, ∂su | derivative of u along the normal ν, which points into the air, and along the curve |
+//! | S, K | single and double layer of the Green's function of (∇² + κ²)G = −δ |
+//! | W | response of the lower medium: the matrix from u to ∂νu |
 //!
-//! Continuity of the tangential fields couples the two where light does not fall across the grooves, with δ = 1/κ² − 1/κm²:
+//! # Equations
+//!
+//! Ey and Hy satisfy (∇² + κ²)u = 0, and so
+//!
+//! - in the air, `u/2 − K u + S ∂νu` is the incident wave;
+//! - in the lower medium, `∂νu = W u` with `W = S⁻¹(½ + K)`, of the layers for κm.
+//!
+//! Continuity of the tangential fields couples Ey and Hy where ky ≠ 0, with δ = 1/κ² − 1/κm²:
 //!
 //! - `∂νE = κ²[(n²/κm²) W E − (ky/k) δ ∂sH]`,
 //! - `∂νH = κ²[(1/κm²) W H + (ky/k) δ ∂sE]`.
 //!
-//! The boundary integral equations are those of Kress, *Linear Integral Equations*, and Popov (ed.), *Gratings: Theory and
-//! Numeric Applications*, ch. 12; eliminating the lower medium by W and the coupling in these variables is worked out
-//! here. Unknowns are Ey and Hy at the nodes: a system of twice as many, for all incident orders at once.
+//! Unknowns are Ey and Hy at the nodes of one period of the curve. One linear system is solved for all incident orders
+//! at once. The integral equations are those of Kress, *Linear Integral Equations*, and Popov (ed.), *Gratings: Theory
+//! and Numeric Applications*, ch. 12. Eliminating the lower medium by W and the coupling in these variables is derived
+//! here.
 //!
-//! # Where what is
+//! # Types
 //!
-//! A [`Profile`] with its nodes is a [`Discretisation`]. Its [`Air`] at (t, b), t = κd/2π and b the phase in turns, does not
-//! depend on the wavelength; [`Air::solve`] gives the [`Amplitudes`] of all orders for one. A [`MetalTable`] is a metal's W at
-//! one wavelength for all directions. [`solve_orders`] puts these together for one question. Everything runs on the
-//! caller's thread, and gives the same bytes there however many run beside it.
+//! - [`solve_orders`] answers one question: all orders for one direction and wavelength, with its checks.
+//! - [`Discretisation`]: a [`Profile`] with nodes on it, for any wavelength and direction.
+//! - [`Air`]: everything above the relief at one (t, b); it does not depend on the wavelength. [`Air::solve`] gives
+//! - [`Amplitudes`]: the Jones matrices between all orders at one wavelength.
+//! - [`MetalTable`]: W of one metal at one wavelength, for all directions.
+//!
+//! Everything runs on the caller's thread, with results that do not depend on other threads, to the bit.
 
 mod air;
 mod amplitudes;

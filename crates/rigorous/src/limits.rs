@@ -1,8 +1,8 @@
-//! Sizes that are served, checked before anything is solved.
+//! Limits on the size of a problem, checked before anything is solved.
 //!
-//! The sum over the periods is a polynomial of at most 400 terms along x and along z
-//! ([`lattice_sum`](crate::lattice_sum)), and the curve has at most 2048 nodes. Both bound lengths in wavelengths of the medium that
-//! they are summed for: d/λ along x, and the relief's height over λ along z.
+//! The sum over periods is interpolated by polynomials of at most 400 terms along x and along z
+//! ([`lattice_sum`](crate::lattice_sum)), and the curve has at most 2048 nodes. The polynomials bound the period and
+//! the height of the relief in wavelengths of the medium; the nodes bound the length of the curve.
 
 use crate::discretisation::NODES_MAX;
 use crate::error::positive;
@@ -12,16 +12,28 @@ use crate::{Error, Estimate, Medium, Profile};
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Most wavelengths on a period. A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t = 150), of which
-/// 400 serve up to 109.8; a table goes one wavelength beyond what it is asked for.
+/// Largest period in wavelengths. A period of t wavelengths needs `πt + 10 + 6.4·(πt)^⅓` terms (measured up to t =
+/// 150), so 400 terms serve up to t = 109.8. The margin is for tables over directions, which extend one wavelength
+/// further.
 pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
-/// Most wavelengths on the height of a relief. 400 terms serve at least 64, on a period of half as many (measured; more on
-/// longer periods, and shorter ones are refused as too deep).
+/// Largest height of a relief in wavelengths. 400 terms serve at least 64 wavelengths (measured at a period of half the
+/// height, the worst case; deeper reliefs are refused).
 pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 
-/// Refuses a profile above a medium that is too large at a wavelength (nm), for light whose direction has the component
-/// `along` (0 to 1) along the grooves; 0 stands for every direction. Takes no time.
+/// Checks that a profile above a medium can be solved at a wavelength (nm); returns the estimated cost.
+///
+/// `along` (0 to 1) is the component of the light's direction along the grooves. Smaller values are stricter: 0 covers
+/// every direction. Nothing is solved.
+///
+/// ```
+/// use sunbeam_rigorous::{Medium, Profile, check_size};
+///
+/// assert!(check_size(&Profile::blazed(1.2, 0.1)?, &Medium::Perfect, 550.0, 0.0).is_ok());
+/// // A period of 1818 wavelengths.
+/// assert!(check_size(&Profile::blazed(1000.0, 0.1)?, &Medium::Perfect, 550.0, 0.0).is_err());
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
 ///
 /// # Errors
 /// A wavelength that is not finite and positive, [`Error::TooManyWaves`] and [`Error::TooLarge`].
@@ -34,7 +46,7 @@ pub fn check_size(profile: &Profile, medium: &Medium, wavelength_nm: f64, along:
     for (medium, epsilon) in [Some(("air", Complex64::ONE)), below].into_iter().flatten() {
         let wave_number = k * outgoing(epsilon - along * along);
         if matches!(Images::needed(wave_number.im, profile.period_um()), Images::Near(_)) {
-            // A field that decays within a few periods is summed without the polynomial.
+            // A field that decays within a few periods is summed image by image, without polynomials.
             continue;
         }
         let lengths =

@@ -1,4 +1,11 @@
-//! The lower medium's answer to a field on the curve: W, from the field to its normal derivative.
+//! Response of the lower medium: W, the matrix from a field u on the curve to its normal derivative ∂νu.
+//!
+//! W = S⁻¹(½ + K) depends on the squared wave number κm² = k²n² − ky² and on the Bloch phase b (symbols: `lib.rs`). It
+//! is solved on `oversampling` times as many nodes as the air, since fields in a metal vary within the skin depth 1/Im
+//! κm.
+//!
+//! [`MetalTable`] tabulates W of one metal: Chebyshev interpolation over ky², and a Fourier series over b. The Fourier
+//! series is short because a field in the metal reaches few periods: image p of a node is damped by e^{−Im κm·|p|d}.
 
 use crate::discretisation::Discretisation;
 use crate::error::positive;
@@ -9,64 +16,85 @@ use crate::{Error, Medium};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// What W may be off by interpolation, of its size: efficiencies are then off by about a hundredth of it.
+/// Relative error of W by interpolation. Chosen: efficiencies are then off by about a hundredth of it (1e-6).
 const TOLERANCE: f64 = 1e-4;
 
-/// The squared wave number along y that a table covers, over k²: below 0 for cells of directions that reach beyond the
+/// Range of ky²/k² that a table covers. Negative values serve cells of a table over directions that extend beyond the
 /// horizon.
-const KY_SQUARED: [f64; 2] = [-0.35, 1.0];
+const KY_SQUARED_RANGE: [f64; 2] = [-0.35, 1.0];
 
-/// Phases at most; a medium that needs more has no table.
+/// Most tabulated Bloch phases. Chosen: a medium that needs more is solved directly.
 const PHASES_MAX: usize = 9;
 
-/// W at the nodes, times their speed, for a squared wave number km² across y and a phase in turns a period.
-pub(crate) fn response(mesh: &Discretisation, square: Complex64, bloch: f64) -> Result<Matrix, Error> {
+/// Most Chebyshev nodes of ky². Chosen: a medium that needs more is solved directly.
+const KY_NODES_MAX: f64 = 12.0;
+
+/// W at the nodes, times their speed, for a squared wave number κm² and a Bloch phase in turns.
+pub(crate) fn response(mesh: &Discretisation, kappa_squared: Complex64, bloch: f64) -> Result<Matrix, Error> {
     let factor = mesh.resolution().oversampling;
-    let layers = layers(&mesh.fine, factor, outgoing(square), bloch)?;
+    let layers = layers(&mesh.fine, factor, outgoing(kappa_squared), bloch)?;
     let single = mesh.interpolation.apply(&layers.single, bloch);
     let mut double = mesh.interpolation.apply(&layers.double, bloch);
     double.diag_mut().map_inplace(|value| *value += 0.5);
     solve(&single, &double, "the field in the lower medium")
 }
 
-/// W of one metal at one wavelength, for every direction: what a table over directions asks for again and again.
+/// W of one metal at one wavelength, interpolated for every direction.
 ///
-/// W is analytic in ky² and falls off within the skin depth, so a few values of ky² and of the phase give it for all.
+/// Tables over directions solve for hundreds of directions; each would assemble layers on the oversampled nodes. W is
+/// analytic in ky² and decays within the skin depth, so a few values of ky² and of the Bloch phase give it for all.
+///
+/// ```
+/// use sunbeam_rigorous::{Discretisation, Medium, MetalTable, Profile, Resolution};
+///
+/// let profile = Profile::sinusoid(1.1, 0.1)?;
+/// let silver = Medium::index(0.06, 3.59)?;
+/// let mesh = Discretisation::new(&profile, Resolution::new(&profile, &silver, 550.0)?)?;
+/// let table = MetalTable::new(&mesh, &silver, 550.0)?.expect("silver absorbs within a period");
+/// let air = mesh.air(1.7, 0.3)?;
+/// let (read, direct) = (air.solve_tabulated(&table)?, air.solve(&silver, 550.0)?);
+/// assert!((read.efficiency(0, 0) - direct.efficiency(0, 0)).abs() < 1e-5);
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
 pub struct MetalTable<'a> {
     mesh: &'a Discretisation,
     index: Complex64,
     wave_number: f64,
-    /// Chebyshev nodes of ky².
+    /// Chebyshev nodes of ky², in 1/µm².
     ky_squared: Vec<f64>,
-    /// Equally spaced phases.
+    /// Number of tabulated Bloch phases `l/phases`, l from 0 on; odd.
     phases: usize,
-    /// `[ky²][phase]`.
+    /// W, indexed `[ky²][phase]`.
     responses: Vec<Vec<Matrix>>,
 }
 
 impl<'a> MetalTable<'a> {
-    /// Tabulates a metal of index eta + ik at a wavelength (nm); `None` where its field does not fall off within a few periods,
-    /// as for a dielectric or a perfect conductor: those are solved one by one.
+    /// Tabulates the response of a metal at a wavelength (nm).
+    ///
+    /// Returns `None` where a field in the medium does not decay within a few periods, as in a dielectric, and for a
+    /// perfect conductor. [`Air::solve`](crate::Air::solve) serves both.
     ///
     /// # Errors
-    /// A wavelength that is not finite and positive, or functions that are not finite.
+    /// A wavelength that is not finite and positive, or special functions that overflow.
     pub fn new(mesh: &'a Discretisation, medium: &Medium, wavelength_nm: f64) -> Result<Option<Self>, Error> {
         let &Medium::Index(index) = medium else { return Ok(None) };
         let wave_number = TAU * 1e3 / positive("wavelength in nm", wavelength_nm)?;
-        let square = |ky_squared: f64| index * index * wave_number * wave_number - ky_squared;
-        let [low, high] = KY_SQUARED.map(|share| share * wave_number * wave_number);
+        let kappa_squared = |ky_squared: f64| index * index * wave_number * wave_number - ky_squared;
+        let [low, high] = KY_SQUARED_RANGE.map(|ratio| ratio * wave_number * wave_number);
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
-        // A Bernstein ellipse that ends where km² = 0.
-        let along = square(middle) / half;
-        let ratio = (along + (along * along - 1.0).sqrt()).norm();
-        let ratio = ratio.max(1.0 / ratio);
-        let nodes = (-TOLERANCE.ln() / ratio.ln()).ceil();
-        let slowest = outgoing(square(low)).im.min(outgoing(square(high)).im);
+        // Interpolation at n nodes converges as ρ^−n, with ρ the sum of semi-axes of the Bernstein ellipse through the
+        // singularity of W at κm² = 0.
+        let singularity = kappa_squared(middle) / half;
+        let rho = (singularity + (singularity * singularity - 1.0).sqrt()).norm();
+        let rho = rho.max(1.0 / rho);
+        let nodes = (-TOLERANCE.ln() / rho.ln()).ceil();
+        // Images up to this number of periods away are damped by less than the tolerance.
+        let slowest = outgoing(kappa_squared(low)).im.min(outgoing(kappa_squared(high)).im);
         let period = mesh.profile().period_um();
         let images = (-TOLERANCE.ln() / (slowest * period) - 0.5).ceil().max(0.0);
         let phases = 2.0 * images + 1.0;
         let all = matches!(Images::needed(slowest, period), Images::All);
-        if all || phases > PHASES_MAX as f64 || !(1.0..12.0).contains(&nodes) {
+        if all || phases > PHASES_MAX as f64 || !(1.0..KY_NODES_MAX).contains(&nodes) {
             return Ok(None);
         }
         let (phases, count) = (phases as usize, nodes as usize);
@@ -74,7 +102,7 @@ impl<'a> MetalTable<'a> {
             (0..count).map(|i| middle + half * (PI * (i as f64 + 0.5) / count as f64).cos()).collect();
         let responses = ky_squared
             .iter()
-            .map(|&ky| (0..phases).map(|l| response(mesh, square(ky), l as f64 / phases as f64)).collect())
+            .map(|&ky| (0..phases).map(|l| response(mesh, kappa_squared(ky), l as f64 / phases as f64)).collect())
             .collect::<Result<_, _>>()?;
         Ok(Some(Self { mesh, index, wave_number, ky_squared, phases, responses }))
     }
@@ -89,25 +117,25 @@ impl<'a> MetalTable<'a> {
         self.wave_number
     }
 
-    /// W at a squared wave number along y (1/µm²) and a phase.
+    /// W at a squared wave number along y (1/µm²) and a Bloch phase (turns).
     pub(crate) fn at(&self, ky_squared: f64, bloch: f64) -> Matrix {
         let n = self.mesh.nodes();
         let lagrange: Vec<f64> =
             (0..self.ky_squared.len()).map(|i| lagrange(&self.ky_squared, i, ky_squared)).collect();
         let phases = self.phases as i32;
-        // With the image p at phase `bloch`, from its Fourier series over the tabulated phases.
+        // The weight of a tabulated phase depends on the period that the nearest image of a pair of nodes lies in.
         let weights: Vec<[Complex64; 3]> =
-            (0..phases).map(|l| [-1, 0, 1].map(|turn| self.phase_weight(l, turn, bloch))).collect();
-        let turns = self.turns();
+            (0..phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
+        let shifts = self.image_shifts();
         let mut result = zeros(n, n);
         for (of_phase, weight) in self.responses.iter().zip(&lagrange) {
             for (response, phase) in of_phase.iter().zip(&weights) {
                 let phase = phase.map(|p| p * *weight);
                 for j in 0..n {
-                    let turns = &turns[j * n..(j + 1) * n];
+                    let shifts = &shifts[j * n..(j + 1) * n];
                     let (from, mut into) = (response.column(j), result.column_mut(j));
-                    for ((into, from), &turn) in into.iter_mut().zip(from).zip(turns) {
-                        *into += from * phase[turn as usize];
+                    for ((into, from), &shift) in into.iter_mut().zip(from).zip(shifts) {
+                        *into += from * phase[shift as usize];
                     }
                 }
             }
@@ -115,23 +143,25 @@ impl<'a> MetalTable<'a> {
         result
     }
 
-    /// `1/n Σ_p e^{2πi(b − l/n)p}` over the n images p around `turn`.
-    fn phase_weight(&self, l: i32, turn: i32, bloch: f64) -> Complex64 {
+    /// Weight of tabulated phase l of n for pairs whose nearest image is `periods` away: `1/n Σ_p e^{2πi(b − l/n)p}`
+    /// over the n images p around it.
+    fn phase_weight(&self, l: i32, periods: i32, bloch: f64) -> Complex64 {
         let images = (self.phases / 2) as i32;
         let apart = bloch - f64::from(l) / self.phases as f64;
         let sum: Complex64 =
-            (turn - images..=turn + images).map(|p| Complex64::cis(TAU * (apart * f64::from(p)).fract())).sum();
+            (periods - images..=periods + images).map(|p| Complex64::cis(TAU * (apart * f64::from(p)).fract())).sum();
         sum / self.phases as f64
     }
 
-    /// The periods by which each pair's nearest image is moved, plus one; by columns.
-    fn turns(&self) -> Vec<u8> {
+    /// Period that the nearest image of each pair of nodes lies in, plus one (0, 1 or 2); column-major.
+    fn image_shifts(&self) -> Vec<u8> {
         let n = self.mesh.nodes();
         let coarse = &self.mesh.coarse;
-        (0..n * n).map(|i| (coarse.separation(i % n, i / n).turn + 1).clamp(0, 2) as u8).collect()
+        (0..n * n).map(|i| (coarse.separation(i % n, i / n).periods + 1).clamp(0, 2) as u8).collect()
     }
 }
 
+/// Lagrange basis polynomial i of `nodes` at x.
 fn lagrange(nodes: &[f64], i: usize, x: f64) -> f64 {
     nodes.iter().enumerate().filter(|&(j, _)| j != i).map(|(_, node)| (x - node) / (nodes[i] - node)).product()
 }

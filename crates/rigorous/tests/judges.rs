@@ -1,10 +1,10 @@
-//! The solver against what others computed, and against closed forms.
+//! The solver against other programs and closed forms.
 
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Jones, Medium, Orders, Profile, solve_orders, transverse_basis};
 
-/// Towards light at these angles (degrees).
+/// Unit vector towards light at a polar angle and azimuth (degrees).
 fn direction(theta: f64, azimuth: f64) -> [f64; 3] {
     let (theta, azimuth) = (theta.to_radians(), azimuth.to_radians());
     [theta.sin() * azimuth.cos(), theta.sin() * azimuth.sin(), theta.cos()]
@@ -18,15 +18,15 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// s, at right angles to the plane of incidence, and p = s × d, of a wave that travels along d in that plane.
+/// Electric vectors of the s state (perpendicular to the plane of incidence) and the p state (s × d) of a wave along d.
 fn s_and_p(wi: [f64; 3], d: [f64; 3]) -> [[f64; 3]; 2] {
     let sine = wi[0].hypot(wi[1]);
     let s = if sine < 1e-9 { [0.0, 1.0, 0.0] } else { [wi[1] / sine, -wi[0] / sine, 0.0] };
     [s, cross(s, d)]
 }
 
-/// Share of s and of p polarised light in an order.
-fn shares(jones: &Jones, wi: [f64; 3]) -> [f64; 2] {
+/// Efficiencies of an order for s and for p polarised light.
+fn efficiencies(jones: &Jones, wi: [f64; 3]) -> [f64; 2] {
     let d = wi.map(|c| -c);
     let basis = transverse_basis(d);
     s_and_p(wi, d).map(|state| {
@@ -35,6 +35,7 @@ fn shares(jones: &Jones, wi: [f64; 3]) -> [f64; 2] {
     })
 }
 
+/// Rows of a CSV table after its head: a name and numbers.
 fn rows(table: &str) -> Vec<(String, Vec<f64>)> {
     table
         .lines()
@@ -50,8 +51,8 @@ fn order(solved: &Orders, index: f64) -> &sunbeam_rigorous::Order {
     solved.orders.iter().find(|order| f64::from(order.index) == index).expect("the order propagates")
 }
 
-/// `tests/judges/gratings/boundary_integral.py`: another formulation of other equations, for TE and TM across the grooves. Its error
-/// falls as the cube of the distance of its nodes; with three times its usual number its power is off by up to 2e-5.
+/// `boundary_integral.py` solves other integral equations, for TE and TM across the grooves. With three times its usual
+/// number of nodes its power is off by up to 2e-5.
 #[test]
 fn perfect_conductors_agree_with_the_python_solver() {
     const TOLERANCE: f64 = 1e-4;
@@ -70,7 +71,8 @@ fn perfect_conductors_agree_with_the_python_solver() {
     println!("largest difference {worst:.1e}");
 }
 
-/// NIST's SCATMECH, `tests/judges/gratings/scatmech.py`: coupled waves, in conical mounts. Each row says how far it is settled.
+/// SCATMECH of NIST (`scatmech.py`) solves coupled-wave equations, in conical mounts. Each row holds its own
+/// convergence error.
 #[test]
 fn metals_agree_with_scatmech() {
     /// A row is extrapolated by twice the waves; what is left is below what the last doubling changed.
@@ -87,7 +89,7 @@ fn metals_agree_with_scatmech() {
             last = Some((setting, solved));
         }
         let Some((_, solved)) = &last else { unreachable!() };
-        let found = shares(&order(solved, n[6]).jones, wi);
+        let found = efficiencies(&order(solved, n[6]).jones, wi);
         for (found, judge) in found.iter().zip(&n[7..9]) {
             squares = (squares.0 + (found - judge).powi(2), squares.1 + 1);
             let allowed = TOLERANCE + UNSETTLED_SHARE * n[9];
@@ -118,7 +120,7 @@ fn fresnel(index: Option<Complex64>, wi: [f64; 3]) -> Jones {
 }
 
 #[test]
-fn a_flat_mirror_is_fresnels_at_every_azimuth_with_its_phases() {
+fn flat_mirrors_have_fresnel_amplitudes_and_phases() {
     /// Kress' weights on 64 nodes and Amos' functions leave 1e-7.
     const TOLERANCE: f64 = 1e-6;
     let mut worst = 0.0_f64;
@@ -128,7 +130,7 @@ fn a_flat_mirror_is_fresnels_at_every_azimuth_with_its_phases() {
         let medium = index.map_or(Medium::Perfect, |(eta, k)| Medium::index(eta, k).unwrap());
         for (theta, azimuth) in [(0.0, 0.0), (40.0, 0.0), (40.0, 35.0), (70.0, -60.0), (55.0, 90.0), (80.0, 200.0)] {
             let wi = direction(theta, azimuth);
-            // Of half a wave, and of more than one.
+            // A period below half a wavelength, and one above a wavelength.
             for period in [0.21, 0.9] {
                 let solved = solve_orders(&Profile::flat(period).unwrap(), &medium, 550.0, wi).unwrap();
                 let expected = fresnel(index.map(|(eta, k)| Complex64::new(eta, k)), wi);
@@ -150,10 +152,10 @@ fn a_flat_mirror_is_fresnels_at_every_azimuth_with_its_phases() {
     println!("largest difference {worst:.1e}");
 }
 
-/// Rice's perturbation of the first order (Rice 1951; with a metal as in Maradudin & Mills, Phys. Rev. B 11, 1975): an order's
-/// amplitude is proportional to the harmonic of the relief that makes it.
+/// Rice's perturbation of the first order (Rice 1951; with a metal as in Maradudin & Mills, Phys. Rev. B 11, 1975): an
+/// order's amplitude is proportional to the harmonic of the relief that makes it.
 #[test]
-fn a_shallow_sinusoid_is_rices() {
+fn shallow_sinusoids_match_rice_perturbation() {
     /// The next order of the perturbation: (k·height)² is 5e-4.
     const RELATIVE: f64 = 2e-3;
     let (period, height, wavelength) = (1.3, 0.002, 550.0);
@@ -186,9 +188,9 @@ fn a_shallow_sinusoid_is_rices() {
     }
 }
 
-/// The facet's mirror direction of light along the normal: at −sin 2α for a facet that rises along +x.
+/// Light along the normal is mirrored by a facet of slope α that rises along +x to x = −sin 2α.
 #[test]
-fn a_blaze_is_bright_where_its_facet_mirrors() {
+fn blazed_gratings_are_brightest_in_the_mirror_direction_of_the_facet() {
     let (period, wavelength) = (6.0, 450.0);
     let slope = 0.5 * (4.0_f64 * wavelength * 1e-3 / period).asin();
     let profile = Profile::blazed(period, period * slope.tan()).unwrap();

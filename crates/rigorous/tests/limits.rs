@@ -1,4 +1,4 @@
-//! Where solvers break: passing-off, grazing, short periods, corners, and what must hold everywhere.
+//! Conditions under which solvers break: cut-offs, grazing incidence, short periods, corners; and size limits.
 
 use std::time::{Duration, Instant};
 use sunbeam_rigorous::{
@@ -7,7 +7,7 @@ use sunbeam_rigorous::{
 
 const WAVELENGTH_NM: f64 = 550.0;
 
-/// Ten times what 64 nodes leave on the settings below.
+/// Bound on the violation of power balance and reciprocity: ten times that of 64 nodes in the cases below.
 const CHECKS: f64 = 1e-3;
 
 fn profiles() -> [Profile; 3] {
@@ -29,7 +29,7 @@ fn solved(air: &Air<'_>, medium: &Medium) -> Amplitudes {
     air.solve(medium, WAVELENGTH_NM).expect("solvable")
 }
 
-/// Power and reciprocity at one (t, b).
+/// Solves at one (t, b) and asserts power balance and reciprocity.
 fn check(mesh: &Discretisation, medium: &Medium, t: f64, b: f64) -> Amplitudes {
     let there = solved(&mesh.air(t, b).expect("in range"), medium);
     let back = solved(&mesh.air(t, -b).expect("in range"), medium);
@@ -39,7 +39,7 @@ fn check(mesh: &Discretisation, medium: &Medium, t: f64, b: f64) -> Amplitudes {
 }
 
 #[test]
-fn power_and_reciprocity_hold() {
+fn power_balance_and_reciprocity_hold() {
     for profile in profiles() {
         for medium in media() {
             let mesh = mesh(&profile, &medium);
@@ -50,15 +50,16 @@ fn power_and_reciprocity_hold() {
     }
 }
 
-/// Amplitudes go as the square root of the distance: 1e-7 away the change is some 1e-3, and on either side of the line alike.
+/// Amplitudes go as the square root of the distance from the cut-off: 1e-7 away they change by some 1e-3, on both
+/// sides.
 #[test]
-fn orders_pass_off_without_a_step() {
+fn efficiencies_are_continuous_at_cutoffs() {
     const STEP_MAX: f64 = 5e-3;
     for profile in profiles() {
         for medium in media() {
             let mesh = mesh(&profile, &medium);
             let of = |t: f64| check(&mesh, &medium, t, 0.3).efficiency(0, 0);
-            // Order 1 passes off at t = 1.3.
+            // The cut-off of order 1 is at t = 1.3.
             let at: Vec<f64> = [-1e-4, -1e-7, 0.0, 1e-7, 1e-4].iter().map(|apart| of(1.3 + apart)).collect();
             assert!((at[1] - at[3]).abs() < STEP_MAX && (at[2] - at[1]).abs() < STEP_MAX, "{medium:?} {at:?}");
         }
@@ -67,17 +68,17 @@ fn orders_pass_off_without_a_step() {
 
 /// Towards the horizon every relief is a mirror.
 #[test]
-fn grazing_light_is_mirrored() {
+fn grazing_light_is_reflected_specularly() {
     let wi = |cos: f64| [(1.0 - cos * cos).sqrt(), 0.0, cos];
     for profile in profiles() {
         for medium in media() {
             let orders = solve_orders(&profile, &medium, WAVELENGTH_NM, wi(1e-5)).unwrap();
             let mirrored = orders.orders.iter().find(|order| order.index == 0).unwrap().efficiency();
-            // What is not mirrored falls off with the cosine, 1e-5 times what the metal's impedance or the relief makes of it.
+            // The rest is proportional to the cosine, 1e-5, by a factor of the metal's impedance or the relief.
             assert!((mirrored - 1.0).abs() < 2e-3, "{medium:?} {mirrored}");
         }
     }
-    // Along the grooves, too, where κ vanishes.
+    // Grazing light along the grooves, where κ vanishes.
     let along = [0.0, (1.0_f64 - 1e-8).sqrt(), 1e-4];
     for profile in profiles() {
         let orders = solve_orders(&profile, &media()[1], WAVELENGTH_NM, along).unwrap();
@@ -85,9 +86,9 @@ fn grazing_light_is_mirrored() {
     }
 }
 
-/// Below half a wave only order 0 is left, and a relief far below a wave is flat but for what it adds to the surface.
+/// With a period below half a wavelength only order 0 propagates, and a relief far below a wavelength acts as a plane.
 #[test]
-fn short_periods_have_order_zero_alone() {
+fn short_periods_have_only_order_zero() {
     let wi = [0.6, 0.3, (1.0_f64 - 0.45).sqrt()];
     for medium in media() {
         let shallow = Profile::sinusoid(0.1, 0.001).unwrap();
@@ -102,23 +103,23 @@ fn short_periods_have_order_zero_alone() {
     }
 }
 
-/// A rectangle as a file has it is that of the preset.
+/// Samples of a rectangle give the efficiencies of the lamellar profile.
 #[test]
-fn samples_of_a_preset_are_solved_as_the_preset() {
+fn sampled_lamellar_grating_matches_the_profile() {
     let heights: Vec<f64> = (0..512).map(|i| if i < 256 { 0.2 } else { 0.0 }).collect();
     let from_file = Profile::samples(1.1, &heights).unwrap();
     let preset = Profile::lamellar(1.1, 0.2, 0.5).unwrap();
     let wi = [0.5, 0.0, 0.75_f64.sqrt()];
     let [a, b] = [from_file, preset].map(|p| solve_orders(&p, &media()[1], WAVELENGTH_NM, wi).unwrap());
     for (a, b) in a.orders.iter().zip(&b.orders) {
-        // Both have the same corners, to rounding; edges begin elsewhere in the period.
+        // Corners agree to rounding; the edges begin at other points of the period.
         assert!((a.efficiency() - b.efficiency()).abs() < 1e-4, "{a:?} {b:?}");
     }
 }
 
-/// Also of periods short against the skin depth, which need several phases, and beyond the horizon.
+/// Cases include periods of few skin depths, which need several Bloch phases, and t beyond the horizon.
 #[test]
-fn a_table_of_the_metal_answers_as_the_metal() {
+fn metal_table_matches_the_direct_solution() {
     const TOLERANCE: f64 = 1e-5;
     for (profile, phases_apart) in
         [(Profile::lamellar(1.6, 0.12, 0.5).unwrap(), 0.37), (Profile::sinusoid(0.3, 0.08).unwrap(), 0.21)]
@@ -146,7 +147,7 @@ fn a_table_of_the_metal_answers_as_the_metal() {
 }
 
 #[test]
-fn threads_do_not_change_a_byte() {
+fn concurrent_solutions_are_identical() {
     let [_, blazed, _] = profiles();
     let silver = media()[1];
     let mesh = mesh(&blazed, &silver);
@@ -160,7 +161,7 @@ fn threads_do_not_change_a_byte() {
 }
 
 #[test]
-fn what_is_refused_is_named() {
+fn errors_name_the_refused_quantity() {
     let [profile, ..] = profiles();
     let refused = |wi: [f64; 3], wavelength: f64| {
         solve_orders(&profile, &Medium::Perfect, wavelength, wi).unwrap_err().to_string()
@@ -176,9 +177,9 @@ fn what_is_refused_is_named() {
     assert!(estimate.nodes < 2048 && estimate.seconds < 60.0, "{estimate:?}");
 }
 
-/// By the sum over the periods, of the air and of a medium that is clear, and by the nodes on the curve.
+/// Refusals by the lattice sum of the air, by that of a transparent medium, and by the number of nodes.
 #[test]
-fn reliefs_of_too_many_wavelengths_are_refused_at_once() {
+fn oversized_reliefs_are_refused_at_once() {
     /// Longest time of a refusal on a busy machine; it solves nothing.
     const AT_ONCE: Duration = Duration::from_secs(2);
     let [flat, lamellar] = [Profile::flat(50.0), Profile::lamellar(50.0, 0.5, 0.5)].map(Result::unwrap);
@@ -201,9 +202,9 @@ fn reliefs_of_too_many_wavelengths_are_refused_at_once() {
         assert!(named.iter().all(|part| message.contains(part)) && message.contains("accepted"), "{message}");
         assert!(matches!(error, Error::TooManyWaves { .. } | Error::TooLarge { .. }), "{message}");
     }
-    // A field that decays within a few periods needs no sum over all of them: only the air counts.
+    // In a metal fields decay within a few periods, so only the air limits the period.
     assert!(check_size(&lamellar, &gold, 500.0, 0.0).is_ok());
-    // Along the grooves light has fewer wavelengths across them, in air and in glass.
+    // Light along the grooves has fewer wavelengths across them, in air and in glass.
     assert!(check_size(&lamellar, &Medium::Perfect, 400.0, 0.0).is_err());
     assert!(check_size(&lamellar, &Medium::Perfect, 400.0, 0.6).is_ok());
     assert!(check_size(&lamellar, &glass, 640.0, 0.0).is_err() && check_size(&lamellar, &glass, 640.0, 0.8).is_ok());

@@ -2,18 +2,19 @@
 //!
 //!     page_twin settings.json --size 384x256 -o picture.npy [--file scan.gsf] [--png picture.png] [--map 64]
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
+//!     page_twin --programs -o programs.json
 
 use clap::Parser;
 use ndarray::Array3;
 use serde_json::{Value, json};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use sunbeam::height_field::Preset;
-use sunbeam::scattering::map_direction;
 use sunbeam::table::Progress;
-use sunbeam_realtime::{AdapterChoice, Gpu, Query, Renderer, Scene, SceneData, Shader, Target};
+use sunbeam_realtime::{AdapterChoice, Gpu, Renderer, Scene, SceneData, Shader, Target};
 use sunbeam_web::{MethodData, Relief, Settings, direction, image};
 
 /// Size of the examples' pictures in pixels, and rays along each side of one.
@@ -23,7 +24,7 @@ const THUMBNAIL: ((u32, u32), u32) = ((288, 192), 3);
 #[derive(Parser)]
 struct Args {
     /// The page's settings (.json)
-    #[arg(required_unless_present = "examples")]
+    #[arg(required_unless_present_any = ["examples", "programs"])]
     settings: Option<PathBuf>,
     /// Width and height in pixels
     #[arg(long, value_parser = size, default_value = "384x256")]
@@ -49,6 +50,9 @@ struct Args {
     /// Where the examples' scans are; those that are not there are left out
     #[arg(long, requires = "examples")]
     scans: Option<PathBuf>,
+    /// Write the source of every WGSL program by name instead of a picture (.json)
+    #[arg(long, conflicts_with_all = ["settings", "examples"])]
+    programs: bool,
 }
 
 fn size(text: &str) -> Result<(u32, u32), String> {
@@ -72,6 +76,10 @@ fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     let gpu = || -> Result<Gpu, Box<dyn Error>> { Ok(Gpu::open(AdapterChoice::from_env()?)?) };
     if let Some(list) = &args.examples {
         return examples(gpu().ok().as_ref(), list, args.scans.as_deref(), &args.output);
+    }
+    if args.programs {
+        let programs: BTreeMap<_, _> = sunbeam_realtime::every_program()?.into_iter().collect();
+        return Ok(std::fs::write(&args.output, serde_json::to_string(&programs)?)?);
     }
     let path = args.settings.as_deref().ok_or("settings are missing")?;
     let settings = Settings::from_json(&std::fs::read_to_string(path)?)?;
@@ -117,12 +125,9 @@ impl<'a> Drawing<'a> {
 
     fn map(&self, side: usize) -> Result<Vec<[f32; 3]>, Box<dyn Error>> {
         let map = self.settings.map;
-        let single = |direction: [f64; 3]| direction.map(|c| c as f32);
-        let wi = single(direction(map.theta_deg, map.phi_deg));
-        let places: Vec<_> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
-        let asked: Vec<Query> = places.iter().flatten().map(|wo| Query::new(wi, single(*wo))).collect();
-        let mut answers = self.shader.evaluate(self.gpu, &asked)?.reflectances.into_iter();
-        Ok(places.iter().map(|place| place.and_then(|_| answers.next()).unwrap_or_default()).collect())
+        let wi = direction(map.theta_deg, map.phi_deg).map(|component| component as f32);
+        let pixels = self.shader.brdf_map(self.gpu, wi, side)?;
+        Ok(pixels.into_iter().map(Option::unwrap_or_default).collect())
     }
 }
 

@@ -1,13 +1,16 @@
-// What both kinds of workers do with messages.
+// The messages of both kinds of workers.
 
 import init from "./wasm/sunbeam_web.js";
 
-/** Answers each message by the handler of its type: {id, type: "done", value}, or an error with the library's kind. */
+/**
+ * Answers each message {id, type, …fields} by the handler of its type, which gets the fields and a function that reports
+ * progress: {id, type: "progress", fraction}, then {id, type: "done", value} or {id, type: "error", message, kind, parameter}.
+ */
 export function answer(handlers) {
   let ready = null;
   onmessage = async ({ data }) => {
     const { id, type, ...fields } = data;
-    const progress = (share) => postMessage({ id, type: "progress", share });
+    const progress = (fraction) => postMessage({ id, type: "progress", fraction });
     try {
       if (type === "start") ready = init({ module_or_path: fields.module });
       await ready;
@@ -15,13 +18,13 @@ export function answer(handlers) {
       if (id !== undefined) postMessage({ id, type: "done", value }, buffers(value));
     } catch (error) {
       const { message, kind, parameter } = error instanceof Error ? error : { message: String(error) };
-      // Without a kind it is none of the library's errors: a panic, or memory that ran out.
+      // Errors without a kind are not the library's own: a panic, or memory that ran out.
       postMessage({ id, type: "error", message, kind: kind ?? "internal", parameter });
     }
   };
 }
 
-// Arrays are handed over instead of copied.
+/** Buffers of the typed arrays in an answer, which are handed over instead of copied. */
 function buffers(value) {
   const arrays = value && typeof value === "object" && !ArrayBuffer.isView(value) ? Object.values(value) : [value];
   return arrays.filter(ArrayBuffer.isView).map((array) => array.buffer);

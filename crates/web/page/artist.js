@@ -1,37 +1,41 @@
 // The Web Worker that has the canvas and the graphics device.
+//
+// `artist` draws pictures that become finer step by step (crates/web/README.md, "The artist"). Its calls must not overlap,
+// so each goes through `inTurn`.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
 /**
- * While the view moves, pictures stay coarse until it has rested for so many milliseconds: the finest one is a single piece of work
- * for the device, and whoever moves on would have to wait for it.
+ * Rest in ms after the last change of the view before the finest picture is begun: that picture is a single piece of work
+ * for the device, and a visitor who moves on would have to wait for it.
  */
 const REST_MS = 100;
 
 let artist = null;
-// They outlive the device.
+// Data of the library, kept for a device that is opened after a loss.
 let draft = null;
 let scene = null;
 let method = null;
+/** The last order: settings, size and serial number. */
 let view = null;
-// Counts what has changed what is to be seen.
-let wanted = 0;
+/** Number of changes of view, scene, method and device. */
+let changes = 0;
 let drawing = false;
-// What was told of the picture that is shown.
+/** The report of the picture shown. */
 let last = null;
 let movedAt = -Infinity;
 let wake = () => {};
-// Calls that draw follow each other.
 let queue = Promise.resolve();
 
+/** Runs a task after those before it. */
 function inTurn(task) {
   const done = queue.then(task);
   queue = done.catch(() => {});
   return done;
 }
 
-/** Waits until the view has rested, or is another one. */
+/** Waits until the view has rested or changes again. */
 async function rest() {
   const ms = movedAt + REST_MS - performance.now();
   if (ms <= 0) return;
@@ -41,38 +45,40 @@ async function rest() {
   });
 }
 
+/** Draws finer and finer pictures until the finest one of the last change is shown. */
 async function drawAll() {
   if (drawing || !artist) return;
   drawing = true;
   try {
-    for (let seen = 0; artist && seen !== wanted; ) {
-      seen = wanted;
+    for (let seen = 0; artist && seen !== changes; ) {
+      seen = changes;
       for (;;) {
-        // The view may be another one by the time that this one is drawn.
+        // The view may change while the picture is drawn.
         let serial;
         const report = await inTurn(() => {
           ({ serial } = view);
           return artist?.step();
         });
         if (report !== undefined) last = { serial, ...JSON.parse(report) };
-        // Whoever asked for the picture that is there already hears that it is.
-        else if (last && seen === wanted && last.serial !== serial) last.serial = serial;
+        // The picture shown already answers the new order.
+        else if (last && seen === changes && last.serial !== serial) last.serial = serial;
         else break;
         postMessage({ type: "drawn", ...last });
         if (!last.finest) await rest();
       }
     }
   } catch (error) {
-    // The loss of the device is told by its own callback.
+    // The callback of on_lost tells of the loss of the device.
     if (error.kind !== "lost") postMessage({ type: "failed", message: error.message ?? String(error) });
   } finally {
     drawing = false;
   }
 }
 
-function look() {
+/** Begins anew after a change. */
+function restart() {
   if (!artist || !view) return;
-  wanted += 1;
+  changes += 1;
   wake();
   artist.set_view(view.settings, view.width, view.height, 1);
   drawAll();
@@ -90,32 +96,32 @@ answer({
     if (draft) await opened.set_scene(draft, true);
     if (scene) await opened.set_scene(scene, false);
     if (method) await opened.set_method(method);
-    look();
+    restart();
     return JSON.parse(opened.adapter());
   },
   async scene({ bytes, draft: isDraft }) {
     if (isDraft) [draft, scene] = [bytes, null];
     else scene = bytes;
     await inTurn(() => artist?.set_scene(bytes, isDraft));
-    look();
+    restart();
   },
   async method({ bytes }) {
     method = bytes;
     await inTurn(() => artist?.set_method(bytes));
-    look();
+    restart();
     return bytes.length;
   },
   view(fields) {
     view = fields;
     movedAt = performance.now();
-    look();
+    restart();
   },
   pixels: () =>
     inTurn(async () => {
       const [width, height] = artist.size();
       return { width, height, rgb: await artist.pixels() };
     }),
-  // The picture in full, whatever has been drawn of it so far.
+  // The finest picture, also before the steps have reached it.
   png: () =>
     inTurn(async () => {
       await artist.draw();

@@ -1,6 +1,6 @@
 // Questions to a Web Worker, and its answers as promises.
 
-/** An error with the worker's kind: the library's (see crates/web/README.md), or "cancelled". */
+/** An error of a worker; its kind is one of the library's (crates/web/README.md) or "cancelled". */
 export class WorkerError extends Error {
   constructor({ message, kind = "internal", parameter }) {
     super(message);
@@ -9,18 +9,20 @@ export class WorkerError extends Error {
   }
 }
 
+/** A worker that is asked questions. */
 export class Channel {
   #worker;
+  /** Promises of unanswered questions, by the number of the question. */
   #waiting = new Map();
   #last = 0;
 
-  /** `onEvent` gets messages that answer no question. */
+  /** Starts the worker at `url` with the compiled library; `onEvent` gets messages that answer no question. */
   constructor(url, module, onEvent = () => {}) {
     this.#worker = new Worker(url, { type: "module" });
     this.#worker.onmessage = ({ data }) => {
       const waiting = this.#waiting.get(data.id);
       if (!waiting) return onEvent(data);
-      if (data.type === "progress") return waiting.progress?.(data.share);
+      if (data.type === "progress") return waiting.progress?.(data.fraction);
       this.#waiting.delete(data.id);
       if (data.type === "error") waiting.reject(new WorkerError(data));
       else waiting.resolve(data.value);
@@ -30,14 +32,16 @@ export class Channel {
       this.#end({ message: event.message || "the worker could not be started", kind: "internal" });
     };
     this.started = this.ask("start", { module });
-    // Whoever asks something else hears of the failure too.
+    // Every other question fails with the start, too.
     this.started.catch(() => {});
   }
 
+  /** Whether questions are unanswered. */
   get busy() {
     return this.#waiting.size > 0;
   }
 
+  /** Asks a question; a promise of its answer. `transfer` lists buffers that are handed over. */
   ask(type, fields = {}, { transfer = [], progress } = {}) {
     const id = ++this.#last;
     return new Promise((resolve, reject) => {
@@ -46,12 +50,12 @@ export class Channel {
     });
   }
 
-  /** Says something that is not answered. */
+  /** Sends a message that is not answered. */
   tell(type, fields = {}) {
     this.#worker.postMessage({ ...fields, type });
   }
 
-  /** Ends the worker; what it was asked fails with the kind "cancelled". */
+  /** Ends the worker; its unanswered questions fail with the kind "cancelled". */
   end() {
     this.#end({ message: "cancelled", kind: "cancelled" });
   }

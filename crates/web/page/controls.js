@@ -1,73 +1,15 @@
-// The controls: they show the settings and change them.
+// Listens to the controls, each of which changes a setting.
 
 import { goBack } from "./making.js";
-import { look, recover, resetView } from "./picture.js";
+import { recover, resetView } from "./picture.js";
 import { refreshMap } from "./reading.js";
-import { change, isFile } from "./settings.js";
+import { change } from "./settings.js";
 import { chooseFile, choosePreset } from "./sources.js";
-import { byId, page, views } from "./state.js";
-import { degrees, progress, say, signed } from "./words.js";
+import { byId, page } from "./state.js";
+import { orderPicture } from "./view.js";
+import { showMessage, showProgress } from "./words.js";
 
-const DIELECTRICS = [{ name: "Keratin", eta: 1.56 }, { name: "Polycarbonate", eta: 1.58 }];
-
-export function showControls() {
-  const { settings } = page;
-  const { surface } = settings;
-  const put = (id, value) => {
-    // What is being typed stays as it is.
-    if (document.activeElement !== byId(id)) byId(id).value = value ?? "";
-  };
-  const preset = page.engine.catalogue.presets.find(({ name }) => name === surface.preset);
-  byId("preset").value = isFile() ? "" : surface.preset;
-  byId("grating").hidden = preset?.period_um === undefined;
-  put("period", surface.period ?? preset?.period_um);
-  put("height", surface.height ?? preset?.height_um);
-  byId("file-options").hidden = !isFile();
-  put("pixel_size", surface.pixel_size);
-  put("max_height", surface.max_height);
-  byId("fill").value = surface.fill ?? "none";
-  put("channel", surface.channel);
-  byId("level").value = surface.level ?? (isFile() ? "plane" : "none");
-  const published = settings.method !== "table";
-  byId("tiling").value = published ? "periodic" : (surface.tiling ?? (isFile() ? "aperiodic" : "periodic"));
-  byId("tiling").disabled = published;
-  byId("method").value = settings.method;
-  byId("method-note").textContent = page.engine.catalogue.methods.find(({ name }) => name === settings.method)?.title ?? "";
-  put("coherence_length", surface.coherence_length);
-  const conserves = page.engine.catalogue.methods.find(({ name }) => name === settings.method)?.conserves_energy;
-  byId("conserve_energy").disabled = !conserves;
-  byId("conserve_energy").checked = Boolean(conserves && surface.conserve_energy);
-  put("eta", surface.eta ?? 1.56);
-  put("k", surface.k ?? 0);
-  const material = [...byId("material").options].find(
-    ({ dataset }) => Number(dataset.eta) === (surface.eta ?? 1.56) && Number(dataset.k) === (surface.k ?? 0),
-  );
-  byId("material").value = material?.value ?? "other";
-  byId("blend").value = settings.pigment;
-  byId("exposure").value = settings.exposure;
-  byId("exposure-value").textContent = `${settings.exposure > 0 ? "+" : ""}${signed(settings.exposure)} stops`;
-  for (const radio of document.querySelectorAll("input[name=scene]")) radio.checked = radio.value === settings.shape;
-  for (const radio of document.querySelectorAll("input[name=example]")) {
-    radio.checked = page.examples[radio.value]?.name === page.example;
-  }
-  showSun();
-  showMapLight();
-}
-
-export function showMapLight() {
-  byId("map_theta").value = page.settings.map.theta_deg;
-  byId("map_phi").value = page.settings.map.phi_deg;
-}
-
-export function showSun() {
-  const { sun, camera } = page.settings;
-  views.sky.show(sun, camera);
-  byId("azimuth").value = sun.azimuth_deg;
-  byId("elevation").value = sun.elevation_deg;
-  byId("azimuth-value").textContent = degrees(sun.azimuth_deg);
-  byId("elevation-value").textContent = degrees(sun.elevation_deg);
-}
-
+/** Has every control change its setting. */
 export function listenToControls() {
   const surface = (id, read) =>
     byId(id).addEventListener("change", () => {
@@ -128,19 +70,19 @@ export function listenToControls() {
       refreshMap();
     });
   }
-  byId("size").addEventListener("change", look);
+  byId("size").addEventListener("change", orderPicture);
   for (const radio of document.querySelectorAll("input[name=scene]")) {
     radio.addEventListener("change", () => change((settings) => (settings.shape = radio.value)));
   }
   byId("cancel").addEventListener("click", () => {
     page.engine.cancel();
-    progress(null);
+    showProgress(null);
     goBack();
     // Not in the line of the picture, which is drawn again and would replace it.
-    say(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
+    showMessage(page.good ? "Cancelled. This is the picture from before." : "Cancelled.");
   });
   byId("recover").addEventListener("click", recover);
-  byId("message").querySelector("button").addEventListener("click", () => say(null));
+  byId("message").querySelector("button").addEventListener("click", () => showMessage(null));
   byId("reset").addEventListener("click", resetView);
 
   for (const kind of ["dragenter", "dragover"]) {
@@ -157,23 +99,6 @@ export function listenToControls() {
     if (file) chooseFile(file);
   });
   new ResizeObserver(() => {
-    if (byId("size").value === "auto") look();
+    if (byId("size").value === "auto") orderPicture();
   }).observe(byId("frame"));
-}
-
-export function fillLists() {
-  const { presets, conductors, extensions, version } = page.engine.catalogue;
-  const option = (value, text, data = {}) => {
-    const element = new Option(text, value);
-    Object.assign(element.dataset, data);
-    return element;
-  };
-  // Shown where the surface is a file.
-  const none = option("", "none, a file");
-  none.hidden = true;
-  byId("preset").replaceChildren(none, ...presets.map(({ name, title }) => option(name, title)));
-  const index = ({ name, eta, k = 0 }) => option(name, `${name}, ${eta}${k ? ` + ${k}i` : ""}`, { eta, k });
-  byId("material").replaceChildren(...DIELECTRICS.map(index), ...conductors.map(index), option("other", "another index"));
-  byId("file").accept = extensions.join(",");
-  byId("about").textContent = `sunbeam ${version}`;
 }

@@ -1,4 +1,4 @@
-// All that the page asks of the library. Nothing else knows of the wasm module, the workers or their messages.
+// The library as the rest of the page sees it. This module alone knows the wasm module, the workers and their messages.
 
 import init, * as sunbeam from "./wasm/sunbeam_web.js";
 import { Channel, WorkerError } from "./channel.js";
@@ -9,25 +9,27 @@ const MODULE = new URL("./wasm/sunbeam_web_bg.wasm", import.meta.url);
 const MAKER = new URL("./maker.js", import.meta.url);
 const ARTIST = new URL("./artist.js", import.meta.url);
 
-/** Compiles the library once, for the page and its workers. */
+/** Compiles the library once, for the page and its workers. `listener` gets the events of the artist. */
 export async function openEngine(listener) {
   const response = await fetch(MODULE);
   if (!response.ok) throw new Error(`${MODULE.pathname}: ${response.status} ${response.statusText}`);
-  // A host that does not know the file type of wasm is no reason to fail.
+  // compileStreaming would need a host that knows the file type of wasm.
   const module = await WebAssembly.compile(await response.arrayBuffer());
   await init({ module_or_path: module });
   return new Engine(module, listener);
 }
 
 export class Engine {
-  // What takes no time is asked on the page's own thread.
+  /** Calls that take no time, on the page's own thread. */
   quick = sunbeam;
   #module;
   #listener;
+  /** Worker of the relief, the method's data and the spectra. */
   #maker = null;
+  /** Worker of scenes. */
   #scenes = null;
   #artist = null;
-  /** What the maker has read, so that another is told again. */
+  /** Keys of the data that the maker holds. */
   #reliefKey = null;
   #reflectanceKey = null;
   #spectraKey = null;
@@ -38,14 +40,17 @@ export class Engine {
     this.catalogue = JSON.parse(sunbeam.catalogue());
   }
 
+  /** Keys of relief, method and scene: they change when these have to be made anew. */
   keys(settings) {
     return JSON.parse(sunbeam.keys(JSON.stringify(settings)));
   }
 
+  /** The settings, checked and with all fields; throws the line that the library refuses them with. */
   complete(settings) {
     return JSON.parse(sunbeam.complete_settings(JSON.stringify(settings)));
   }
 
+  /** The fields of the settings that differ from the defaults. */
   compact(settings) {
     return JSON.parse(sunbeam.compact_settings(JSON.stringify(settings)));
   }
@@ -59,12 +64,12 @@ export class Engine {
     return this.#maker;
   }
 
-  /** A maker that answers at once: one that is at work is ended. */
+  /** A maker without work: a busy one is ended. */
   #idleMaker() {
     return this.#maker && !this.#maker.busy ? this.#maker : this.#newMaker();
   }
 
-  /** Ends what is being made of the relief. */
+  /** Ends the making of data of the relief. */
   cancel() {
     if (this.#maker?.busy) this.#newMaker();
   }
@@ -79,11 +84,12 @@ export class Engine {
     }
   }
 
+  /** SHA-256 of a file, hexadecimal. */
   checksum(file) {
     return this.#ask(this.#idleMaker(), "checksum", { file });
   }
 
-  /** The relief of a preset, or of a file: its facts and its picture. `key` is what [`Engine.holds`] knows it by. */
+  /** Reads the relief of a preset or a file: its facts and its picture. `key` names it for `holds`. */
   async relief(settings, file, key) {
     const maker = this.#idleMaker();
     this.#reliefKey = this.#reflectanceKey = this.#spectraKey = null;
@@ -97,16 +103,17 @@ export class Engine {
     return this.#reliefKey === key;
   }
 
+  /** Memory and time of the method's data: {bytes, seconds, too_much?}. */
   estimate(settings) {
     return this.#ask(this.#maker, "estimate", { settings: JSON.stringify(settings) });
   }
 
-  /** The method's data, of the relief that was read last. */
+  /** Makes the method's data of the relief that was read last. */
   method(settings, progress) {
     return this.#ask(this.#maker, "method", { settings: JSON.stringify(settings) }, { progress });
   }
 
-  /** Makes the reflectance on the processor, which maps without WebGPU are read from. */
+  /** Makes the reflectance on the processor, which maps without WebGPU need. */
   async reflectance(settings, key, progress) {
     const maker = this.#maker;
     this.#reflectanceKey = null;
@@ -114,11 +121,12 @@ export class Engine {
     if (maker === this.#maker) this.#reflectanceKey = key;
   }
 
+  /** Whether the reflectance of this key is made. */
   hasReflectance(key) {
     return this.#reflectanceKey !== null && this.#reflectanceKey === key;
   }
 
-  /** Makes what spectra are read from. */
+  /** Makes the data of spectra. */
   async spectra(settings, key, progress) {
     const maker = this.#maker;
     this.#spectraKey = null;
@@ -126,20 +134,23 @@ export class Engine {
     if (maker === this.#maker) this.#spectraKey = key;
   }
 
-  /** Whether spectra can be asked for, of the data of this key. */
+  /** Whether the data of spectra of this key are made. */
   hasSpectra(key) {
     return this.#spectraKey !== null && this.#spectraKey === key;
   }
 
+  /** Reflectance in 1/sr at 380, 385, …, 780 nm; empty where the method has no spectrum. */
   spectrum(settings, wi, wo) {
-    return this.#ask(this.#maker, "spectrum", { settings: JSON.stringify(settings), wi: Float32Array.from(wi), wo: Float32Array.from(wo) });
+    const directions = { wi: Float32Array.from(wi), wo: Float32Array.from(wo) };
+    return this.#ask(this.#maker, "spectrum", { settings: JSON.stringify(settings), ...directions });
   }
 
+  /** The BRDF map on the processor. */
   mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
     return this.#ask(this.#maker, "map", { settings: JSON.stringify(settings), theta_deg, phi_deg, side }, { progress });
   }
 
-  /** Mesh, tree and pigment; a draft of them is made much sooner. */
+  /** Makes mesh, tree and pigment; a draft of them takes a fifth of the time. */
   async scene(settings, draft, progress) {
     if (this.#scenes?.busy) {
       this.#scenes.end();
@@ -158,7 +169,6 @@ export class Engine {
 
   /** Starts the graphics device on a canvas that nothing has drawn on. Fails with the kind "no-webgpu" or "gpu". */
   async openArtist(canvas) {
-    // The worker could not even ask.
     if (!navigator.gpu) {
       const message = isSecureContext
         ? "this browser does not offer WebGPU"
@@ -189,11 +199,12 @@ export class Engine {
     return this.#artist.ask("method", { bytes }, { transfer: [bytes.buffer] });
   }
 
-  /** What is to be seen from now on. The listener hears of each picture that is drawn, with this serial number. */
+  /** Orders a picture; the listener gets a report of each step towards it, with this serial number. */
   view(settings, width, height, serial) {
     this.#artist?.tell("view", { settings: JSON.stringify(settings), width, height, serial });
   }
 
+  // Questions to the artist; crates/web/README.md documents its calls of the same names.
   draw = () => this.#artist.ask("draw");
   pixels = () => this.#artist.ask("pixels");
   png = () => this.#artist.ask("png");

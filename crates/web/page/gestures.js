@@ -1,10 +1,21 @@
 // Drags, wheel, two fingers and keys on the picture, in CSS pixels.
 
+/** Distance in pixels of a drag that an arrow key stands for. */
 const KEY_PIXELS = 16;
+/** Height in pixels of a line, for mice whose wheels count lines. */
+const LINE_PIXELS = 16;
+/** Factor of the distance for the keys plus and minus. */
+const KEY_ZOOM = 1.15;
+/** Logarithm of the factor of the distance for a pixel of the wheel. */
+const WHEEL_ZOOM = 1e-3;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
-/** `hands` has turn(right, down), sun(right, down), pan(right, down), zoom(factor), reset(), hover(x, y), leave() and dragsSun(). */
-export function listen(canvas, hands) {
+/**
+ * Listens to gestures on a canvas. `actions` has turn(right, down), sun(right, down) and pan(right, down) in pixels;
+ * zoom(factor) of the distance; reset(); hover(x, y) with coordinates in [0, 1); leave(); and dragsSun(), whether a plain
+ * drag turns the sun.
+ */
+export function listenToGestures(canvas, actions) {
   const fingers = new Map();
 
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
@@ -16,24 +27,24 @@ export function listen(canvas, hands) {
     const before = fingers.get(event.pointerId);
     if (!before) {
       const box = canvas.getBoundingClientRect();
-      hands.hover((event.clientX - box.x) / box.width, (event.clientY - box.y) / box.height);
+      actions.hover((event.clientX - box.x) / box.width, (event.clientY - box.y) / box.height);
       return;
     }
     const [right, down] = [event.clientX - before.clientX, event.clientY - before.clientY];
     if (fingers.size === 2) {
       const [a, b] = fingers.values();
       const other = a.pointerId === event.pointerId ? b : a;
-      const apart = (one) => Math.hypot(one.clientX - other.clientX, one.clientY - other.clientY);
-      hands.zoom(Math.max(apart(before), 1) / Math.max(apart(event), 1));
-      // Each finger moves the middle by half of its way.
-      hands.pan(right / 2, down / 2);
+      const distance = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
+      actions.zoom(Math.max(distance(before), 1) / Math.max(distance(event), 1));
+      // The middle of two fingers moves by half the way of one.
+      actions.pan(right / 2, down / 2);
     } else if (fingers.size === 1) {
-      // As in the native window: the left button turns the view, the middle one moves it, the right one turns the sun.
-      if (before.button === 1 || (before.button === 0 && event.shiftKey)) hands.pan(right, down);
-      else if (before.button === 2 || event.ctrlKey || hands.dragsSun()) hands.sun(right, down);
-      else hands.turn(right, down);
+      // Left button: turns the view; middle button: moves it; right button: turns the sun. The native window agrees.
+      if (before.button === 1 || (before.button === 0 && event.shiftKey)) actions.pan(right, down);
+      else if (before.button === 2 || event.ctrlKey || actions.dragsSun()) actions.sun(right, down);
+      else actions.turn(right, down);
     }
-    // The button of a drag is that of its beginning.
+    // Events of a drag do not carry its button.
     fingers.set(event.pointerId, {
       pointerId: event.pointerId, button: before.button, clientX: event.clientX, clientY: event.clientY,
     });
@@ -41,23 +52,23 @@ export function listen(canvas, hands) {
   for (const end of ["pointerup", "pointercancel"]) {
     canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
   }
-  canvas.addEventListener("pointerleave", () => hands.leave());
+  canvas.addEventListener("pointerleave", () => actions.leave());
   canvas.addEventListener(
     "wheel",
     (event) => {
       event.preventDefault();
-      // Lines, where a mouse counts in them, are about 16 pixels high.
-      hands.zoom(Math.exp((event.deltaMode === 1 ? 16 : 1) * event.deltaY * 1e-3));
+      const pixels = (event.deltaMode === WheelEvent.DOM_DELTA_LINE ? LINE_PIXELS : 1) * event.deltaY;
+      actions.zoom(Math.exp(WHEEL_ZOOM * pixels));
     },
     { passive: false },
   );
   canvas.addEventListener("keydown", (event) => {
     const arrow = ARROWS[event.key];
     if (event.altKey || event.metaKey || event.ctrlKey) return;
-    if (arrow) (event.shiftKey ? hands.sun : hands.turn)(KEY_PIXELS * arrow[0], KEY_PIXELS * arrow[1]);
-    else if (event.key === "+" || event.key === "=") hands.zoom(1 / 1.15);
-    else if (event.key === "-") hands.zoom(1.15);
-    else if (event.key === "r" || event.key === "R") hands.reset();
+    if (arrow) (event.shiftKey ? actions.sun : actions.turn)(KEY_PIXELS * arrow[0], KEY_PIXELS * arrow[1]);
+    else if (event.key === "+" || event.key === "=") actions.zoom(1 / KEY_ZOOM);
+    else if (event.key === "-") actions.zoom(KEY_ZOOM);
+    else if (event.key === "r" || event.key === "R") actions.reset();
     else return;
     event.preventDefault();
   });

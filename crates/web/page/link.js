@@ -1,8 +1,9 @@
 // Settings in the page's address, after the #, as dotted.path=value. Browsers never send that part to a server.
 
-// These are text even where they look like numbers.
+/** Fields that are text even where they look like numbers. */
 const TEXTS = new Set(["surface.filename", "surface.channel", "sha256"]);
 
+/** Appends [dotted.path, text] of every field of a value. */
 function flatten(value, path, into) {
   if (value !== null && typeof value === "object" && !Array.isArray(value)) {
     for (const [key, inner] of Object.entries(value)) flatten(inner, path ? `${path}.${key}` : key, into);
@@ -12,6 +13,7 @@ function flatten(value, path, into) {
   return into;
 }
 
+/** The value of a field from its text: booleans, numbers, names, and lists of these with commas. */
 function parsed(path, text) {
   if (TEXTS.has(path)) return text;
   const scalar = (word) => {
@@ -21,15 +23,15 @@ function parsed(path, text) {
   return text.includes(",") ? text.split(",").map(scalar) : scalar(text);
 }
 
-/** The part after the # for settings as `compact_settings` gives them, and the wanted file's checksum. */
+/** The part of an address after the #, for compact settings and the checksum of their file. */
 export function toHash(compact, sha256) {
   const fields = flatten(compact, "", []);
   if (sha256) fields.push(["sha256", sha256]);
-  // Commas stay readable.
+  // Lists stay readable.
   return fields.map(([path, text]) => `${path}=${encodeURIComponent(text).replaceAll("%2C", ",")}`).join("&");
 }
 
-/** The settings and the checksum that an address asks for. */
+/** The settings and the checksum in the part of an address after the #. */
 export function fromHash(hash) {
   const settings = {};
   let sha256 = null;
@@ -39,7 +41,7 @@ export function fromHash(hash) {
       continue;
     }
     const keys = path.split(".");
-    // Such names reach into every object of the page.
+    // These names would change every object of the page.
     if (keys.some((key) => key === "__proto__" || key === "constructor" || key === "prototype")) continue;
     let inner = settings;
     for (const key of keys.slice(0, -1)) {

@@ -1,20 +1,21 @@
-// Starts the page, and opens what an address asks for.
+// Starts the page, and opens the settings of its address.
 
-import { fillLists, listenToControls } from "./controls.js";
+import { listenToControls } from "./controls.js";
 import { openEngine } from "./engine.js";
 import { fromHash } from "./link.js";
 import { MapView } from "./map.js";
-import { artistSays, openArtist, withoutArtist } from "./picture.js";
+import { fillLists } from "./panel.js";
+import { handleArtistEvent, openArtist, showWithoutArtist } from "./picture.js";
 import { readAt, refreshMap } from "./reading.js";
 import { listenToSaving } from "./saving.js";
-import { change, settled } from "./settings.js";
+import { change, settingsChanged } from "./settings.js";
 import { Sky } from "./sky.js";
 import { chooseExample, fetched, showExamples, showStill, showWanted } from "./sources.js";
 import { Spectrum } from "./spectrum.js";
 import { byId, page, views } from "./state.js";
-import { say } from "./words.js";
+import { showMessage } from "./words.js";
 
-/** Takes the settings of an address. */
+/** Takes the settings of an address; without any, the first example. */
 async function open(hash) {
   const { settings, sha256 } = fromHash(hash);
   if (Object.keys(settings).length === 0 && page.examples.length > 0) {
@@ -25,7 +26,7 @@ async function open(hash) {
   try {
     complete = page.engine.complete(settings);
   } catch (error) {
-    say(`The link's settings are left aside: ${error.message}`);
+    showMessage(`The link's settings are left aside: ${error.message}`);
     complete = JSON.parse(page.engine.quick.default_settings());
   }
   page.settings = complete;
@@ -43,19 +44,20 @@ async function open(hash) {
   }
   showWanted();
   showStill(page.examples.find(({ name }) => name === page.example));
-  settled();
-  // Another light of the map is all that some addresses bring; what has to be made first is mapped when it is there.
+  settingsChanged();
+  // The new address may differ in the light of the map alone. After data are made, the map is drawn anyway.
   if (page.good && !page.making) refreshMap();
 }
 
+/** The list of examples, empty where the page was built without. */
 async function fetchExamples() {
   const answer = await fetch("examples/index.json");
   return answer.ok ? answer.json() : [];
 }
 
-export async function start() {
+async function start() {
   views.spectrum = new Spectrum(byId("spectrum"));
-  const [engine, examples] = await Promise.all([openEngine(artistSays), fetchExamples()]);
+  const [engine, examples] = await Promise.all([openEngine(handleArtistEvent), fetchExamples()]);
   Object.assign(page, { engine, examples });
   performance.mark("loaded");
   views.sky = new Sky(byId("sky"), (azimuth_deg, elevation_deg) =>
@@ -67,14 +69,14 @@ export async function start() {
   listenToControls();
   listenToSaving();
   addEventListener("hashchange", () => open(location.hash));
-  // Tables are made meanwhile.
+  // The device opens while tables are made.
   const opening = openArtist();
   await open(location.hash);
   const error = await opening;
-  if (error) withoutArtist(error);
+  if (error) showWithoutArtist(error);
   document.body.dataset.ready = "";
 }
 
 start().catch((error) => {
-  say(`The page could not start: ${error.message}`);
+  showMessage(`The page could not start: ${error.message}`);
 });

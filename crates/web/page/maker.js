@@ -1,8 +1,9 @@
-// A Web Worker that reads files and makes data. It is ended where something is cancelled.
+// A Web Worker that reads files and makes data. To cancel its work, the page ends it and starts another.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
+/** Largest side in pixels of the relief's picture. */
 const PICTURE_SIDE = 512;
 
 let relief = null;
@@ -23,7 +24,6 @@ answer({
     picture.free();
     return { facts: JSON.parse(relief.facts(settings)), width, height, bar_um, um_per_pixel, rgba };
   },
-  // Before a file is read, so that an error of reading can say which file it was.
   async checksum({ file }) {
     return sunbeam.sha256(new Uint8Array(await file.arrayBuffer()));
   },

@@ -1,62 +1,70 @@
-// Makes what the settings need and is not there, and goes back where that fails.
+// Makes the data that the settings need and that are not there; goes back to the last good state where that fails.
+//
+// Two kinds of data are made side by side: the surface (relief, then the method's data) and the scene (mesh and pigment).
+// A change of one leaves the other at work. Each start of a kind raises its turn, so that a task which resumes after an
+// await can tell whether it is stale.
 
-import { showControls } from "./controls.js";
-import { look } from "./picture.js";
+import { updateAddress } from "./address.js";
+import { showControls } from "./panel.js";
 import { readSpectrum, refreshMap } from "./reading.js";
 import { hideRelief, showRelief } from "./relief.js";
-import { currentKeys, isFile, remember } from "./settings.js";
-import { byId, page, views } from "./state.js";
-import { progress, say, titleOf } from "./words.js";
+import { byId, currentKeys, isFile, page, views } from "./state.js";
+import { orderPicture } from "./view.js";
+import { showMessage, showProgress, titleOf } from "./words.js";
 
-const SPECTRUM_NOTE_MS = 300;
+/** Rest in ms before the data of spectra are made, which no picture needs. */
+const SPECTRA_DELAY_MS = 300;
 
-// What is being made of each kind, and how often that was begun: what is changed of one leaves the other at work.
+/** The tasks under way, by kind. */
 const pending = { surface: null, scene: null };
+/** Number of starts, by kind. */
 const turns = { surface: 0, scene: 0, all: 0 };
-let sceneShare = null;
-// What the artist has, by the keys of the library, whether or not all that belongs to it was made.
+/** Fraction of the scene that is made; null when none is being made. */
+let sceneFraction = null;
+/** Keys of the data that the artist has. */
 const held = { method: null, scene: null };
 
-/** Whether this kind has been begun anew, or given up, since. */
-function staleOf(kind) {
+/** Starts a turn of this kind; the function returned tells whether another was started since. */
+function startTurn(kind) {
   const turn = ++turns[kind];
   return () => turn !== turns[kind];
 }
 
-/** Makes what the settings need and is not there. */
-export async function make() {
-  // Nothing can be made of a file that is not there.
+/** Makes the data that the settings need and that are not there. */
+export async function makeMissing() {
+  // The file of a link may not be here yet.
   if (isFile() && !page.source) return;
   const keys = currentKeys();
   const surfaceChanged = keys.relief !== page.keys.relief || keys.method !== page.keys.method;
   const sceneChanged = keys.scene !== page.keys.scene && page.adapter !== null;
   if (!surfaceChanged && !sceneChanged) return;
   page.keys = { ...keys, scene: sceneChanged ? keys.scene : page.keys.scene };
-  const stale = staleOf("all");
+  const stale = startTurn("all");
   page.making = true;
-  if (surfaceChanged) pending.surface = makeSurface(keys, staleOf("surface"));
-  if (sceneChanged) pending.scene = makeScene(keys, staleOf("scene"));
+  if (surfaceChanged) pending.surface = makeSurface(keys, startTurn("surface"));
+  if (sceneChanged) pending.scene = makeScene(keys, startTurn("scene"));
   try {
     await Promise.all([pending.surface, pending.scene]);
     if (stale()) return;
     page.good = { settings: structuredClone(page.settings), source: page.source, read: page.read, keys: page.keys };
     page.making = false;
-    progress(null);
-    look();
+    showProgress(null);
+    orderPicture();
     refreshMap();
-    // Spectra need data of their own, which nobody waits for.
-    setTimeout(() => !stale() && makeSpectra(), SPECTRUM_NOTE_MS);
+    // Spectra need data of their own.
+    setTimeout(() => !stale() && makeSpectra(), SPECTRA_DELAY_MS);
   } catch (error) {
     if (!stale()) failed(error);
   }
 }
 
+/** Reads the relief and makes the method's data, for the artist or, without one, for maps on the processor. */
 async function makeSurface(keys, stale) {
   const { engine, settings, source } = page;
   engine.cancel();
   views.spectrum.say("");
   if (!engine.holds(keys.relief)) {
-    progress("Reading the relief");
+    showProgress("Reading the relief");
     const read = await engine.relief(settings, source?.file, keys.relief);
     if (stale()) return;
     page.read = read;
@@ -68,30 +76,31 @@ async function makeSurface(keys, stale) {
   if (too_much) throw Object.assign(new Error(too_much), { kind: "limit" });
   if (stale()) return;
   const name = settings.method === "table" ? "Making the colour table" : `Making the data of ${settings.method}`;
-  progress(name, 0);
+  showProgress(name, 0);
   const start = performance.now();
-  const told = (share) => stale() || progress(name, share);
-  const bytes = page.adapter === null ? null : await engine.method(settings, told);
+  const report = (fraction) => stale() || showProgress(name, fraction);
+  const bytes = page.adapter === null ? null : await engine.method(settings, report);
   const seconds = (performance.now() - start) / 1e3;
   await page.opening;
   if (stale()) return;
   if (!page.adapter) {
-    await engine.reflectance(settings, keys.method, told);
+    await engine.reflectance(settings, keys.method, report);
     return;
   }
   page.made = { bytes: bytes.length, seconds };
-  if (sceneShare !== null) progress("Making the shape", sceneShare);
+  if (sceneFraction !== null) showProgress("Making the shape", sceneFraction);
   held.method = keys.method;
   await engine.setMethod(bytes);
 }
 
+/** Makes mesh and pigment, first as a draft. */
 async function makeScene(keys, stale) {
-  sceneShare = 0;
+  sceneFraction = 0;
   const { engine, settings } = page;
   for (const draft of [true, false]) {
-    const bytes = await engine.scene(settings, draft, (share) => (sceneShare = share));
-    if (draft) sceneShare = 0;
-    else sceneShare = null;
+    const bytes = await engine.scene(settings, draft, (fraction) => (sceneFraction = fraction));
+    if (draft) sceneFraction = 0;
+    else sceneFraction = null;
     await page.opening;
     if (stale() || !page.adapter) return;
     held.scene = keys.scene;
@@ -99,15 +108,16 @@ async function makeScene(keys, stale) {
   }
 }
 
+/** Tells of an error and goes back, or asks for the scale of a file. */
 function failed(error) {
-  progress(null);
+  showProgress(null);
   page.making = false;
   if (error.kind === "scale") return askScale(error);
-  if (error.kind !== "cancelled") say(error.kind === "internal" ? `The computation broke off: ${error.message}` : error.message);
+  if (error.kind !== "cancelled") showMessage(error.kind === "internal" ? `The computation broke off: ${error.message}` : error.message);
   goBack();
 }
 
-/** To what was there before. */
+/** Goes back to the last state of which everything was made. */
 export function goBack() {
   const { good } = page;
   for (const kind in turns) turns[kind] += 1;
@@ -128,14 +138,15 @@ export function goBack() {
   }
   byId("scale").hidden = true;
   showControls();
-  remember();
-  // The artist may have got one of two things that were to be shown together. If what was there cannot be made anew, nothing is
-  // left to go back to.
+  updateAddress();
+  // The artist may already have the new method or scene. The old one is then made again, and until it is there, no state
+  // is complete.
   if (page.keys.method !== good.keys.method || page.keys.scene !== good.keys.scene) page.good = null;
-  make();
-  look();
+  makeMissing();
+  orderPicture();
 }
 
+/** Asks for the scale that the file does not have. */
 function askScale(error) {
   const { parameter } = error;
   byId("scale").hidden = false;
@@ -149,15 +160,16 @@ function askScale(error) {
   page.read = null;
 }
 
+/** Makes the data of spectra, in the background. */
 async function makeSpectra() {
   const { engine, settings } = page;
   if (isFile() && !page.source) return;
   const keys = currentKeys();
   if (!engine.holds(keys.relief) || engine.hasSpectra(keys.method)) return;
-  const told = (share) => views.spectrum.say(`making its data: ${Math.floor(100 * share)} %`);
-  told(0);
+  const report = (fraction) => views.spectrum.say(`making its data: ${Math.floor(100 * fraction)} %`);
+  report(0);
   try {
-    await engine.spectra(settings, keys.method, told);
+    await engine.spectra(settings, keys.method, report);
   } catch (error) {
     if (error.kind !== "cancelled") views.spectrum.say(error.message);
     return;

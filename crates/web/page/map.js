@@ -1,8 +1,12 @@
-// The BRDF map: what the surface sends where, for light from one direction; and what is read of it.
+// The BRDF map: reflectance over all viewing directions for one direction of the light, seen from above (x right, y up), and
+// the directions that belong to its points.
 
 import { svg } from "./svg.js";
 
+/** One degree in radians. */
 const RADIAN = Math.PI / 180;
+/** Radius up to which arrow keys move; at 1 lies the horizon. */
+const KEY_RADIUS_MAX = 0.995;
 
 /** The unit vector of a polar angle and an azimuth. */
 export function direction(theta_deg, phi_deg) {
@@ -23,27 +27,28 @@ export function halfway(wi, wo) {
   return length > 0 ? sum.map((value) => value / length) : [0, 0, 1];
 }
 
-/** The direction to which a place of the picture stands, both in [0, 1] from its upper left corner. */
+/** The direction at a point of the map, each coordinate in [0, 1] from the upper left; null outside the disc. */
 export function directionAt(x, y) {
   const [u, v] = [2 * x - 1, 1 - 2 * y];
   const square = u * u + v * v;
   return square < 1 ? [u, v, Math.sqrt(1 - square)] : null;
 }
 
-/** The colour of the map there. */
+/** The colour of the map in a direction, linear sRGB in 1/sr. */
 export function colourAt({ rgb, side }, [x, y]) {
   const column = Math.min(side - 1, Math.floor((0.5 + 0.5 * x) * side));
   const row = Math.min(side - 1, Math.floor((0.5 - 0.5 * y) * side));
   return rgb.slice(3 * (row * side + column), 3 * (row * side + column) + 3);
 }
 
+/** The map on its canvas, with marks. */
 export class MapView {
   #canvas;
   #mirror = svg("circle", { class: "mirror", r: 0.045 });
   #read = svg("path", { class: "read", d: "M-.08 0H.08M0-.08V.08" });
   #half = svg("path", { class: "half", d: "M0-.055 .055 0 0 .055-.055 0Z" });
 
-  /** `read` gets the direction under pointer or keys. */
+  /** Draws marks into the SVG element `marks`; `read` gets the direction under the pointer or chosen by keys. */
   constructor(canvas, marks, read) {
     this.#canvas = canvas;
     for (const theta of [30, 60]) marks.append(svg("circle", { class: "grid", r: Math.sin(theta * RADIAN) }));
@@ -66,12 +71,13 @@ export class MapView {
       event.preventDefault();
       const size = event.shiftKey ? 0.1 : 0.02;
       const next = [at[0] + size * step[0], at[1] + size * step[1]];
-      if (Math.hypot(...next) >= 0.995) return;
+      if (Math.hypot(...next) >= KEY_RADIUS_MAX) return;
       at = next;
       read([...at, Math.sqrt(1 - at[0] ** 2 - at[1] ** 2)]);
     });
   }
 
+  /** Shows RGBA pixels, rows from the top. */
   show(rgba, side) {
     this.#canvas.width = this.#canvas.height = side;
     this.#canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), side, side), 0, 0);

@@ -1,73 +1,63 @@
-// The picture, and the graphics device that draws it.
+// The picture on the canvas: the graphics device behind it, and the gestures on it.
 
-import { showMapLight, showSun } from "./controls.js";
-import { listen } from "./gestures.js";
-import { make } from "./making.js";
+import { updateAddress } from "./address.js";
+import { listenToGestures } from "./gestures.js";
+import { makeMissing } from "./making.js";
 import { angles } from "./map.js";
+import { showMapLight, showSun } from "./panel.js";
 import { DRAFT_SIDE, drawMap, readAt, refreshMap } from "./reading.js";
-import { change, remember } from "./settings.js";
+import { change } from "./settings.js";
 import { showStill } from "./sources.js";
 import { byId, page, THETA_MAX_DEG } from "./state.js";
-import { rounded, say, showStatus } from "./words.js";
+import { orderPicture } from "./view.js";
+import { rounded, showMessage, showStatus } from "./words.js";
 
-/** Widest picture of the screen's own resolution, in pixels. */
-const WIDTH_MAX = 1536;
-/** What is drawn is told of in words when it has stayed for so many milliseconds. */
-const SAYING_MS = 100;
-/** A second loss within so many milliseconds is not mended without being asked. */
+/** Time in ms that a draft stays before the status line tells of it: laying out the text takes a tenth of a draft's time. */
+const STATUS_DELAY_MS = 100;
+/** Time in ms after a loss of the device within which a second loss is left to the visitor. */
 const LOSS_MS = 10000;
 
-export function pictureSize() {
-  const chosen = byId("size").value;
-  if (chosen !== "auto") return chosen.split("x").map(Number);
-  const width = Math.max(96, Math.min(WIDTH_MAX, Math.round(byId("frame").clientWidth * devicePixelRatio)));
-  return [width, Math.round((width * 2) / 3)];
-}
+let statusTimer = 0;
 
-/** Asks for the picture anew. Browsers tell of what is dragged once a frame, and the artist draws what was asked for last. */
-export function look() {
-  if (!page.adapter) return;
-  page.asked += 1;
-  page.engine.view(page.settings, ...pictureSize(), page.asked);
-}
-
-let saying = 0;
-export function artistSays(event) {
-  if (event.type === "lost") return lost(event.message);
-  if (event.type === "failed") return say(event.message);
+/** Handles an event of the artist: a picture that was drawn, a failure, or the loss of the device. */
+export function handleArtistEvent(event) {
+  if (event.type === "lost") return handleLoss(event.message);
+  if (event.type === "failed") return showMessage(event.message);
   if (!page.drawn) performance.mark("first-picture");
-  // The first picture of what was made.
   if (page.good && !page.making) page.good.at ??= performance.now();
   page.drawn = event;
   if (event.finest) performance.mark("finest-picture");
-  // Nobody reads what is said of a draft that the next one replaces, and laying the words out takes a tenth of its time.
-  clearTimeout(saying);
+  clearTimeout(statusTimer);
   if (event.finest) showStatus();
-  else saying = setTimeout(showStatus, SAYING_MS);
+  else statusTimer = setTimeout(showStatus, STATUS_DELAY_MS);
 }
 
+/** Replaces the canvas: a device can only be opened on one that nothing has drawn on. */
 function newCanvas() {
   const old = byId("picture");
   const canvas = old.cloneNode(false);
   const focused = document.activeElement === old;
   old.replaceWith(canvas);
   if (focused) canvas.focus();
-  listen(canvas, hands);
+  listenToGestures(canvas, actions);
   return canvas;
 }
 
 let lastLoss = -Infinity;
-async function lost(message) {
+
+/** Opens the device again after its loss, or asks the visitor where it was lost shortly before. */
+async function handleLoss(message) {
   page.adapter = undefined;
   const again = performance.now() - lastLoss < LOSS_MS;
   lastLoss = performance.now();
-  say(null);
+  showMessage(null);
   byId("lost").hidden = false;
   byId("lost-text").textContent = `The graphics device was lost: ${message || "no reason was given"}.`;
   byId("recover").hidden = !again;
   if (!again) await recover();
 }
 
+/** Opens the device again and makes its data. */
 export async function recover() {
   byId("lost-text").textContent = "The graphics device was lost. It is being started again.";
   const error = await openArtist();
@@ -77,11 +67,11 @@ export async function recover() {
     return;
   }
   byId("lost").hidden = true;
-  say("The graphics device was lost and has been started again.");
-  make();
+  showMessage("The graphics device was lost and has been started again.");
+  makeMissing();
 }
 
-/** Opens the graphics device; gives the error where that fails. */
+/** Opens the graphics device; returns the error where that fails, else null. */
 export async function openArtist() {
   page.adapter = undefined;
   const opening = page.engine.openArtist(newCanvas());
@@ -92,27 +82,30 @@ export async function openArtist() {
     page.adapter = null;
     return error;
   }
-  look();
+  orderPicture();
   return null;
 }
 
-export function withoutArtist(error) {
+/** Shows that there is no graphics device, and ready-made pictures instead. */
+export function showWithoutArtist(error) {
   byId("no-gpu").hidden = false;
   byId("no-gpu-reason").textContent = `The reason: ${error.message}.`;
-  // They are about pictures alone.
+  // Controls of pictures.
   for (const field of document.querySelectorAll("#save-png, #reset, #size, #blend, .tabs input")) field.disabled = true;
   showStill(page.examples.find(({ name }) => name === page.example));
   showStatus();
 }
 
+/** Changes camera or sun by a function of the library. */
 const move = (call, ...numbers) => {
   page.settings = JSON.parse(page.engine.quick[call](JSON.stringify(page.settings), ...numbers));
   showSun();
-  remember();
-  look();
+  updateAddress();
+  orderPicture();
 };
 
-const hands = {
+/** The effects of gestures, in CSS pixels. */
+const actions = {
   turn: (right, down) => move("turned", right, down),
   sun: (right, down) => move("sunned", right, down),
   pan: (right, down) => move("panned", right, down, byId("frame").clientWidth),
@@ -123,6 +116,7 @@ const hands = {
   leave: () => refreshMap(),
 };
 
+/** Sets camera and sun to their defaults. */
 export function resetView() {
   const { camera, sun } = JSON.parse(page.engine.quick.default_settings());
   change((settings) => Object.assign(settings, { camera, sun }));
@@ -130,7 +124,8 @@ export function resetView() {
 
 let hovering = false;
 let hoverNext = null;
-/** Shows what the place of the picture sees, in the map. */
+
+/** Shows the surface at a point of the picture, each coordinate in [0, 1) from the upper left, in the map. */
 async function hover(x, y) {
   hoverNext = [x, y];
   if (hovering || !page.adapter || !page.drawn) return;
@@ -149,8 +144,8 @@ async function hover(x, y) {
     }
     refreshMap();
   } catch (error) {
-    // The loss of the device is told elsewhere.
-    if (error.kind !== "lost" && error.kind !== "cancelled") say(error.message);
+    // handleLoss tells of the loss of the device.
+    if (error.kind !== "lost" && error.kind !== "cancelled") showMessage(error.message);
   } finally {
     hovering = false;
   }

@@ -1,17 +1,21 @@
-// Draws the BRDF map, and reads colour and spectrum of it.
+// Draws the BRDF map, and reads colour and spectrum at a direction of it.
+//
+// `wi` is the direction to the light and `wo` that to the viewer, unit vectors in the relief's frame.
 
+import { updateAddress } from "./address.js";
 import { angles, colourAt, direction, halfway } from "./map.js";
-import { currentKeys, remember } from "./settings.js";
-import { byId, page, views } from "./state.js";
-import { degrees, say, signed } from "./words.js";
+import { byId, currentKeys, page, views } from "./state.js";
+import { degrees, showMessage, signed } from "./words.js";
 
+/** Side of the map in pixels. */
 const MAP_SIDE = 128;
-/** Of a map that follows the pointer. */
+/** Side in pixels of a map that follows the pointer. */
 export const DRAFT_SIDE = 48;
 
 let mapping = false;
 let mapNext = null;
-/** Draws the map for light from `wi`; of several asked for meanwhile, the last. */
+
+/** Draws the map for light from `wi`. Of calls that come while one is drawn, only the last is drawn after it. */
 export async function drawMap(wi, side) {
   mapNext = { wi, side };
   if (mapping) return;
@@ -33,6 +37,7 @@ export async function drawMap(wi, side) {
   }
 }
 
+/** The map for light from `wi`, linear sRGB in 1/sr; null where its data are not made yet. */
 export function mapOf(wi, side) {
   const { engine } = page;
   if (page.adapter) return engine.map(wi, side);
@@ -41,13 +46,14 @@ export function mapOf(wi, side) {
   return engine.mapOnProcessor(page.settings, theta_deg, phi_deg, side);
 }
 
+/** Draws the map for the light of the settings. */
 export async function refreshMap() {
   const { theta_deg, phi_deg } = page.settings.map;
-  remember();
+  updateAddress();
   try {
     await drawMap(direction(theta_deg, phi_deg), MAP_SIDE);
   } catch (error) {
-    if (error.kind !== "lost" && error.kind !== "cancelled") say(error.message);
+    if (error.kind !== "lost" && error.kind !== "cancelled") showMessage(error.message);
   }
 }
 
@@ -56,7 +62,7 @@ const inDegrees = (unit) => {
   return `θ ${degrees(theta_deg)}, φ ${degrees(phi_deg)}`;
 };
 
-/** Reads the map towards `wo`. */
+/** Shows colour, angles and spectrum of the map towards `wo`. */
 export function readAt(wo) {
   page.wo = wo;
   const { wi, map } = page;
@@ -66,7 +72,7 @@ export function readAt(wo) {
   byId("fact-wo").textContent = inDegrees(wo);
   byId("fact-h").textContent = inDegrees(halfway(wi, wo));
   byId("fact-rgb").textContent = Array.from(rgb, (value) => signed(Number(value.toPrecision(3)))).join(", ");
-  // What a surface that lies in this light would show: radiance over that of white which faces the sun.
+  // Radiance of the surface in this light, relative to a white diffuse plane that faces the sun.
   const shown = Float32Array.from(rgb, (value) => value * Math.PI * wi[2]);
   byId("swatch").style.backgroundColor = `rgb(${page.engine.quick.to_srgb(shown, page.settings.exposure).join(" ")})`;
   readSpectrum();
@@ -74,6 +80,8 @@ export function readAt(wo) {
 
 let reading = false;
 let readNext = false;
+
+/** Shows the spectrum at page.wi and page.wo. Calls that come while one is computed are answered once, by the last. */
 export async function readSpectrum() {
   readNext = true;
   if (reading || !page.wo || !page.engine.hasSpectra(currentKeys().method)) return;

@@ -1,21 +1,23 @@
-// The relief as a picture with a scale bar, and its numbers.
+// Shows the relief as a picture with a scale bar, and its numbers.
 
-const byId = (id) => document.getElementById(id);
-// Gwyddion's convention: three significant digits say what a scan knows.
+import { byId } from "./state.js";
+
+/** A length in µm as text with three significant digits, as Gwyddion shows scans. */
 const micrometres = (value) => (value < 0.1 ? `${Number((1e3 * value).toPrecision(3))} nm` : `${Number(value.toPrecision(3))} µm`);
 
-/** Where nothing is known of it yet. */
+/** Hides the relief until another one is read. */
 export function hideRelief() {
   byId("relief-shown").hidden = true;
 }
 
+/** Shows a relief as Engine.relief returns it. */
 export function showRelief({ facts, width, height, bar_um, um_per_pixel, rgba }) {
   byId("relief-shown").hidden = false;
   const canvas = byId("relief-picture");
   canvas.width = width;
   canvas.height = height;
   canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(rgba.buffer), width, height), 0, 0);
-  // The picture is drawn as wide as the page has room for.
+  // Relative to the picture, whose width on the screen follows the window.
   byId("bar").style.width = `${(100 * bar_um) / (um_per_pixel * width)}%`;
   byId("bar-length").textContent = micrometres(bar_um);
   byId("relief-range").textContent = `0 to ${micrometres(facts.peak_to_valley_um)}`;

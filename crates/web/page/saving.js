@@ -1,14 +1,16 @@
-// What is saved and copied.
+// Saves pictures and maps, and copies links, scenes and commands.
 
+import { address } from "./address.js";
 import { direction } from "./map.js";
-import { pictureSize } from "./picture.js";
 import { mapOf } from "./reading.js";
-import { address } from "./settings.js";
 import { byId, page } from "./state.js";
-import { say } from "./words.js";
+import { pictureSize } from "./view.js";
+import { showMessage } from "./words.js";
 
+/** Side of a saved map in pixels. */
 const EXR_SIDE = 256;
 
+/** Has the browser save bytes as a file. */
 function save(bytes, name, type) {
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([bytes], { type }));
@@ -19,26 +21,28 @@ function save(bytes, name, type) {
 
 const fileStem = () => (page.source?.name ?? page.settings.surface.preset).replace(/\.[^.]*$/, "");
 
-async function copy(text, what) {
+/** Copies text to the clipboard, or shows it where the browser refuses; `name` is its kind for the status line. */
+async function copy(text, name) {
   try {
     await navigator.clipboard.writeText(text);
-    byId("status").textContent = `${what} copied.`;
+    byId("status").textContent = `${name} copied.`;
   } catch {
-    // Where the browser keeps the clipboard to itself, the text can be marked here.
-    say(text);
+    showMessage(text);
   }
 }
 
+/** Runs a task when the button is clicked; its errors become a message. */
 function onClick(id, task) {
   byId(id).addEventListener("click", async () => {
     try {
       await task();
     } catch (error) {
-      say(error.message);
+      showMessage(error.message);
     }
   });
 }
 
+/** Listens to the buttons below the picture. */
 export function listenToSaving() {
   onClick("save-png", async () => save(await page.engine.png(), `${fileStem()}.png`, "image/png"));
   onClick("save-exr", async () => {

@@ -2,13 +2,19 @@
 
 import { svg } from "./svg.js";
 
+/** Half the side of the drawing, in its own units. */
+const HALF = 52;
+/** Radius of the horizon in units of the drawing. */
 const RADIUS = 44;
+/** One degree in radians. */
 const RADIAN = Math.PI / 180;
 
+/** The drawing of the sky in its SVG element. */
 export class Sky {
   #element;
   #sun = svg("circle", { class: "disc", r: 5.5 });
   #ray = svg("line", { x1: 0, y1: 0 });
+  /** Azimuth of the camera in degrees. */
   #camera = 0;
 
   /** `changed` gets the sun's azimuth and elevation in degrees. */
@@ -19,8 +25,8 @@ export class Sky {
     element.append(this.#ray, svg("text", { x: 0, y: 51.5 }, "you"), this.#sun);
     const drag = (event) => {
       const box = element.getBoundingClientRect();
-      const x = (((event.clientX - box.x) / box.width) * 104 - 52) / RADIUS;
-      const y = (((event.clientY - box.y) / box.height) * 104 - 52) / RADIUS;
+      const x = (((event.clientX - box.x) / box.width) * 2 * HALF - HALF) / RADIUS;
+      const y = (((event.clientY - box.y) / box.height) * 2 * HALF - HALF) / RADIUS;
       const azimuth = Math.atan2(x, y) / RADIAN + this.#camera;
       changed(((((azimuth + 180) % 360) + 360) % 360) - 180, Math.acos(Math.min(1, Math.hypot(x, y))) / RADIAN);
     };
@@ -33,6 +39,7 @@ export class Sky {
     });
   }
 
+  /** Shows the sun as a camera sees it. */
   show(sun, camera) {
     this.#camera = camera.azimuth_deg;
     const angle = (sun.azimuth_deg - camera.azimuth_deg) * RADIAN;

@@ -1,18 +1,18 @@
-// Where the heights come from: presets, files, examples.
+// Sources of the heights: presets, files, examples.
 
-import { showControls } from "./controls.js";
-import { change, settled } from "./settings.js";
+import { showControls } from "./panel.js";
+import { change, settingsChanged } from "./settings.js";
 import { byId, page } from "./state.js";
-import { progress, say } from "./words.js";
+import { showMessage, showProgress } from "./words.js";
 
-/** A scan of 4096² in double precision has a quarter of this; all of it has to fit into the memory of a tab, twice. */
+/** Largest file in bytes: it has to fit into the memory of a tab twice. A scan of 4096² in double precision has 134e6. */
 const FILE_BYTES_MAX = 512e6;
 
-/** Fields of `surface` that belong to one source of heights and not to another. */
-const OF_A_SOURCE = ["preset", "filename", "period", "height", "region_size", "region_spread", "pixel_size", "max_height", "channel", "fill", "level", "tiling"];
+/** The surface without the fields that belong to its source of heights. */
+const withoutSource = (surface) =>
+  Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
 
-const withoutSource = (surface) => Object.fromEntries(Object.entries(surface).filter(([key]) => !OF_A_SOURCE.includes(key)));
-
+/** Takes a preset. */
 export function choosePreset(preset) {
   page.source = page.wanted = page.example = null;
   showWanted();
@@ -20,24 +20,25 @@ export function choosePreset(preset) {
   change((settings) => (settings.surface = { ...withoutSource(settings.surface), preset }));
 }
 
+/** Takes a file of the visitor; a link that waits for a file gets it. */
 export async function chooseFile(file) {
-  say(null);
+  showMessage(null);
   if (file.size > FILE_BYTES_MAX) {
-    say(`${file.name} has ${Math.round(file.size / 1e6)} MB, and the page reads files of up to ${FILE_BYTES_MAX / 1e6} MB.`);
+    showMessage(`${file.name} has ${Math.round(file.size / 1e6)} MB, and the page reads files of up to ${FILE_BYTES_MAX / 1e6} MB.`);
     return;
   }
   let sha256;
   try {
-    progress("Reading the file");
+    showProgress("Reading the file");
     sha256 = await page.engine.checksum(file);
   } catch (error) {
-    progress(null);
-    if (error.kind !== "cancelled") say(error.message);
+    showProgress(null);
+    if (error.kind !== "cancelled") showMessage(error.message);
     return;
   }
-  progress(null);
+  showProgress(null);
   const { wanted } = page;
-  // The same file may be dropped again, to be asked for its scale once more.
+  // The same file, dropped again, is read again: its scale may be asked for once more.
   page.keys = { ...page.keys, relief: null };
   page.source = { name: file.name, file, sha256 };
   page.example = null;
@@ -45,11 +46,11 @@ export async function chooseFile(file) {
     page.wanted = null;
     showWanted();
     if (wanted.sha256 && wanted.sha256 !== sha256) {
-      say(`${file.name} is not the file that the link was made with, and gives another picture.`);
+      showMessage(`${file.name} is not the file that the link was made with, and gives another picture.`);
     }
-    // The link's settings are for this file, whatever its name is now.
+    // The link's settings belong to this file, whatever its name is now.
     page.settings.surface.filename = file.name;
-    settled();
+    settingsChanged();
     return;
   }
   byId("scale").hidden = true;
@@ -57,6 +58,7 @@ export async function chooseFile(file) {
   change((settings) => (settings.surface = { ...withoutSource(settings.surface), filename: file.name }));
 }
 
+/** Shows the file that a link waits for. */
 export function showWanted() {
   const { wanted } = page;
   byId("wanted").hidden = !wanted;
@@ -65,19 +67,20 @@ export function showWanted() {
   byId("wanted").textContent = `This link is about the file ${wanted.name}${sum}. Drop it here to see the picture.`;
 }
 
+/** Takes an example: its file, if it has one, and its settings. */
 export async function chooseExample(example) {
   let source = null;
   if (example.file) {
-    progress("Fetching the scan");
+    showProgress("Fetching the scan");
     try {
       source = await fetched(example);
     } catch (error) {
-      progress(null);
-      say(error.message);
+      showProgress(null);
+      showMessage(error.message);
       showControls();
       return;
     }
-    progress(null);
+    showProgress(null);
   }
   page.source = source;
   page.wanted = null;
@@ -88,20 +91,22 @@ export async function chooseExample(example) {
   try {
     page.settings = page.engine.complete({ camera, sun, map, ...example.settings });
   } catch (error) {
-    say(error.message);
+    showMessage(error.message);
     return;
   }
-  say(null);
+  showMessage(null);
   showStill(example);
-  settled();
+  settingsChanged();
 }
 
+/** The file of an example, as page.source. */
 export async function fetched(example) {
   const answer = await fetch(`examples/${example.file}`);
   if (!answer.ok) throw new Error(`examples/${example.file}: ${answer.status} ${answer.statusText}`);
   return { name: example.file, file: new File([await answer.blob()], example.file), sha256: example.sha256 };
 }
 
+/** Shows the ready-made picture of an example where there is no graphics device. */
 export function showStill(example) {
   byId("still").hidden = page.adapter !== null || !example;
   if (byId("still").hidden) return;
@@ -109,6 +114,7 @@ export function showStill(example) {
   byId("still").alt = `${example.title}, a ready-made picture`;
 }
 
+/** Shows a card for each example. */
 export function showExamples() {
   byId("examples").hidden = page.examples.length === 0;
   byId("examples").querySelector(".cards").replaceChildren(

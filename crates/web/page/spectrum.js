@@ -2,22 +2,25 @@
 
 import { svg } from "./svg.js";
 
+/** Edges of the plot in units of its SVG element. */
 const [LEFT, RIGHT, TOP, BOTTOM] = [44, 294, 8, 128];
 const [FIRST_NM, LAST_NM] = [380, 780];
-// What the wavelengths look like, to tell them apart under the curve.
+/** Approximate colours of wavelengths in nm, for the area under the curve. */
 const HUES = [
   [380, "#3b1a6b"], [420, "#4a32c0"], [460, "#2b62e0"], [490, "#1f9fc4"], [520, "#28a745"],
   [560, "#8fb51f"], [580, "#d8b41c"], [610, "#e0701f"], [650, "#c22b20"], [780, "#4d0f0f"],
 ];
 
+/** Abscissa of a wavelength. */
 const place = (nm) => LEFT + ((nm - FIRST_NM) / (LAST_NM - FIRST_NM)) * (RIGHT - LEFT);
 
-/** The least number of one digit, times a power of ten, that is not below. */
+/** The value rounded up to one significant digit. */
 function roundUp(value) {
   const power = 10 ** Math.floor(Math.log10(value));
   return Math.ceil(value / power - 1e-9) * power;
 }
 
+/** The plot in its SVG element. */
 export class Spectrum {
   #element;
   #area = svg("path", { fill: "url(#hues)" });
@@ -44,13 +47,13 @@ export class Spectrum {
     this.say("");
   }
 
-  /** Shows a word instead of a curve. */
-  say(words) {
+  /** Shows text instead of a curve. */
+  say(text) {
     this.#area.setAttribute("d", "");
     this.#curve.setAttribute("d", "");
     this.#top.textContent = "";
-    this.#note.textContent = words;
-    this.#element.setAttribute("aria-label", words ? `Spectrum: ${words}` : "Spectrum");
+    this.#note.textContent = text;
+    this.#element.setAttribute("aria-label", text ? `Spectrum: ${text}` : "Spectrum");
   }
 
   /** Reflectances in 1/sr at equal steps from 380 to 780 nm. */
@@ -66,7 +69,7 @@ export class Spectrum {
     this.#top.textContent = Number(scale.toPrecision(1));
     this.#note.textContent = "";
     const peak = FIRST_NM + (values.indexOf(most) / (values.length - 1)) * (LAST_NM - FIRST_NM);
-    const words = most > 0 ? `strongest at ${Math.round(peak)} nm, ${most.toPrecision(3)} per steradian` : "dark";
-    this.#element.setAttribute("aria-label", `Spectrum: ${words}`);
+    const summary = most > 0 ? `strongest at ${Math.round(peak)} nm, ${most.toPrecision(3)} per steradian` : "dark";
+    this.#element.setAttribute("aria-label", `Spectrum: ${summary}`);
   }
 }

@@ -1,4 +1,4 @@
-// What the page's modules share: what is chosen, what is there, what is drawn.
+// The state that the page's modules share.
 
 export const byId = (id) => document.getElementById(id);
 
@@ -6,32 +6,58 @@ export const byId = (id) => document.getElementById(id);
 export const THETA_MAX_DEG = 89.9;
 
 export const page = {
+  /** The library, with its workers; see engine.js. */
   engine: null,
+  /** The settings of the library (crates/web/README.md), complete. */
   settings: null,
   /** The file that was dropped or fetched: {name, file, sha256}; null for a preset. */
   source: null,
-  /** The file that a link asks for and that is not there: {name, sha256}. */
+  /** The file that a link names and that is not here: {name, sha256}; null for none. */
   wanted: null,
-  /** The graphics device; null where there is none, undefined while it is being opened, which `opening` waits for. */
-  adapter: undefined,
-  opening: null,
+  /** Examples of examples/index.json. */
   examples: [],
-  /** What was made last, with all that belongs to it: {settings, source, read}. */
+  /** Name of the example that the settings are of; null for none. */
+  example: null,
+  /** The graphics device: {name, backend, software}; null without one, undefined while it is being opened. */
+  adapter: undefined,
+  /** Promise of the graphics device being opened. */
+  opening: null,
+  /** The last state of which everything was made, to go back to: {settings, source, read, keys}, and `at`, the time of its first picture. */
   good: null,
-  /** What is there or being made, by the keys of the library. */
+  /** Keys (Engine.keys) of the relief, method and scene that are there or being made. */
   keys: { relief: null, method: null, scene: null },
+  /** Whether something is being made that a picture waits for. */
+  making: false,
+  /** Facts and picture of the relief that was read last. */
   read: null,
+  /** Size and time of the method's data: {bytes, seconds}. */
+  made: null,
+  /** The BRDF map shown: {rgb, side, wi}. */
   map: null,
-  /** Directions that the map's facts are of. */
+  /** Directions to the light and to the viewer at which the map is read. */
   wi: null,
   wo: null,
-  /** The serial number of the picture that was asked for last, and what was told of the one that was drawn last. */
+  /** Reflectance in 1/sr at equal steps from 380 to 780 nm, at wi and wo. */
+  spectrum: null,
+  /** Serial number of the last picture ordered. */
   asked: 0,
+  /** The artist's report of the last picture drawn, with the serial number of its order. */
   drawn: null,
-  making: false,
 };
 // For the browser's console, and for tests.
 globalThis.sunbeam = page;
 
-/** Parts of the page that draw themselves; they are there once it has started. */
+/** Parts of the page that draw themselves; main.js makes them. */
 export const views = { spectrum: null, sky: null, map: null };
+
+/** Whether the relief comes from a file. */
+export function isFile() {
+  return page.settings.surface.filename !== undefined;
+}
+
+/** Keys that change when relief, method or scene of the present settings have to be made anew. */
+export function currentKeys() {
+  const { relief, method, scene } = page.engine.keys(page.settings);
+  const content = page.source?.sha256 ?? "";
+  return { relief: relief + content, method: method + content, scene };
+}

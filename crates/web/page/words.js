@@ -1,25 +1,30 @@
-// What the page says in words.
+// Numbers as text, and the page's lines of text.
 
 import { byId, page } from "./state.js";
 
-/** With a minus sign that is as wide as a digit. */
+/** The text with a minus sign that is as wide as a digit. */
 export const signed = (text) => String(text).replace("-", "−");
+/** The angle to two decimals. */
 export const rounded = (angle) => Number(angle.toFixed(2));
+/** The angle in degrees as text, to one decimal. */
 export const degrees = (angle) => `${signed(angle.toFixed(1))}°`;
 
-export function say(text) {
+/** Shows a line of text that can be dismissed; null hides it. */
+export function showMessage(text) {
   byId("message").hidden = !text;
   byId("message").firstElementChild.textContent = text ?? "";
 }
 
-export function progress(text, share) {
+/** Shows what is being done, with the fraction done where it is known; null hides it. */
+export function showProgress(text, fraction) {
   byId("progress").hidden = text === null;
   if (text === null) return;
-  byId("progress-text").textContent = share === undefined ? text : `${text}: ${Math.floor(100 * share)} %`;
-  if (share === undefined) byId("progress-bar").removeAttribute("value");
-  else byId("progress-bar").value = share;
+  byId("progress-text").textContent = fraction === undefined ? text : `${text}: ${Math.floor(100 * fraction)} %`;
+  if (fraction === undefined) byId("progress-bar").removeAttribute("value");
+  else byId("progress-bar").value = fraction;
 }
 
+/** Shows the method, its data, the last picture and the graphics device in one line. */
 export function showStatus() {
   const { drawn, made, adapter, settings } = page;
   const parts = [settings.method];
@@ -29,4 +34,5 @@ export function showStatus() {
   byId("status").textContent = parts.join(" · ");
 }
 
+/** The preset's name for readers. */
 export const titleOf = (preset) => page.engine.catalogue.presets.find(({ name }) => name === preset)?.title ?? preset;

@@ -1,6 +1,7 @@
 //! What can be chosen, for the page's lists.
 
 use serde_json::{Value, json};
+use sunbeam::config::ReliefSource;
 use sunbeam::height_field::{Preset, READABLE};
 use sunbeam::methods::MethodKind;
 
@@ -14,7 +15,7 @@ const CONDUCTORS: [(&str, f64, f64); 5] = [
     ("silver", 0.06, 3.59),
 ];
 
-/// Presets, methods, metals and the extensions of the files that are read, as JSON.
+/// Presets, methods, metals, extensions of readable files, and the fields of `surface` that belong to one relief, as JSON.
 pub fn catalogue() -> Value {
     let preset = |preset: Preset| {
         let mut entry = json!({ "name": preset.name(), "title": preset_title(preset) });
@@ -30,6 +31,7 @@ pub fn catalogue() -> Value {
         "methods": MethodKind::ALL.map(method),
         "conductors": CONDUCTORS.map(conductor),
         "extensions": extensions(),
+        "source_fields": ReliefSource::NAMES,
         "version": env!("CARGO_PKG_VERSION"),
     })
 }

@@ -3,7 +3,7 @@
 use crate::error::WebError;
 use serde::{Deserialize, Serialize};
 use std::path::{Component, Path};
-use sunbeam::config::{ObliquityChoice, SurfaceConfig, Theory};
+use sunbeam::config::{ObliquityChoice, ReliefSource, SurfaceConfig, Theory};
 use sunbeam::height_field::Preset;
 use sunbeam::methods::{MethodKind, MethodOptions};
 use sunbeam::scattering::{ComplexIndex, Options, SpectralIndex};
@@ -23,7 +23,7 @@ const CAMERA_ELEVATION: std::ops::RangeInclusive<f64> = -89.0..=89.0;
 const DISTANCE_CM: std::ops::RangeInclusive<f64> = 0.2..=200.0;
 /// Sides of a draft's pigment are divided by this.
 const DRAFT_PIGMENT: usize = 4;
-/// The snake's mesh in a draft is not finer than this; see [`Shape::make`].
+/// Resolution of the snake's mesh in a draft, below all accepted ones; see [`Shape::make`].
 const DRAFT_RESOLUTION: f64 = 0.35;
 /// Accepted polar angles of the map's light in degrees.
 const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
@@ -296,26 +296,14 @@ impl Settings {
     pub fn draft_scene(&self) -> Result<(Mesh, PigmentTexture), WebError> {
         let (along, around) = PIGMENT_SIZE;
         let pigment = (along / DRAFT_PIGMENT, around / DRAFT_PIGMENT);
-        Ok(self.shape.make(self.resolution.min(DRAFT_RESOLUTION), pigment)?)
+        Ok(self.shape.make(DRAFT_RESOLUTION, pigment)?)
     }
 
     /// What changes when the relief, the method's data or the scene have to be made anew.
     pub fn keys(&self) -> Keys {
         let config = self.config();
-        let relief = SurfaceConfig {
-            preset: config.preset,
-            period: config.period,
-            height: config.height,
-            region_size: config.region_size,
-            region_spread: config.region_spread,
-            filename: config.filename.clone(),
-            pixel_size: config.pixel_size,
-            max_height: config.max_height,
-            channel: config.channel.clone(),
-            fill: config.fill,
-            level: Some(config.level()),
-            ..SurfaceConfig::default()
-        };
+        // Heights do not depend on how the tile goes on.
+        let relief = ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() };
         let mut method = config;
         if method.conserve_energy != Some(true) {
             // Then these are the shader's optics, which are set without building anything.

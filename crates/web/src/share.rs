@@ -2,8 +2,9 @@
 
 use crate::settings::{Pigment, Settings};
 use serde::Serialize;
+use serde_json::Value;
 use std::fmt::Write;
-use sunbeam::config::{Source, SurfaceConfig};
+use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::methods::{MethodKind, MethodOptions, Repeats};
 use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
 
@@ -17,7 +18,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     }
     add("exposure", settings.exposure.to_string());
     for (flag, value) in surface_words(settings).into_iter().chain(method_words(settings)) {
-        add(&flag.replace('_', "-"), value);
+        let flag = if flag == "filename" { "height-field".to_owned() } else { flag.replace('_', "-") };
+        add(&flag, value);
     }
     match settings.shape {
         Shape::Snake => add("resolution", settings.resolution.to_string()),
@@ -139,7 +141,6 @@ fn shape(settings: &Settings) -> String {
     line("        <bsdf type=\"diffraction\">");
     let is_number = |value: &str| value.parse::<f64>().is_ok();
     for (name, value) in surface_words(settings) {
-        let name = if name == "height_field" { "filename" } else { name };
         let kind = match (name, value.as_str()) {
             ("filename" | "channel", _) => "string",
             (_, "true" | "false") => "boolean",
@@ -169,34 +170,28 @@ fn shape(settings: &Settings) -> String {
     text
 }
 
-/// Names and values of the surface's parameters as the command takes them, but for those that are the command's defaults.
+/// Names and values of the surface's parameters, except those that have the library's default.
 fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
     let (config, default) = (settings.config(), SurfaceConfig::default());
-    let mut words = Vec::new();
-    let mut number = |name, value: Option<f64>| words.extend(value.map(|value| (name, value.to_string())));
-    number("period", config.period);
-    number("height", config.height);
-    number("region_size", config.region_size);
-    number("region_spread", config.region_spread);
-    number("pixel_size", config.pixel_size);
-    number("max_height", config.max_height);
-    let other = |value: f64, default: f64| Some(value).filter(|value| *value != default);
-    number("coherence_length", other(config.coherence_length, default.coherence_length));
-    number("tolerance", other(config.tolerance, default.tolerance));
-    number("build_limit", other(config.build_limit, default.build_limit));
-    let index = settings.index();
-    number("eta", Some(index.eta));
-    number("k", other(index.k, 0.0));
-    let source = match config.source() {
-        Source::Preset(preset) => ("preset", preset.name().to_owned()),
-        Source::File(path) => ("height_field", path.display().to_string()),
+    let mut source = config.relief_source();
+    if let Source::Preset(preset) = config.source() {
+        source.preset = Some(preset);
+    }
+    let source = serde_json::to_value(source).unwrap_or_default();
+    let given = |name: &&'static str| Some((*name, plain(source.get(name)?)));
+    let mut words: Vec<_> = ReliefSource::NAMES.iter().filter_map(given).collect();
+    let mut number = |name, value: f64, default: f64| {
+        if value != default {
+            words.push((name, value.to_string()));
+        }
     };
-    words.insert(0, source);
+    number("coherence_length", config.coherence_length, default.coherence_length);
+    number("tolerance", config.tolerance, default.tolerance);
+    number("build_limit", config.build_limit, default.build_limit);
+    number("k", settings.index().k, 0.0);
+    // Always: without an index the command's surface reflects everything.
+    words.push(("eta", settings.index().eta.to_string()));
     let mut choice = |name, value: Option<String>| words.extend(value.map(|value| (name, value)));
-    choice("channel", config.channel.clone());
-    choice("fill", config.fill.map(named));
-    choice("level", config.level.map(named));
-    choice("tiling", config.tiling.map(named));
     choice("model", (config.model != default.model).then(|| named(config.model)));
     choice("obliquity", (config.obliquity != default.obliquity).then(|| named(config.obliquity)));
     choice("conserve_energy", config.conserve_energy.map(|conserves| conserves.to_string()));
@@ -254,7 +249,16 @@ fn method_words(settings: &Settings) -> Vec<(&'static str, String)> {
 
 /// The name by which a choice is given.
 fn named(value: impl Serialize) -> String {
-    serde_json::to_value(value).ok().and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
+    serde_json::to_value(value).as_ref().map(plain).unwrap_or_default()
+}
+
+/// A name or number without JSON's quotes and trailing zero.
+fn plain(value: &Value) -> String {
+    match (value.as_str(), value.as_f64()) {
+        (Some(name), _) => name.to_owned(),
+        (None, Some(number)) => number.to_string(),
+        (None, None) => value.to_string(),
+    }
 }
 
 fn point(coordinates: [f64; 3], between: &str) -> String {
@@ -309,7 +313,7 @@ mod tests {
         }
         let flss = command(r#"{"method": "flss", "options": {"lambda_step_nm": 10, "weighted": false}}"#);
         assert!(flss.contains("--method flss --lambda-step 10") && !flss.contains("weighted"));
-        assert!(flss.contains("--tiling periodic --model patch"));
+        assert!(flss.contains("--tiling periodic") && flss.contains("--model patch"));
     }
 
     #[test]

@@ -1,24 +1,26 @@
-"""Headless Chromium, driven through chromedriver's HTTP interface (the W3C's WebDriver), and a static host."""
+"""Headless Chromium with WebGPU in software, driven by Selenium, and a static file server."""
 
 from __future__ import annotations
 
-import base64
 import bisect
-import contextlib
 import functools
 import http.server
 import json
 import math
 import shutil
-import socket
-import subprocess
 import sys
 import tempfile
 import threading
-import time
-import urllib.error
-import urllib.request
 from pathlib import Path
+
+from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
+from selenium.webdriver import ActionChains
+from selenium.webdriver.common.actions.action_builder import ActionBuilder
+from selenium.webdriver.common.actions.interaction import POINTER_TOUCH
+from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.ui import WebDriverWait
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 BASE = (
@@ -50,12 +52,9 @@ TRACE = (
     "--trace-startup-format=json",
     "--trace-startup-owner=controller",
 )
-# WebDriver's name for the property that holds an element's number.
-ELEMENT = "element-6066-11e4-a52e-4f735466cecf"
-
 
 def missing() -> str | None:
-    """What is not installed of what the tests need, in words; `None` when all is there."""
+    """Names a program that the tests need and that is not installed; `None` where all are."""
     if not any(shutil.which(name) for name in BROWSERS):
         return "Chromium is not installed (on Debian: apt-get install chromium chromium-driver)"
     if not shutil.which("chromedriver"):
@@ -63,23 +62,19 @@ def missing() -> str | None:
     return None
 
 
-class WebDriverError(RuntimeError):
-    """What chromedriver answered instead of a value."""
-
-
 class Browser:
-    """One window. `flags` are Chromium's; `traced` is for `task_ms`."""
+    """One window of headless Chromium. `driver` is Selenium's.
+
+    `flags` are Chromium's own, `size` is that of the page in CSS pixels, `traced` records the tasks for `task_ms`.
+    """
 
     def __init__(self, flags=WEBGPU, size=(1400, 1000), traced=False):
         self.folder = Path(tempfile.mkdtemp(prefix="sunbeam-browser-"))
         self.downloads = self.folder / "downloads"
         self.downloads.mkdir()
         self.trace = self.folder / "trace.json"
-        port = free_port()
-        self.root = f"http://127.0.0.1:{port}"
-        self.log = (self.folder / "chromedriver.log").open("w")
-        self.process = subprocess.Popen(["chromedriver", f"--port={port}"], stdout=self.log, stderr=self.log)
-        self.session = self.version = ""
+        options = webdriver.ChromeOptions()
+        options.binary_location = next(path for path in map(shutil.which, BROWSERS) if path)
         arguments = [
             *BASE,
             *flags,
@@ -87,23 +82,19 @@ class Browser:
             f"--window-size={size[0]},{size[1]}",
             f"--user-data-dir={self.folder / 'profile'}",
         ]
-        options = {
-            "binary": next(path for path in map(shutil.which, BROWSERS) if path),
-            "args": arguments,
-            "prefs": {"download.default_directory": str(self.downloads), "download.prompt_for_download": False},
-        }
-        wanted = {
-            "browserName": "chrome",
-            "goog:loggingPrefs": {"browser": "ALL"},
-            "goog:chromeOptions": options,
-            "timeouts": {"script": 240000, "pageLoad": 60000},
-        }
+        for argument in arguments:
+            options.add_argument(argument)
+        options.add_experimental_option(
+            "prefs", {"download.default_directory": str(self.downloads), "download.prompt_for_download": False}
+        )
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        service = webdriver.ChromeService(shutil.which("chromedriver"))
+        self.driver = webdriver.Chrome(options, service)
         try:
-            until(self.answers, 20, "chromedriver to start")
-            started = self.call("POST", "/session", {"capabilities": {"alwaysMatch": wanted}})
-            self.session = f"/session/{started['sessionId']}"
-            self.version = f"Chromium {started['capabilities']['browserVersion']}"
-            # The size of the page and not of a window around it.
+            self.driver.set_script_timeout(240)
+            self.driver.set_page_load_timeout(60)
+            self.version = f"Chromium {self.driver.capabilities['browserVersion']}"
+            # The window's size includes the window's frame.
             self.resize(*size)
         except BaseException:
             self.close()
@@ -115,46 +106,13 @@ class Browser:
     def __exit__(self, *_):
         self.close()
 
-    def quit(self):
-        """Ends the browser, which writes its trace then."""
-        if self.session:
-            self.call("DELETE", self.session)
-        self.session = ""
-
     def close(self):
-        with contextlib.suppress(OSError, WebDriverError):
-            self.quit()
-        self.process.terminate()
-        self.process.wait(20)
-        self.log.close()
+        self.driver.quit()
         shutil.rmtree(self.folder, ignore_errors=True)
 
-    def call(self, method, path, body=None):
-        request = urllib.request.Request(
-            self.root + path,
-            method=method,
-            data=None if body is None else json.dumps(body).encode(),
-            headers={"Content-Type": "application/json"},
-        )
-        try:
-            with urllib.request.urlopen(request, timeout=300) as answer:
-                return json.load(answer)["value"]
-        except urllib.error.HTTPError as error:
-            value = json.load(error)["value"]
-            raise WebDriverError(f"{value['error']}: {value['message']}") from None
-
-    def answers(self):
-        try:
-            return self.call("GET", "/status")["ready"]
-        except OSError:
-            return False
-
-    def post(self, path, body):
-        return self.call("POST", self.session + path, body)
-
     def devtools(self, command, **parameters):
-        """A command of Chromium's own."""
-        return self.post("/goog/cdp/execute", {"cmd": command, "params": parameters})
+        """Executes a command of the Chrome DevTools protocol."""
+        return self.driver.execute_cdp_cmd(command, parameters)
 
     def resize(self, width, height, scale=1):
         self.devtools(
@@ -166,46 +124,47 @@ class Browser:
         self.devtools("Emulation.setEmulatedMedia", features=features)
 
     def go(self, url):
-        self.post("/url", {"url": url})
+        self.driver.get(url)
 
     def js(self, code, *arguments):
-        """What the body of a function returns."""
-        return self.post("/execute/sync", {"script": code, "args": list(arguments)})
+        """The value that the body of a function returns."""
+        return self.driver.execute_script(code, *arguments)
 
     def promise(self, code, *arguments):
-        """What the body of an asynchronous function resolves to."""
+        """The value that the body of an asynchronous function resolves to; its arguments are `args`."""
         script = f"""
             const done = arguments[arguments.length - 1];
             (async (...args) => {{ {code} }})(...arguments).then(
                 (value) => done({{ value: value ?? null }}), (error) => done({{ error: String(error) }}));"""
-        found = self.post("/execute/async", {"script": script, "args": list(arguments)})
+        found = self.driver.execute_async_script(script, *arguments)
         if "error" in found:
-            raise WebDriverError(found["error"])
+            raise WebDriverException(found["error"])
         return found["value"]
 
     def element(self, css):
-        return self.post("/element", {"using": "css selector", "value": css})[ELEMENT]
+        return self.driver.find_element(By.CSS_SELECTOR, css)
 
     def click(self, css):
-        self.post(f"/element/{self.element(css)}/click", {})
+        self.element(css).click()
 
     def type(self, css, text):
-        self.post(f"/element/{self.element(css)}/value", {"text": text})
+        self.element(css).send_keys(text)
 
     def screenshot(self):
-        return base64.b64decode(self.call("GET", f"{self.session}/screenshot"))
+        """The visible part of the page, as a PNG file."""
+        return self.driver.get_screenshot_as_png()
 
     def console(self):
-        """Messages since the last call, as [level, text]."""
-        found = self.post("/se/log", {"type": "browser"})
-        return [[entry["level"], entry["message"]] for entry in found]
+        """Console messages since the last call, as [level, text]."""
+        return [[entry["level"], entry["message"]] for entry in self.driver.get_log("browser")]
 
     def task_ms(self, mark):
-        """Processor time in ms of each task of the page's own thread that began after it had set this mark.
+        """Processor time in ms of each task of the page's own thread that began after the page had set this mark.
 
-        Of a browser that is `traced`, which ends here. What chromedriver has the thread do is not counted.
+        The browser has to be `traced`, and ends here. Tasks in which chromedriver's messages arrive are not counted.
         """
-        self.quit()
+        # The trace is written when the browser ends.
+        self.driver.quit()
         events = json.loads(self.trace.read_text())["traceEvents"]
         marks = {(event["pid"], event["tid"]): event["ts"] for event in events if event["name"] == mark}
         events = [event for event in events if event["ts"] > marks.get((event["pid"], event["tid"]), math.inf)]
@@ -214,38 +173,50 @@ class Browser:
         return [
             task["tdur"] / 1e3
             for task in tasks
-            # None of the driver's messages lies between its ends.
+            # No message of the driver lies between the task's ends.
             if bisect.bisect_left(driven, task["ts"]) == bisect.bisect_right(driven, task["ts"] + task["dur"])
         ]
 
-    def actions(self, kind, steps, pointer="mouse"):
-        source = {"type": kind, "id": f"{kind}-{pointer}", "actions": steps}
-        if kind == "pointer":
-            source["parameters"] = {"pointerType": pointer}
-        self.post("/actions", {"actions": [source]})
-
-    def drag(self, css, start, way, button=0, steps=4, pointer="mouse"):
-        """Presses at a place of the element, both in pixels from its middle, and moves along `way`."""
+    def drag(self, css, start, way, button=0, steps=4):
+        """Drags the mouse from `start`, in pixels from the element's middle, along `way`."""
         x, y = self.middle(css)
-        moves = [
-            {
-                "type": "pointerMove",
-                "x": round(x + start[0] + way[0] * i / steps),
-                "y": round(y + start[1] + way[1] * i / steps),
-                "duration": 20,
-            }
-            for i in range(steps + 1)
-        ]
-        down, up = ({"type": kind, "button": button} for kind in ("pointerDown", "pointerUp"))
-        self.actions("pointer", [moves[0], down, *moves[1:], up], pointer)
+        actions = ActionBuilder(self.driver, duration=20)
+        mouse = actions.pointer_action
+        mouse.move_to_location(x + start[0], y + start[1])
+        mouse.pointer_down(button)
+        for step in range(1, steps + 1):
+            mouse.move_to_location(
+                round(x + start[0] + way[0] * step / steps), round(y + start[1] + way[1] * step / steps)
+            )
+        mouse.pointer_up(button)
+        actions.perform()
 
     def hover(self, css, place):
-        """Moves the pointer to a place of the element, in pixels from its middle."""
+        """Moves the mouse to a point of the element, in pixels from its middle."""
         x, y = self.middle(css)
-        self.actions("pointer", [{"type": "pointerMove", "x": x + place[0], "y": y + place[1], "duration": 20}])
+        actions = ActionBuilder(self.driver, duration=20)
+        actions.pointer_action.move_to_location(x + place[0], y + place[1])
+        actions.perform()
+
+    def wheel(self, css, pixels):
+        """Turns the mouse wheel over the middle of the element; negative is away from the user."""
+        origin = ScrollOrigin.from_viewport(*self.middle(css))
+        ActionChains(self.driver, duration=0).scroll_from_origin(origin, 0, pixels).perform()
+
+    def fingers(self, *paths):
+        """Moves one finger along each path, a list of points (x, y) of the window, all at the same time."""
+        actions = ActionBuilder(self.driver)
+        for index, (start, *others) in enumerate(paths):
+            finger = actions.add_pointer_input(POINTER_TOUCH, f"finger {index}")
+            finger.create_pointer_move(duration=30, x=start[0], y=start[1])
+            finger.create_pointer_down(button=0)
+            for x, y in others:
+                finger.create_pointer_move(duration=30, x=x, y=y)
+            finger.create_pointer_up(0)
+        actions.perform()
 
     def middle(self, css):
-        """The middle of an element in the window, scrolled there: WebDriver's own is that of the visible part."""
+        """The middle of an element in window pixels, scrolled there: Selenium's is that of the visible part."""
         return self.js(
             """const element = document.querySelector(arguments[0]);
             element.scrollIntoView({ block: "center", behavior: "instant" });
@@ -255,33 +226,25 @@ class Browser:
         )
 
     def keys(self, *names):
-        """Presses keys one after the other; a tuple is pressed together."""
-        steps = []
+        """Presses keys one after the other; the keys of a tuple are pressed together."""
+        actions = ActionChains(self.driver)
         for name in names:
             together = name if isinstance(name, tuple) else (name,)
-            steps += [{"type": "keyDown", "value": key} for key in together]
-            steps += [{"type": "keyUp", "value": key} for key in reversed(together)]
-        self.actions("key", steps)
+            for key in together:
+                actions.key_down(key)
+            for key in reversed(together):
+                actions.key_up(key)
+        actions.perform()
 
-    def wait(self, code, what, limit=60):
-        """Until the body of a function returns something true; gives that."""
-        return until(lambda: self.js(code), limit, what)
-
-
-def until(ready, limit, what):
-    end = time.monotonic() + limit
-    while True:
-        if found := ready():
-            return found
-        if time.monotonic() > end:
-            raise TimeoutError(f"{limit} s were not enough for {what}")
-        time.sleep(0.05)
+    def wait(self, code, awaited, limit=60):
+        """Waits until the body of a function returns a true value, and returns that value."""
+        return until(lambda: self.js(code), limit, awaited)
 
 
-def free_port():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
+def until(ready, limit, awaited):
+    """Waits at most `limit` seconds until `ready` returns a true value, and returns that value."""
+    waiting = WebDriverWait(None, limit, poll_frequency=0.05)
+    return waiting.until(lambda _: ready(), f"{limit} s were not enough for {awaited}")
 
 
 class Handler(http.server.SimpleHTTPRequestHandler):

@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 import browser as browsers
+import needs
 import pytest
 
 # Their assertions say what they found, as those of tests do.
@@ -25,20 +26,10 @@ def pytest_sessionstart(session):
         pytest.exit("the page is not built: run `make web` first", returncode=2)
 
 
-def pytest_collection_modifyitems(items):
-    if reason := browsers.missing():
-        for item in items:
-            if "host" in item.fixturenames:
-                item.add_marker(pytest.mark.skip(reason=reason))
-
-
-def pytest_terminal_summary(terminalreporter):
-    if reason := browsers.missing():
-        terminalreporter.write_line(f"*** THE PAGE WAS NOT TESTED IN A BROWSER: {reason} ***", red=True, bold=True)
-
-
 @pytest.fixture(scope="session")
 def host(tmp_path_factory):
+    if reason := browsers.missing():
+        needs.skip("chromium", reason)
     root = tmp_path_factory.mktemp("host")
     (root / PLACE).parent.mkdir(parents=True)
     (root / PLACE).symlink_to(SITE.resolve())

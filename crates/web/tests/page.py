@@ -111,8 +111,7 @@ class Page:
 
         from PIL import Image
 
-        shot = self.browser.call("GET", f"{self.browser.session}/element/{self.browser.element(css)}/screenshot")
-        picture = Image.open(BytesIO(base64.b64decode(shot))).convert("RGB")
+        picture = Image.open(BytesIO(self.browser.element(css).screenshot_as_png)).convert("RGB")
         return len(picture.getcolors(picture.width * picture.height))
 
     def choose(self, css, value):

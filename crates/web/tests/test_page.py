@@ -14,6 +14,7 @@ from browser import Browser, until
 from conftest import PLACE, REPOSITORY
 from difference import lab, shown_difference
 from page import QUICK, SMALL, Page
+from selenium.webdriver.common.keys import Keys
 
 METHODS = ["table", "flss", "nmm", "pq", "stam"]
 # Both sides run the same shaders in single precision; compilers of two adapters round differently, and an edge of the
@@ -22,8 +23,6 @@ MEDIAN_MAX, P99_MAX = 0.5, 2.0
 EXPOSURE = 2.0
 # A browser calls a task long from here on.
 LONG_MS = 50
-SHIFT, CONTROL = "\ue008", "\ue009"
-LEFT, UP, RIGHT, DOWN, TAB = "\ue012", "\ue013", "\ue014", "\ue015", "\ue004"
 
 
 # What is drawn
@@ -152,10 +151,10 @@ CONTROLS = {
     "material": (option("#material", "Polycarbonate"), ("surface", "eta"), 1.58, "picture map"),
     "eta": (text("#eta", "1.9"), ("surface", "eta"), 1.9, "picture map"),
     "k": (text("#k", "2"), ("surface", "k"), 2, "picture map"),
-    "azimuth": (keys("#azimuth", RIGHT, RIGHT), ("sun", "azimuth_deg"), -149, "picture"),
-    "elevation": (keys("#elevation", RIGHT), ("sun", "elevation_deg"), 40.5, "picture"),
+    "azimuth": (keys("#azimuth", Keys.RIGHT, Keys.RIGHT), ("sun", "azimuth_deg"), -149, "picture"),
+    "elevation": (keys("#elevation", Keys.RIGHT), ("sun", "elevation_deg"), 40.5, "picture"),
     "blend": (option("#blend", "none"), ("pigment",), "none", "picture"),
-    "exposure": (keys("#exposure", RIGHT), ("exposure",), 2.25, "canvas"),
+    "exposure": (keys("#exposure", Keys.RIGHT), ("exposure",), 2.25, "canvas"),
     "map_theta": (text("#map_theta", "50"), ("map", "theta_deg"), 50, "map"),
     "map_phi": (text("#map_phi", "70"), ("map", "phi_deg"), 70, "map"),
     "scene-flat": (click("input[value=flat]"), ("shape",), "flat", "picture"),
@@ -246,30 +245,21 @@ def test_dragging_turns_the_view_moves_it_and_turns_the_sun(page):
 def test_wheel_fingers_and_keys_zoom_and_turn(page):
     page.reopen(size=SMALL)
     start = page.settings()["camera"]
-    x, y = page.browser.middle("#picture")
-    wheel = {"type": "scroll", "x": x, "y": y, "deltaX": 0, "deltaY": -240, "duration": 0}
-    page.browser.post("/actions", {"actions": [{"type": "wheel", "id": "wheel", "actions": [wheel]}]})
+    page.browser.wheel("#picture", -240)
     near = page.settings()["camera"]["distance_cm"]
     assert near < 0.9 * start["distance_cm"]
 
-    def finger(name, way):
-        place = {"type": "pointerMove", "duration": 30, "y": y}
-        steps = [
-            {**place, "x": x + 2 * way}, {"type": "pointerDown", "button": 0}, {**place, "x": x + 4 * way},
-            {**place, "x": x + 6 * way}, {"type": "pointerUp", "button": 0},
-        ]  # fmt: skip
-        return {"type": "pointer", "id": name, "parameters": {"pointerType": "touch"}, "actions": steps}
-
-    page.browser.post("/actions", {"actions": [finger("one", -20), finger("two", 20)]})
+    x, y = page.browser.middle("#picture")
+    page.browser.fingers(*([(x + side * gap, y) for gap in (40, 80, 120)] for side in (-1, 1)))
     nearer = page.settings()["camera"]
     # Fingers thrice as far apart bring it to a third of the distance.
     assert nearer["distance_cm"] == pytest.approx(near / 3, rel=0.05)
-    keys("#picture", LEFT, UP, "+")(page)
+    keys("#picture", Keys.LEFT, Keys.UP, "+")(page)
     turned = page.settings()
     assert turned["camera"]["azimuth_deg"] > nearer["azimuth_deg"]
     assert turned["camera"]["elevation_deg"] < nearer["elevation_deg"]
     assert turned["camera"]["distance_cm"] < nearer["distance_cm"]
-    keys("#picture", (SHIFT, RIGHT), "-")(page)
+    keys("#picture", (Keys.SHIFT, Keys.RIGHT), "-")(page)
     assert page.settings()["sun"]["azimuth_deg"] > turned["sun"]["azimuth_deg"]
     assert page.settings()["camera"]["distance_cm"] == pytest.approx(nearer["distance_cm"])
     keys("#picture", "r")(page)
@@ -309,7 +299,7 @@ def test_pointing_at_the_map_reads_direction_spectrum_and_colour(page):
     red, green, blue = map(int, page.js("return getComputedStyle(swatch).backgroundColor.match(/\\d+/g).slice(0, 3)"))
     assert red > max(green, blue)
     # By keys as well.
-    keys("#map", UP, (SHIFT, RIGHT))(page)
+    keys("#map", Keys.UP, (Keys.SHIFT, Keys.RIGHT))(page)
     moved = page.js("return sunbeam.wo")
     assert moved[:2] == pytest.approx([sine + 0.1, 0.02], abs=0.02)
 

@@ -6,8 +6,8 @@ import base64
 import io
 import os
 
+import needs
 import numpy as np
-import pytest
 from conftest import REPOSITORY
 from PIL import Image
 
@@ -24,12 +24,12 @@ def test_the_picture_of_the_page_is_the_page(page):
     # The first example, which a visitor sees first.
     page.open({})
     if page.js("return sunbeam.example") != "xenopeltis-scan":
-        pytest.skip("the picture is of a measured scan, and the page was built without the scans: see `make web`")
+        needs.skip("scans", "the picture shows a scan, and the page was built without the scans: see `make web`")
     page.browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", 120)
     # Where the first order of the map's light goes.
     page.browser.hover("#map", (-98, 2))
     page.browser.wait("return sunbeam.spectrum?.length", "the spectrum", 20)
-    shot = Image.open(io.BytesIO(base64.b64decode(page.browser.call("GET", f"{page.browser.session}/screenshot"))))
+    shot = Image.open(io.BytesIO(page.browser.screenshot()))
     shot = shot.convert("RGB")
     assert shot.size == SIZE
     if os.environ.get("SUNBEAM_WRITE_PICTURE"):

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import graphlib
 import hashlib
 import re
 import shutil
 import subprocess
 import tarfile
 
+import needs
 import numpy as np
 import pytest
 from browser import Browser
 from conftest import REPOSITORY, SITE
 from page import SMALL, Page
+from selenium.webdriver.common.keys import Keys
 
 AXE = "4.14.1"
 AXE_SHA256 = "e6b0ce02b84d892e2e33e403485e7f3d6c29e2be6df65daf44d89ba564139745"
-TAB = "\ue004"
 # A style that only one scheme has: that what is looked at is both of them.
 PALE_IN_THE_LIGHT = "@media (prefers-color-scheme: light) { label { color: #ccc !important } }"
 # A name that the browser takes for a host of its own.
@@ -25,18 +27,18 @@ ELSEWHERE = "sunbeam.test"
 
 @pytest.fixture(scope="session")
 def axe():
-    """The source of axe-core, fetched once from npm's registry and checked; skips loudly where it cannot be."""
+    """The source of axe-core, fetched once from npm's registry and checked; skips where it cannot be."""
     folder = REPOSITORY / "target" / "axe-core"
     archive = folder / f"axe-core-{AXE}.tgz"
     if not archive.exists():
         if not shutil.which("npm"):
-            pytest.skip("accessibility was not checked: npm is missing, which fetches axe-core")
+            needs.skip("axe", "npm is missing, which fetches axe-core")
         folder.mkdir(parents=True, exist_ok=True)
         done = subprocess.run(
             ["npm", "pack", "--silent", f"axe-core@{AXE}"], cwd=folder, capture_output=True, text=True, timeout=120
         )
         if done.returncode:
-            pytest.skip(f"accessibility was not checked: axe-core could not be fetched: {done.stderr[-300:]}")
+            needs.skip("axe", f"axe-core could not be fetched: {done.stderr[-300:]}")
     assert hashlib.sha256(archive.read_bytes()).hexdigest() == AXE_SHA256
     with tarfile.open(archive) as packed:
         return packed.extractfile("package/axe.min.js").read().decode()
@@ -123,7 +125,7 @@ def test_every_control_is_reached_by_the_tabulator(page):
     name = "const one = document.activeElement; return one.id || one.name || one.textContent.trim().slice(0, 20)"
     reached, rings = [], []
     for _ in range(80):
-        page.browser.keys(TAB)
+        page.browser.keys(Keys.TAB)
         found = page.js(name)
         if reached and found == reached[0]:
             break
@@ -203,3 +205,11 @@ def test_hardly_any_data_is_committed():
     data = [path.stat().st_size for path in paths if path.suffix not in code and path.exists()]
     assert len(paths) > 30
     assert sum(data) <= 300e3
+
+
+def test_modules_of_the_page_import_in_one_direction():
+    pattern = re.compile(r'^import .*? from "\./([\w.]+)";', re.MULTILINE)
+    modules = {path.name: pattern.findall(path.read_text()) for path in (REPOSITORY / "crates/web/page").glob("*.js")}
+    assert len(modules) > 15
+    # Raises CycleError.
+    list(graphlib.TopologicalSorter(modules).static_order())

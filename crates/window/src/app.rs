@@ -1,8 +1,7 @@
-use super::artist::{DrawJob, Shot};
+use super::artist::Shot;
 use super::drawer::{Drawer, Event};
 use super::facts::{Facts, MethodFacts, PictureFacts};
 use super::hemisphere::BrdfMap;
-use super::open::SceneMaker;
 use super::settings::{Built, Recipe, Settings};
 use super::surface_form::SurfaceForm;
 use super::task::Task;
@@ -13,6 +12,7 @@ use eframe::egui_wgpu::RenderState;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
+use sunbeam_realtime::progressive::Job;
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{Gpu, Mesh, Target};
 
@@ -20,6 +20,9 @@ use sunbeam_realtime::{Gpu, Mesh, Target};
 const PANEL_POINTS: f32 = 264.0;
 /// How often a note that counts seconds is painted.
 const TICK: Duration = Duration::from_millis(250);
+
+/// Makes the mesh and its pigment, which takes seconds.
+pub type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
 
 /// The window.
 pub struct App {
@@ -38,7 +41,7 @@ pub struct App {
     /// What the last build was started for.
     tried: Option<Recipe>,
     /// What was asked of the drawer last.
-    job: Option<DrawJob>,
+    job: Option<Job>,
     cursor: Option<[f32; 2]>,
     facts: Facts,
     screenshot: PathBuf,
@@ -206,7 +209,7 @@ impl App {
                 return;
             }
         };
-        let job = DrawJob { view, optics: self.settings.optics(), size: (scaled(pixels.0), scaled(pixels.1)) };
+        let job = Job { view, optics: self.settings.optics(), size: (scaled(pixels.0), scaled(pixels.1)) };
         if self.job.as_ref() != Some(&job) {
             self.drawer.set_job(job.clone());
             self.job = Some(job);

@@ -5,23 +5,13 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use sunbeam::methods::Method;
 use sunbeam_cli::{encode, output};
-use sunbeam_realtime::levels::{self, Level, Pace};
+use sunbeam_realtime::levels::{Level, Pace};
+use sunbeam_realtime::progressive::{Job, Progressive};
 use sunbeam_realtime::snake::PigmentTexture;
-use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer, Scene, Shader, Target, View};
+use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer, Scene, Shader, Target};
 
-/// Targets that are kept for the next picture: two sizes while something moves, each shown and drawn in turns.
-const TARGETS_KEPT: usize = 4;
-/// A first picture after a change should not take longer than this.
+/// Time in ms that the first picture after a change may take: a drag is followed at 14 pictures a second.
 const PREVIEW_MS: f64 = 70.0;
-
-/// What is to be seen.
-#[derive(Clone, Debug, PartialEq)]
-pub struct DrawJob {
-    pub view: View,
-    pub optics: Optics,
-    /// Of the finest picture, in pixels.
-    pub size: (u32, u32),
-}
 
 /// A picture that is done.
 pub struct Picture {
@@ -61,17 +51,12 @@ pub enum Done {
 pub struct Artist {
     gpu: Arc<Gpu>,
     renderer: Renderer,
-    scene: Option<Scene>,
-    shader: Option<Shader>,
-    job: Option<DrawJob>,
+    progressive: Progressive,
     /// Where in the picture the map is asked for, each coordinate in [0, 1).
     cursor: Option<[f32; 2]>,
     shot: Option<Shot>,
-    targets: Vec<Arc<Target>>,
-    /// What is drawn of the job, and of the map.
-    latest: Option<(Arc<Target>, Level)>,
+    /// Index of the side of the map that is drawn already.
     map: Option<usize>,
-    pace: Pace,
     map_pace: Pace,
 }
 
@@ -85,15 +70,10 @@ impl Artist {
         Ok(Self {
             gpu,
             renderer,
-            scene: None,
-            shader: None,
-            job: None,
+            progressive: Progressive::new(PREVIEW_MS),
             cursor: None,
             shot: None,
-            targets: Vec::new(),
-            latest: None,
             map: None,
-            pace: Pace::default(),
             map_pace: Pace::default(),
         })
     }
@@ -103,8 +83,8 @@ impl Artist {
     /// # Errors
     /// As [`Scene::new`].
     pub fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
-        self.scene = Some(Scene::new(&self.gpu, mesh, pigment)?);
-        self.start_over();
+        self.progressive.set_scene(Scene::new(&self.gpu, mesh, pigment)?);
+        self.map = None;
         Ok(())
     }
 
@@ -113,23 +93,19 @@ impl Artist {
     /// # Errors
     /// As [`Shader::new`]. The method before stays.
     pub fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
-        let optics = self.job.as_ref().map_or_else(Optics::default, |job| job.optics);
-        let mut shader = Shader::new(&self.gpu, method, &optics)?;
+        let mut shader = Shader::new(&self.gpu, method, &Optics::default())?;
         shader.stop_when(stop);
         let bytes = shader.bytes();
-        self.shader = Some(shader);
-        (self.pace, self.map_pace) = (Pace::default(), Pace::default());
-        self.start_over();
+        self.progressive.set_shader(&self.gpu, shader);
+        (self.map, self.map_pace) = (None, Pace::default());
         Ok(bytes)
     }
 
     /// Takes another job.
-    pub fn set_job(&mut self, job: DrawJob) {
-        if let Some(shader) = &self.shader {
-            shader.set_optics(&self.gpu, &job.optics);
+    pub fn set_job(&mut self, job: Job) {
+        if self.progressive.set_job(&self.gpu, job) {
+            self.map = None;
         }
-        self.job = Some(job);
-        self.start_over();
     }
 
     /// Asks for the map of another place.
@@ -143,19 +119,12 @@ impl Artist {
         self.shot = Some(shot);
     }
 
-    fn start_over(&mut self) {
-        self.latest = None;
-        self.map = None;
-    }
-
     /// What to do next: a first picture, a first map, then better ones.
     pub fn next_step(&self) -> Option<Step> {
-        let (Some(job), Some(_), Some(_)) = (&self.job, &self.scene, &self.shader) else { return None };
-        let drawn = self.latest.as_ref().map(|(_, level)| *level);
-        let picture = levels::next(drawn, job.size, job.view.supersample, &self.pace, PREVIEW_MS).map(Step::Picture);
+        let picture = self.progressive.next_level().map(Step::Picture);
         let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
         let save = self.shot.as_ref().map(|_| Step::Save);
-        match (drawn, self.map) {
+        match (self.progressive.latest(), self.map) {
             (None, _) => picture,
             (Some(_), None) if self.shot.is_none() => map.or(picture),
             _ => picture.or(save).or(map),
@@ -165,7 +134,7 @@ impl Artist {
     /// Whether something is shown already that the step only makes better.
     pub fn refines(&self, step: Step) -> bool {
         match step {
-            Step::Picture(_) => self.latest.is_some(),
+            Step::Picture(_) => self.progressive.latest().is_some(),
             Step::Map(_) => self.map.is_some(),
             Step::Save => false,
         }
@@ -178,7 +147,7 @@ impl Artist {
 
     /// Gives up what a step that failed was for, until there is something new.
     pub fn give_up(&mut self) {
-        self.job = None;
+        self.progressive.give_up();
         self.shot = None;
     }
 
@@ -195,28 +164,27 @@ impl Artist {
     }
 
     fn draw(&mut self, level: Level) -> Result<Option<Picture>, GpuError> {
-        let Some(job) = self.job.clone() else { return Ok(None) };
-        let target = self.target(level.size(job.size))?;
-        let (Some(scene), Some(shader)) = (&self.scene, &self.shader) else { return Ok(None) };
+        let Some(frame) = self.progressive.frame(&self.gpu, level)? else { return Ok(None) };
         let start = Instant::now();
-        let view = View { supersample: level.supersample, ..job.view };
-        let report = self.renderer.draw(&self.gpu, scene, shader, &target, &view)?;
+        let report = frame.draw(&self.gpu, &self.renderer)?;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        self.pace.learn(level.rays(job.size), ms);
-        self.latest = Some((Arc::clone(&target), level));
-        // The place under the cursor is known better now.
+        self.progressive.finish(&frame, ms);
+        // A finer picture knows the surface under the cursor better.
         self.map = None;
-        let finest = level.is_last(job.view.supersample);
-        Ok(Some(Picture { target, report, ms, finest }))
+        Ok(Some(Picture { target: Arc::clone(&frame.target), report, ms, finest: frame.is_finest }))
     }
 
     fn draw_map(&mut self, index: usize) -> Result<Option<Option<BrdfMap>>, GpuError> {
-        let (Some([x, y]), Some((target, _)), Some(shader)) = (self.cursor, &self.latest, &self.shader) else {
+        let (Some([x, y]), Some((target, _)), Some(shader)) =
+            (self.cursor, self.progressive.latest(), self.progressive.shader())
+        else {
             return Ok(None);
         };
-        let (width, height) = target.size();
-        let pixel = |at: f32, side: u32| ((at * side as f32) as u32).min(side - 1);
-        let seen = target.read_query(&self.gpu, pixel(x, width), pixel(y, height))?;
+        let Some((column, row)) = target.pixel_at(f64::from(x), f64::from(y)) else {
+            self.map = Some(hemisphere::LAST);
+            return Ok(Some(None));
+        };
+        let seen = target.read_query(&self.gpu, column, row)?;
         self.map = Some(index);
         if seen.kind != Query::SKIN || seen.wi[2] <= 0.0 {
             self.map = Some(hemisphere::LAST);
@@ -226,7 +194,7 @@ impl Artist {
     }
 
     fn save(&mut self) -> Result<Option<Done>, Failure> {
-        let (Some(shot), Some((target, _))) = (self.shot.take(), &self.latest) else { return Ok(None) };
+        let (Some(shot), Some((target, _))) = (self.shot.take(), self.progressive.latest()) else { return Ok(None) };
         let picture = target.read_picture(&self.gpu)?;
         let (width, height) = target.size();
         let size = (width as usize, height as usize);
@@ -238,22 +206,6 @@ impl Artist {
         write(&shot.png.with_extension("exr"), encode::exr(size, |i| picture[i]))?;
         write(&shot.png, encode::tone_mapped_png(size, &picture, shot.exposure))?;
         Ok(Some(Done::Saved(shot.png)))
-    }
-
-    /// A target that is not being shown.
-    fn target(&mut self, size: (u32, u32)) -> Result<Arc<Target>, GpuError> {
-        let free = |target: &Arc<Target>| Arc::strong_count(target) == 1;
-        if let Some(target) = self.targets.iter().find(|target| target.size() == size && free(target)) {
-            return Ok(Arc::clone(target));
-        }
-        while self.targets.len() >= TARGETS_KEPT {
-            let Some(oldest) = self.targets.iter().position(free) else { break };
-            self.targets.remove(oldest);
-        }
-        let (width, height) = size;
-        let target = Arc::new(Target::new(&self.gpu, width, height)?);
-        self.targets.push(Arc::clone(&target));
-        Ok(target)
     }
 }
 

@@ -2,12 +2,13 @@ use super::settings::Settings;
 use super::surface_form::SurfaceForm;
 use super::widgets::{choice, number, optional, row, switch};
 use eframe::egui::{self, Ui};
-use sunbeam::config::{COHERENCE_LENGTH_UM, ObliquityChoice, Theory};
+use sunbeam::config::{ObliquityChoice, Theory};
 use sunbeam::methods::{
     GEMS_SHARPNESS, LAMBDA_STEP_NM, MethodKind, NEIGHBOURHOOD_MAX, REPEATS_MAX, RESOLUTION, Repeats, StamForm,
     TERMS_MAX,
 };
 use sunbeam::scattering::ComplexIndex;
+use sunbeam::table::COHERENCE_LENGTH_UM;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 

@@ -1,4 +1,4 @@
-use super::artist::{Artist, Done, DrawJob, Failure, Picture, Shot};
+use super::artist::{Artist, Done, Failure, Picture, Shot};
 use super::hemisphere::BrdfMap;
 use eframe::egui;
 use std::path::PathBuf;
@@ -7,6 +7,7 @@ use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use sunbeam::methods::Method;
+use sunbeam_realtime::progressive::Job;
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{Gpu, GpuError, Mesh};
 
@@ -41,7 +42,7 @@ struct Shared {
 struct Pending {
     scene: Option<(Mesh, PigmentTexture)>,
     method: Option<Box<dyn Method>>,
-    job: Option<DrawJob>,
+    job: Option<Job>,
     cursor: Option<Option<[f32; 2]>>,
     shot: Option<Shot>,
     quit: bool,
@@ -94,7 +95,7 @@ impl Drawer {
     }
 
     /// Draws this from now on.
-    pub fn set_job(&self, job: DrawJob) {
+    pub fn set_job(&self, job: Job) {
         self.shared.post(Change::Job, |pending| pending.job = Some(job));
     }
 

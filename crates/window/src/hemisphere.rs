@@ -2,7 +2,6 @@
 
 use eframe::egui;
 use sunbeam::colour::{automatic_exposure, srgb_bytes};
-use sunbeam::scattering::map_direction;
 use sunbeam_realtime::levels::Pace;
 use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
 
@@ -46,20 +45,16 @@ fn pixels(index: usize) -> f64 {
 pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut Pace) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
     let side = SIDES[index];
-    let places: Vec<Option<[f64; 3]>> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
-    let asked: Vec<Query> =
-        places.iter().flatten().map(|wo| Query::new(seen.wi, wo.map(|component| component as f32))).collect();
-    let answers = shader.evaluate(gpu, &asked)?;
+    let answers = shader.brdf_map(gpu, seen.wi, side)?;
     pace.learn(pixels(index), start.elapsed().as_secs_f64() * 1e3);
 
-    let linear: Vec<[f64; 3]> = answers.reflectances.iter().map(|rgb| rgb.map(f64::from)).collect();
-    let exposure = automatic_exposure(linear.iter().copied());
-    let mut colours = linear.iter().map(|rgb| {
+    let linear: Vec<Option<[f64; 3]>> = answers.into_iter().map(|rgb| rgb.map(|rgb| rgb.map(f64::from))).collect();
+    let exposure = automatic_exposure(linear.iter().copied().flatten());
+    let colour = |rgb: [f64; 3]| {
         let [r, g, b] = srgb_bytes(rgb.map(|value| value * exposure));
         egui::Color32::from_rgb(r, g, b)
-    });
-    let pixels =
-        places.iter().map(|place| place.and_then(|_| colours.next()).unwrap_or(egui::Color32::TRANSPARENT)).collect();
+    };
+    let pixels = linear.iter().map(|rgb| rgb.map_or(egui::Color32::TRANSPARENT, colour)).collect();
     let image = egui::ColorImage::new([side, side], pixels);
     Ok(BrdfMap { image, wi: seen.wi, wo: seen.wo, exposure })
 }

@@ -1,17 +1,13 @@
 //! Opening the window, and what can go wrong with that.
 
-use crate::app::App;
+use crate::app::{App, SceneMaker};
 use crate::settings::Settings;
 use eframe::egui;
 use eframe::egui_wgpu::{WgpuError, WgpuSetup, WgpuSetupCreateNew};
 use std::error::Error;
 use std::path::PathBuf;
 use std::sync::Arc;
-use sunbeam_realtime::snake::PigmentTexture;
-use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Mesh};
-
-/// Makes the mesh, which takes a while.
-pub type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
+use sunbeam_realtime::{AdapterChoice, Gpu, GpuError};
 
 /// What the window starts with.
 pub struct Start {

@@ -1,7 +1,7 @@
 use super::widgets::{choice, number, optional, row};
 use eframe::egui::{self, Ui};
 use std::path::PathBuf;
-use sunbeam::config::{Source, SurfaceConfig};
+use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
 /// Periods and heights in µm, as far as hands turn them.
@@ -43,7 +43,7 @@ impl SurfaceForm {
         match self.chosen {
             Chosen::Preset(preset) => {
                 if self.chosen != before {
-                    *surface = SurfaceConfig { preset: Some(preset), ..without_source(surface) };
+                    surface.set_relief_source(ReliefSource { preset: Some(preset), ..ReliefSource::default() });
                 }
                 if let Some((period, height)) = preset.defaults_um() {
                     dimension(ui, "Period", &mut surface.period, period, PERIOD_UM);
@@ -65,31 +65,13 @@ impl SurfaceForm {
         optional(ui, "Max height", &mut self.max_height, 0.4, HEIGHT_UM, 0.005, " µm");
         row(ui, "", |ui| open |= ui.button("Open").clicked());
         if open && !self.path.trim().is_empty() {
-            *surface = SurfaceConfig {
+            surface.set_relief_source(ReliefSource {
                 filename: Some(PathBuf::from(self.path.trim())),
                 pixel_size: self.pixel_size,
                 max_height: self.max_height,
-                ..without_source(surface)
-            };
+                ..ReliefSource::default()
+            });
         }
-    }
-}
-
-/// What does not depend on where the relief comes from.
-fn without_source(surface: &SurfaceConfig) -> SurfaceConfig {
-    SurfaceConfig {
-        preset: None,
-        period: None,
-        height: None,
-        region_size: None,
-        region_spread: None,
-        filename: None,
-        pixel_size: None,
-        max_height: None,
-        channel: None,
-        fill: None,
-        level: None,
-        ..surface.clone()
     }
 }
 
@@ -106,16 +88,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn another_relief_keeps_the_rest_and_is_valid() {
-        let file = SurfaceConfig {
-            filename: Some("a.gsf".into()),
-            pixel_size: Some(0.1),
-            coherence_length: 20.0,
-            ..Default::default()
-        };
-        let preset = SurfaceConfig { preset: Some(Preset::Cd), ..without_source(&file) };
-        preset.validate().unwrap();
-        assert_eq!(preset.coherence_length, 20.0);
-        assert!(SurfaceForm::from(&file).chosen == Chosen::File && SurfaceForm::from(&preset).chosen != Chosen::File);
+    fn the_form_shows_the_source_of_the_surface() {
+        let file = SurfaceConfig { filename: Some("a.gsf".into()), pixel_size: Some(0.1), ..Default::default() };
+        assert!(SurfaceForm::from(&file).chosen == Chosen::File);
+        let preset = SurfaceConfig { preset: Some(Preset::Cd), ..Default::default() };
+        assert!(SurfaceForm::from(&preset).chosen == Chosen::Preset(Preset::Cd));
     }
 }

@@ -112,10 +112,7 @@ mod tests {
     fn the_window_shows_what_the_files_hold() {
         let gpu = match Gpu::open(AdapterChoice::from_env().unwrap()) {
             Ok(gpu) => gpu,
-            Err(error @ GpuError::NoAdapter { .. }) => {
-                eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {error} ***\n");
-                return;
-            }
+            Err(error @ GpuError::NoAdapter { .. }) => return sunbeam_testing::skip("gpu", error),
             Err(error) => panic!("{error}"),
         };
         // Shadows, colours on both sides of the knee, out of the gamut, and far too bright.

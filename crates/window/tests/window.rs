@@ -43,16 +43,18 @@ fn display() -> Option<(Process, String)> {
     Some((Process(child), format!(":{}", number.trim())))
 }
 
-/// Whether something that the test needs is missing, which is said loudly.
-fn missing() -> Option<String> {
+/// Whether the display, its input and the GPU adapter are present; what is missing is reported as a skip.
+fn can_run() -> bool {
     if let Err(error @ GpuError::NoAdapter { .. }) = Gpu::open(AdapterChoice::from_env().unwrap()) {
-        return Some(error.to_string());
+        sunbeam_testing::skip("gpu", error);
+        return false;
     }
-    let missing = |program: &str| Command::new(program).arg("-help").output().is_err();
-    ["Xvfb", "xdotool"]
-        .into_iter()
-        .find(|program| missing(program))
-        .map(|program| format!("{program} is not installed"))
+    let missing = |program: &&str| Command::new(program).arg("-help").output().is_err();
+    if let Some(program) = ["Xvfb", "xdotool"].into_iter().find(missing) {
+        sunbeam_testing::skip("display", format_args!("{program} is not installed"));
+        return false;
+    }
+    true
 }
 
 /// Keys and mouse on a display.
@@ -124,8 +126,7 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
 
 #[test]
 fn a_window_draws_turns_the_sun_and_saves_what_it_shows() {
-    if let Some(missing) = missing() {
-        eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {missing} ***\n");
+    if !can_run() {
         return;
     }
     let (_server, display) = display().unwrap();
@@ -223,10 +224,7 @@ fn what_keeps_the_window_from_opening_is_one_line_and_status_2() {
         let message = refused(&[], variables);
         assert!(message.contains("DISPLAY") || message.contains("libxkbcommon"), "{message}");
     }
-    let Some((_server, display)) = display() else {
-        eprintln!("\n*** SKIPPED: Xvfb is not installed ***\n");
-        return;
-    };
+    let Some((_server, display)) = display() else { return sunbeam_testing::skip("display", "Xvfb is not installed") };
     let message = refused(&[], &[("DISPLAY", &display), ("VK_DRIVER_FILES", "/none"), ("VK_ICD_FILENAMES", "/none")]);
     assert!(message.contains("libvulkan1 mesa-vulkan-drivers"), "{message}");
 }

@@ -1,6 +1,6 @@
 """Sweeps: figures and pictures of many surfaces under many settings, on one machine or many.
 
-A specification names surfaces, settings and what is wanted of each. From the command line::
+A specification names surfaces, settings and the wanted figures. From the command line::
 
     python -m sunbeam_mitsuba.sweep species.toml
 
@@ -11,7 +11,7 @@ and from Python::
     if __name__ == "__main__":
         outcome = sweep.run(sweep.read_spec("species.toml"))
 
-It needs what ``pip install "sunbeam-mitsuba[sweep]"`` brings besides the package: Dask, PyArrow and some small ones.
+The extra ``sweep`` (``pip install "sunbeam-mitsuba[sweep]"``) installs its dependencies, among them Dask and PyArrow.
 
 Data flows one way: ``limits`` and ``sampling`` make ``spec``; ``reflector``, ``colours``, ``pictures`` and ``command``
 serve ``wants``; ``work`` computes a case with ``tables`` into the ``store``; ``drive`` hands cases to a ``cluster``;

@@ -1,4 +1,4 @@
-"""Where the work is done: workers of this machine, or those of a scheduler that is named."""
+"""The Dask cluster: workers of this machine, or those of a given scheduler."""
 
 from __future__ import annotations
 
@@ -22,20 +22,21 @@ from .errors import SweepError
 from .tables import WORKER_BYTES
 from .work import Job, probe
 
-#: A task that kills so many workers is not tried again.
+#: Number of workers after whose death a task is given up.
 KILLS = 3
-#: Share of the machine's free memory that workers may take together.
-_MEMORY_SHARE = 0.9
-_CONNECT_SECONDS, _WAIT_SECONDS, _PROBE_SECONDS = 5, 60, 120
+#: Fraction of the machine's free memory for all workers together.
+_MEMORY_FRACTION = 0.9
+# Seconds to wait for the scheduler's first answer, and for its first worker.
+_CONNECT_SECONDS, _WAIT_SECONDS = 5, 60
 
 
 def plan_workers(asked: int | None, memory_bytes: float | None, largest_bytes: float, cases: int) -> tuple[int, float]:
-    """How many workers this machine gets, and the memory limit of each in bytes.
+    """Number of workers of this machine, and the memory limit of each in bytes.
 
-    A worker a core, but no more than there are cases, and only so many that the largest estimate fits into the memory
-    of each; ``asked`` and ``memory_bytes``, the memory of each worker, take the place of that.
+    The default is one worker a core, at most one a case, and few enough that ``largest_bytes`` fits into each worker's
+    memory. ``asked`` and ``memory_bytes`` replace the number and the limit.
     """
-    free = psutil.virtual_memory().available * _MEMORY_SHARE
+    free = psutil.virtual_memory().available * _MEMORY_FRACTION
     cores = len(os.sched_getaffinity(0))
     workers = asked or max(1, min(cores, cases, int(free / (largest_bytes + WORKER_BYTES))))
     return workers, memory_bytes or free / workers
@@ -43,16 +44,16 @@ def plan_workers(asked: int | None, memory_bytes: float | None, largest_bytes: f
 
 @contextmanager
 def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
-    """A client of a cluster in processes of this machine, which end with the context, whatever they do."""
+    """A client of a cluster of worker processes on this machine, which are killed when the context ends."""
     before = {child.pid for child in psutil.Process().children(recursive=True)}
     _quiet()
     scratch = tempfile.mkdtemp(prefix="sunbeam-sweep-")
     settings: dict[str, Any] = {
-        # Dask counts how often a task was there when a worker died, and gives it up when that is more than this.
+        # Dask gives a task up once more than this number of workers died while they had it.
         "distributed.scheduler.allowed-failures": KILLS - 1,
         "temporary-directory": scratch,
     }
-    # After an interruption Python's tracker of shared resources cleans up behind the workers, and would tell of it.
+    # After an interruption Python's tracker of shared resources cleans up after the workers and would warn.
     sys.warnoptions.append("ignore:resource_tracker")
     try:
         with dask.config.set(settings):
@@ -70,14 +71,14 @@ def local_client(workers: int, memory_bytes: float) -> Iterator[Client]:
             client.close(timeout=2)
             cluster.close(timeout=5)
     finally:
-        # After an interruption a worker may be in the middle of a minute's computation. Nothing is lost with it.
+        # After an interruption a worker may still compute for a minute. Killing it loses only an unfinished case.
         psutil.wait_procs(kill_workers(before), timeout=1)
         sys.warnoptions.remove("ignore:resource_tracker")
         shutil.rmtree(scratch, ignore_errors=True)
 
 
 def kill_workers(before: Set[int] = frozenset()) -> list[psutil.Process]:
-    """Kills the workers of this process that were not there before, and gives them."""
+    """Kills this process's workers except those with a PID in ``before``. Returns the killed ones."""
     own = [child for child in psutil.Process().children(recursive=True) if _is_worker(child, before)]
     for child in own:
         with suppress(psutil.NoSuchProcess):
@@ -86,7 +87,7 @@ def kill_workers(before: Set[int] = frozenset()) -> list[psutil.Process]:
 
 
 def _is_worker(child: psutil.Process, before: Set[int]) -> bool:
-    """Whether it was spawned since, and is not Python's tracker of shared resources, which ends by itself."""
+    """Whether the child is a new worker, not Python's tracker of shared resources, which ends by itself."""
     try:
         return child.pid not in before and "spawn_main" in " ".join(child.cmdline())
     except psutil.NoSuchProcess:
@@ -95,15 +96,14 @@ def _is_worker(child: psutil.Process, before: Set[int]) -> bool:
 
 @contextmanager
 def remote_client(address: str, job: Job) -> Iterator[Client]:
-    """A client of the scheduler at an address such as ``tcp://host:8786``, whose workers were all asked whether they
-    can take part.
+    """A client of the scheduler at ``address``, such as ``tcp://host:8786``, with every worker probed.
 
-    Raises :class:`SweepError` where it does not answer within 5 s, has no worker within a minute, or has one that
-    lacks what the sweep needs.
+    Raises :class:`SweepError` where the scheduler does not answer within 5 s or has no worker within a minute, and
+    where a worker lacks a requirement of the sweep.
     """
     _quiet()
     try:
-        # A client that never connected cannot be closed in silence, so the address is tried before there is one.
+        # Dask prints errors when it closes a client that never connected, so the address is tried first.
         asyncio.run(_reach(address))
         client = Client(address, timeout=_CONNECT_SECONDS, set_as_default=False)
     except (OSError, ValueError, TimeoutError, RuntimeError) as error:
@@ -117,7 +117,7 @@ def remote_client(address: str, job: Job) -> Iterator[Client]:
         _probe_all(client, job)
         yield client
     finally:
-        # The scheduler may be gone, which has been said.
+        # The scheduler may be gone, which another error reports.
         with suppress(Exception):
             client.close(timeout=1)
 
@@ -144,14 +144,14 @@ def _probe_all(client: Client, job: Job) -> None:
 
 
 def thread_count(client: Client) -> int:
-    """Threads of all workers that there are now."""
+    """Current number of threads of all workers."""
     return sum(client.nthreads().values())
 
 
 def _quiet() -> None:
-    """Dask's own account of lost workers and connections goes unheard: the sweep says in one line what matters."""
+    """Silences Dask's reports of lost workers and connections; the sweep reports them in one line."""
     for name in ["distributed", "tornado", "asyncio", *logging.root.manager.loggerDict]:
-        # Some of Dask's loggers have a level of their own.
+        # Some of Dask's loggers do not inherit their level.
         if name.split(".")[0] in ("distributed", "tornado", "asyncio"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 

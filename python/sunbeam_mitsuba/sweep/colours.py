@@ -1,4 +1,4 @@
-"""Reflectances over wavelength as colours: illuminants, the CIE 1931 observer, linear sRGB, hulls of chromaticities."""
+"""Colours of spectral reflectances: illuminants, the CIE 1931 observer, linear sRGB, hulls of chromaticities."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 
     Doubles = NDArray[np.float64]
 
-#: Illuminants by the CIE's names: daylight, equal energy, and an incandescent lamp.
+#: The CIE's names of the illuminants: daylight, equal energy, incandescent lamp.
 ILLUMINANTS = ("D65", "E", "A")
-#: Linear sRGB of CIE XYZ with Y = 1 for white (IEC 61966-2-1).
+#: Matrix from CIE XYZ, with Y = 1 for white, to linear sRGB (IEC 61966-2-1).
 _SRGB_OF_XYZ = np.array(
     [
         [3.2404541621, -1.5371385128, -0.4985314096],
@@ -27,13 +27,13 @@ _SRGB_OF_XYZ = np.array(
 
 
 def wavelengths_nm(step_nm: float) -> Doubles:
-    """The visible wavelengths, 380 to 780 nm."""
+    """Visible wavelengths from 380 to 780 nm in uniform steps."""
     return np.arange(380.0, 780.0 + 1e-9, step_nm)
 
 
 @lru_cache(maxsize=16)
 def xyz_weights(illuminant: str, step_nm: float) -> Doubles:
-    """Weights ``[wavelengths, 3]`` that make XYZ of a reflectance, so that a perfect reflector has Y = 1."""
+    """Weights ``[wavelengths, 3]`` from a spectral reflectance to CIE XYZ, with Y = 1 for a perfect reflector."""
     use_variant("scalar_spectral")
     mi = mitsuba()
     nm = wavelengths_nm(step_nm)
@@ -41,7 +41,7 @@ def xyz_weights(illuminant: str, step_nm: float) -> Doubles:
     if illuminant == "D65":
         light = np.array([float(mi.cie_d65(float(one))) for one in nm])
     elif illuminant == "A":
-        # CIE 15: a black body of 2848 K with the radiation constant of 1931.
+        # CIE 15 defines illuminant A as a black body of 2848 K with the radiation constant of 1931.
         light = (560.0 / nm) ** 5 * np.expm1(1.435e7 / (2848 * 560.0)) / np.expm1(1.435e7 / (2848 * nm))
     else:
         light = np.ones_like(nm)
@@ -52,20 +52,20 @@ def xyz_weights(illuminant: str, step_nm: float) -> Doubles:
 
 @lru_cache(maxsize=16)
 def rgb_weights(illuminant: str, step_nm: float) -> Doubles:
-    """The same for linear sRGB, scaled by channel so that a reflectance of 1 is (1, 1, 1) under the illuminant."""
+    """Weights ``[wavelengths, 3]`` to linear sRGB, scaled by channel to (1, 1, 1) for a perfect reflector."""
     weights = np.einsum("ij,kj->ik", xyz_weights(illuminant, step_nm), _SRGB_OF_XYZ)
     scaled: Doubles = weights / weights.sum(axis=0)
     return scaled
 
 
 def weighted(values: NDArray[np.float32] | Doubles, weights: Doubles) -> Doubles:
-    """Sums over wavelength, ``[directions, 3]``; by einsum, whose order does not depend on the number of threads."""
+    """Weighted sums over wavelength, ``[directions, 3]``. The order of einsum's sums is independent of threads."""
     summed: Doubles = np.einsum("ij,jk->ik", values.astype(np.float64), weights)
     return summed
 
 
 def lab(xyz: Doubles, white: Doubles) -> Doubles:
-    """CIELAB ``[L*, a*, b*]`` of a colour against the white of its illuminant."""
+    """CIELAB ``[L*, a*, b*]`` of a colour, relative to the illuminant's white."""
     ratio = xyz / white
     linear = ratio / (3 * (6 / 29) ** 2) + 4 / 29
     f = np.where(ratio > (6 / 29) ** 3, np.cbrt(np.maximum(ratio, 0)), linear)
@@ -73,7 +73,7 @@ def lab(xyz: Doubles, white: Doubles) -> Doubles:
 
 
 def chromaticities(xyz: Doubles) -> Doubles:
-    """CIE 1976 u', v' of colours ``[n, 3]`` that are not black."""
+    """CIE 1976 u', v' of colours ``[n, 3]``, none of them black."""
     denominator = xyz[:, 0] + 15 * xyz[:, 1] + 3 * xyz[:, 2]
     return np.stack([4 * xyz[:, 0] / denominator, 9 * xyz[:, 1] / denominator], axis=-1)
 
@@ -98,6 +98,6 @@ def hull(points: Doubles) -> list[int]:
 
 
 def polygon_area(corners: Doubles) -> float:
-    """The area of a polygon, counter-clockwise corners ``[n, 2]``."""
+    """Area of a polygon with counter-clockwise corners ``[n, 2]`` (shoelace formula)."""
     x, y = corners[:, 0], corners[:, 1]
     return float(0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))

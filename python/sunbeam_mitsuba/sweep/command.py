@@ -1,4 +1,4 @@
-"""The command ``sunbeam``, for what only it knows: statistics, periods, and orders by both theories."""
+"""Calls of the command ``sunbeam``: statistics, periods, and orders by both theories."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _MISSING = "the command sunbeam is missing: put it on PATH, or name it in the en
 
 
 class CommandError(ValueError):
-    """The command refused; the message is its line."""
+    """A refusal of the command, with the line that it printed."""
 
 
 def find_command() -> str | None:
-    """The command's path: ``SUNBEAM_COMMAND``, or on ``PATH``, or that of the checkout which the package is used from.
+    """Finds the command: ``SUNBEAM_COMMAND``, or ``sunbeam`` on ``PATH``, or the one built in the checkout.
 
-    Raises :class:`SweepError` where the variable names something that cannot be run.
+    Raises :class:`SweepError` where ``SUNBEAM_COMMAND`` cannot be run.
     """
     named = os.environ.get("SUNBEAM_COMMAND")
     if named:
@@ -36,7 +36,7 @@ def find_command() -> str | None:
 
 
 def require_command() -> str:
-    """The command's path. Raises :class:`SweepError` where there is none."""
+    """The command's path. Raises :class:`SweepError` where it is missing."""
     found = find_command()
     if found is None:
         raise SweepError(_MISSING)
@@ -44,7 +44,7 @@ def require_command() -> str:
 
 
 def surface_words(parameters: Mapping[str, Value]) -> list[str]:
-    """The arguments that describe a surface, without those parameters that the command does not know."""
+    """Arguments that describe a surface. Parameters that the command does not know are left out."""
     words = []
     for name, value in parameters.items():
         if name in SOURCE or name in SURFACE:
@@ -55,10 +55,7 @@ def surface_words(parameters: Mapping[str, Value]) -> list[str]:
 
 
 def ask(*words: str) -> dict[str, Any]:
-    """Runs the command and reads the JSON that it prints.
-
-    Raises :class:`CommandError` with its one line where it refuses.
-    """
+    """Runs the command and parses its JSON output. Raises :class:`CommandError` where the command refuses."""
     done = subprocess.run([require_command(), *words], capture_output=True, text=True)
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines() or [f"exit status {done.returncode}"]
@@ -72,12 +69,12 @@ def _described(words: tuple[str, ...], changed_ns: int) -> dict[str, Any]:
 
 
 def describe(parameters: Mapping[str, Value]) -> dict[str, Any]:
-    """The report of ``sunbeam height-field``, kept for the next setting of the same surface.
+    """The report of ``sunbeam height-field``, cached for further settings of a surface.
 
     Raises :class:`CommandError` where the surface is refused.
     """
     name = parameters.get("filename")
     changed_ns = os.stat(str(name)).st_mtime_ns if name is not None and os.path.exists(str(name)) else 0
-    # The index has no part in the report, so that surfaces which differ in it alone are asked once.
+    # The report does not depend on the index, so surfaces that differ in the index share one.
     relief = {key: value for key, value in parameters.items() if key not in ("eta", "k", "obliquity")}
     return _described(tuple(surface_words(relief)), changed_ns)

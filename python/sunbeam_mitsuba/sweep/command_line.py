@@ -14,7 +14,7 @@ from .errors import SweepError
 from .run import plan, run
 from .spec import read_spec
 
-#: Exit codes: some cases failed; the sweep was refused or cannot go on; it was interrupted.
+#: Exit codes: some cases failed; the sweep was refused or cannot continue; it was interrupted.
 SOME_FAILED, REFUSED, INTERRUPTED = 1, 2, 130
 
 
@@ -50,7 +50,7 @@ def _positive(kind: type[int] | type[float]):  # type: ignore[no-untyped-def]
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; the exit code."""
+    """Runs the command line. Returns the exit code."""
     options = _parser().parse_args(words)
     signal.signal(signal.SIGTERM, _interrupt)
     try:
@@ -77,9 +77,9 @@ def main(words: list[str] | None = None) -> int:
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         print("\nsweep: stopped; the same command goes on with the rest", file=sys.stderr, flush=True)
-        # Dask starts workers anew that died of this. One that nobody speaks to any more would tell so in many lines.
+        # Dask restarts workers that the interruption killed; once alone, these would print tracebacks.
         kill_workers()
-        # Dask's threads may still wait for connections that nobody answers.
+        # Dask's threads may still wait for connections that will never answer.
         os._exit(INTERRUPTED)
     print(
         f"{outcome.cases} cases, {outcome.failed} failed, {outcome.seconds:.1f} s: {outcome.folder}"

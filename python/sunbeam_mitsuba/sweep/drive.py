@@ -1,4 +1,4 @@
-"""Hands cases to the workers in batches, a few at a time, and takes what becomes of them."""
+"""Submits cases to the workers in batches, a few at a time, and collects the results."""
 
 from __future__ import annotations
 
@@ -20,29 +20,30 @@ from .spec import Case
 from .store import StoreError, input_of, write_result
 from .work import Done, Job, record_of, run_batch
 
-#: Seconds that a batch is meant to take: the scheduler's milliseconds are little beside it, and what a dying worker
-#: takes along is little, too.
+#: Target duration of a batch in seconds: long beside the scheduler's milliseconds, and a small loss when a worker dies.
 BATCH_SECONDS = 1.0
-#: With very many workers batches take longer, so that this process and the scheduler, with some milliseconds for each,
-#: keep up.
+#: Target duration of a batch in seconds for each thread of the cluster, where that is more than BATCH_SECONDS. This
+#: process and the scheduler spend some milliseconds on each batch.
 BATCH_SECONDS_PER_THREAD = 0.01
-#: Most cases of a batch.
+#: Largest number of cases in a batch.
 BATCH_CASES_MAX = 500
-#: Batches given out for each thread of the workers: one in work, and one to go on with.
-_GIVEN_OUT = 2
-# How much of the newest measurement goes into the mean time of a case.
+#: Batches at the workers for each of their threads: one being computed and one waiting.
+_BATCHES_PER_THREAD = 2
+# Weight of the newest measurement in the running mean of a case's duration.
 _NEWEST = 0.5
+# Seconds between checks of the connection while no batch ends.
 _LOOK_SECONDS = 0.25
+# Seconds between counts of the workers' threads.
 _RECOUNT_SECONDS = 2.0
-# What a batch returns is small, and is brought at once where it still is.
+# Seconds to wait for a finished batch's result; it is small, so a longer wait means that its worker died.
 _RESULT_SECONDS = 10.0
 
 
 def drive(client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]) -> None:
-    """Computes all cases; ``finished`` is told after every batch how many are done and how many of these failed.
+    """Computes all cases. After every batch calls ``finished`` with its number of cases and of failed ones.
 
-    Only some batches are with the scheduler at a time, so its memory does not depend on how many cases there are.
-    Raises :class:`SweepError` where the sweep cannot go on.
+    The scheduler has few batches at a time, so its memory does not grow with the number of cases.
+    Raises :class:`SweepError` where the sweep cannot continue.
     """
     _Driver(client, job, cases, finished).run()
 
@@ -51,42 +52,41 @@ class _Driver:
     def __init__(self, client: Client, job: Job, cases: list[Case], finished: Callable[[int, int], None]):
         self._client, self._job, self._finished = client, job, finished
         self._waiting: deque[Case] = deque(cases)
-        # Batches that must not be joined with others: what was in one that killed its workers.
+        # Cases of a batch that killed its workers, each to be submitted alone.
         self._alone: deque[list[Case]] = deque()
-        # Cases whose workers were killed while others were given out. Dask counts a worker's death against all that it
-        # was given, so these are tried again in the end, one by one with nothing beside them.
+        # Cases whose workers were killed while other batches were submitted. Dask counts a worker's death against all
+        # of its tasks, so suspects are tried again at the end, one at a time.
         self._suspects: deque[Case] = deque()
         self._on_trial: Case | None = None
-        self._given_out: dict[Future[Done], list[Case]] = {}
+        self._submitted: dict[Future[Done], list[Case]] = {}
         self._arrived: queue.Queue[Future[Done]] = queue.Queue()
         self._case_seconds = 0.0
         self._count_threads()
         self._key, self._number = uuid.uuid4().hex[:8], 0
 
     def run(self) -> None:
-        self._give_out()
-        while self._given_out:
+        self._submit_batches()
+        while self._submitted:
             try:
                 future = self._arrived.get(timeout=_LOOK_SECONDS)
             except queue.Empty:
-                # Also where signals are answered.
+                # The timeout also lets Python handle signals.
                 if self._client.status != "running":
                     raise self._lost() from None
                 continue
-            self._take(future, self._given_out.pop(future))
-            self._give_out()
+            self._take(future, self._submitted.pop(future))
+            self._submit_batches()
 
-    def _give_out(self) -> None:
+    def _submit_batches(self) -> None:
         if time.monotonic() - self._counted_at > _RECOUNT_SECONDS:
-            # Workers come and go.
             self._count_threads()
-        while len(self._given_out) < _GIVEN_OUT * self._threads and (self._waiting or self._alone):
+        while len(self._submitted) < _BATCHES_PER_THREAD * self._threads and (self._waiting or self._alone):
             if self._alone:
                 self._submit(self._alone.popleft())
             else:
                 size = min(self._batch_size(), len(self._waiting))
                 self._submit([self._waiting.popleft() for _ in range(size)])
-        if self._suspects and not self._given_out:
+        if self._suspects and not self._submitted:
             self._on_trial = self._suspects.popleft()
             self._submit([self._on_trial])
 
@@ -104,16 +104,16 @@ class _Driver:
         self._await(future, batch)
 
     def _await(self, future: Future[Done], batch: list[Case]) -> None:
-        self._given_out[future] = batch
+        self._submitted[future] = batch
         future.add_done_callback(self._arrived.put)
 
     def _batch_size(self) -> int:
         if self._case_seconds <= 0:
             return 1
         target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * self._threads)
-        # Towards the end batches become smaller, so that all workers end together.
-        share = max(1, len(self._waiting) // (_GIVEN_OUT * self._threads))
-        return max(1, min(int(target / self._case_seconds), BATCH_CASES_MAX, share))
+        # Batches shrink towards the end, so that all workers finish together.
+        even = max(1, len(self._waiting) // (_BATCHES_PER_THREAD * self._threads))
+        return max(1, min(int(target / self._case_seconds), BATCH_CASES_MAX, even))
 
     def _take(self, future: Future[Done], batch: list[Case]) -> None:
         if future.status == "cancelled":
@@ -126,15 +126,15 @@ class _Driver:
         except TimeoutError as error:
             if self._client.status != "running":
                 raise self._lost() from error
-            # It was done, but its worker died before this was asked for, and another does it again.
+            # The worker died before its result was fetched, and Dask repeats the batch.
             self._await(future, batch)
             return
         except KilledWorker as error:
-            # As above, and those that did it again died, too.
+            # The workers that repeated the batch died, too.
             self._take_error(error, batch)
             return
         except (OSError, CancelledError) as error:
-            # Also where it is lost between the look at the status and this.
+            # The connection can also be lost after the status was checked.
             raise self._lost() from error
         future.release()
         if done.failed:
@@ -149,7 +149,7 @@ class _Driver:
         if not isinstance(error, KilledWorker):
             raise SweepError(f"a worker cannot do its work: {type(error).__name__}: {' '.join(str(error).split())}")
         if len(batch) > 1:
-            # One of them did it. Those that were done before it are on the disk.
+            # One of the cases killed the workers. Results of the cases before it are stored.
             self._alone.extend([case] for case in batch)
             return
         (case,) = batch

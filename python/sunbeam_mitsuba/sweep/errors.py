@@ -1,7 +1,7 @@
-"""What stops a sweep before or during its work."""
+"""The exception that stops a sweep."""
 
 from __future__ import annotations
 
 
 class SweepError(Exception):
-    """A sweep cannot begin or go on; the message is one line that says what is wrong and what is accepted."""
+    """A sweep cannot begin or continue. The message is one line with the fault and the accepted values."""

@@ -1,4 +1,4 @@
-"""Files of instruments in a sweep: each process converts them once, to a ``.gsf`` that figures and pictures read."""
+"""Instruments' files in a sweep: each process converts a file once, to a ``.gsf``."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from .limits import Value
 
 
 def needs_converting(parameters: Mapping[str, Value]) -> bool:
-    """Whether the surface is in a file that only the library SurfaceTopography reads."""
+    """Whether the surface's file is of a format that only SurfaceTopography reads."""
     return Path(str(parameters.get("filename", ""))).suffix[1:].lower() in convert.EXTENSIONS
 
 
 def check_library(surfaces: Iterable[Mapping[str, Value]]) -> None:
-    """Raises :class:`SweepError` where a surface needs SurfaceTopography, and that is not installed."""
+    """Raises :class:`SweepError` where a surface needs SurfaceTopography and the library is not installed."""
     for parameters in surfaces:
         if needs_converting(parameters):
             try:
@@ -32,7 +32,7 @@ def check_library(surfaces: Iterable[Mapping[str, Value]]) -> None:
 
 
 def converted(parameters: Mapping[str, Value]) -> dict[str, Value]:
-    """The parameters with an instrument's file replaced by a ``.gsf`` of the channel that they name.
+    """The parameters with an instrument's file replaced by a ``.gsf`` of the chosen channel.
 
     Raises ``SunbeamError`` where the file is refused.
     """
@@ -51,7 +51,7 @@ def converted(parameters: Mapping[str, Value]) -> dict[str, Value]:
 
 @cache
 def _folder() -> TemporaryDirectory[str]:
-    """A folder that goes when the process does."""
+    """A temporary folder that is removed when the process ends."""
     return TemporaryDirectory(prefix="sunbeam-")
 
 

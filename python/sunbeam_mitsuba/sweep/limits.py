@@ -1,7 +1,7 @@
-"""The parameters that a surface and its settings may have, and the values that each accepts.
+"""Parameters of surfaces and settings, with the values that each accepts.
 
-The library decides what it accepts (``src/config/``); these are the same limits, so that a range which crosses one is
-refused before anything is computed. A test holds them against the library's own messages.
+The limits repeat those of the library (``src/config/``), so that a range beyond one is refused before anything is
+computed. ``tests/test_sweep_spec.py`` compares them with the library's messages.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from typing import Union
 
 from .errors import SweepError
 
-#: What a parameter may be.
+#: Types of a parameter's value.
 Value = Union[str, float, bool]
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """Numbers from ``low`` to ``high``; ``open_low`` and ``open_high`` leave the end itself out."""
+    """Numbers from ``low`` to ``high``; ``open_low`` and ``open_high`` exclude the end."""
 
     low: float
     high: float
@@ -42,7 +42,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class Words:
-    """One of these words."""
+    """A choice of words."""
 
     words: tuple[str, ...]
 
@@ -68,10 +68,10 @@ class Text:
 
 @dataclass(frozen=True)
 class Truth:
-    """True or false."""
+    """A truth value."""
 
     def accepts(self, value: object) -> bool:
-        """Whether the value is one of the two."""
+        """Whether the value is true or false."""
         return isinstance(value, bool)
 
     def __str__(self) -> str:
@@ -82,12 +82,12 @@ Accepted = Union[Numbers, Words, Text, Truth]
 
 _LENGTH = Numbers(0, 1e3, "µm", open_low=True)
 
-#: What says where the heights come from; a surface's alone.
+#: Sources of the heights, which belong to a surface and not to a setting.
 SOURCE: dict[str, Accepted] = {
     "preset": Words(("blazed", "sinusoidal", "lamellar", "cd", "elaphe", "xenopeltis", "flat")),
     "filename": Text(),
 }
-#: What the library takes besides, whichever interface asks (µm where it is a length).
+#: The library's other parameters, common to all interfaces; lengths are in µm.
 SURFACE: dict[str, Accepted] = {
     "period": _LENGTH,
     "height": _LENGTH,
@@ -110,26 +110,26 @@ SURFACE: dict[str, Accepted] = {
     "tolerance": Numbers(1e-6, 0.1),
     "build_limit": Numbers(1, 1e6),
 }
-#: What only Mitsuba's BSDF knows.
+#: Parameters of Mitsuba's BSDF alone.
 SCENE: dict[str, Accepted] = {
     "material": Text(),
     "specular_reflectance": Numbers(0, 1),
     "diffuse_reflectance": Numbers(0, 1),
     "rotation": Numbers(-360, 360, "degrees"),
 }
-#: The direction of the light, in the surface's frame: (sin θ cos φ, sin θ sin φ, cos θ).
+#: Angles of the light's direction in the surface's frame, (sin θ cos φ, sin θ sin φ, cos θ).
 LIGHT: dict[str, Accepted] = {
     "theta_i_deg": Numbers(0, 90, "degrees", open_high=True),
     "phi_i_deg": Numbers(-360, 360, "degrees"),
 }
-#: All of them, in the order of the table's columns.
+#: All parameters in the order of the table's columns.
 PARAMETERS: dict[str, Accepted] = {**SOURCE, **SURFACE, **SCENE, **LIGHT}
 
 
 def check_value(where: str, name: str, value: object) -> Value:
-    """The value, where the parameter accepts it.
+    """Returns the value if the parameter accepts it.
 
-    Raises :class:`SweepError` with the place in the specification, the parameter, the value and what is accepted.
+    Raises :class:`SweepError` with the place in the specification, the parameter, its value and the accepted values.
     """
     accepted = PARAMETERS[name]
     if not accepted.accepts(value):
@@ -138,14 +138,14 @@ def check_value(where: str, name: str, value: object) -> Value:
 
 
 def shown(value: object) -> str:
-    """A value as a message has it."""
+    """The value as text for a message."""
     return f"{value:g}" if isinstance(value, float) else repr(value)
 
 
 def check_keys(where: str, given: object, accepted: tuple[str, ...] | list[str]) -> dict[str, object]:
-    """The table, where it is one and has no other keys than these.
+    """Returns ``given`` if it is a table and all its keys are accepted.
 
-    Raises :class:`SweepError` with the first key that is unknown and those that are accepted.
+    Raises :class:`SweepError` with the first unknown key and the accepted keys.
     """
     if not isinstance(given, dict):
         raise SweepError(f"{where} must be a table, but is {shown(given)}")

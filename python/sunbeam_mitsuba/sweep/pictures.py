@@ -1,4 +1,4 @@
-"""Pictures as the bytes of files: linear EXR, sRGB PNG, and small PNGs for the contact sheet."""
+"""Encodes pictures as files: linear EXR, sRGB PNG, and small PNGs for the contact sheet."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ if TYPE_CHECKING:
     Doubles = NDArray[np.float64]
     Bytes8 = NDArray[np.uint8]
 
-#: Longer side of a thumbnail, in pixels.
+#: Longer side of a thumbnail in pixels.
 THUMBNAIL_PIXELS = 96
-# Share of the pixels that may be clipped, as in the command's maps.
+# Fraction of the pixels that automatic exposure clips, as in the command's maps.
 _CLIPPED = 0.01
 
 
 def automatic_exposure(pixels: Doubles) -> float:
-    """The factor at which 1 % of the pixels that are not black exceed 1 in some channel; 1 for a black picture."""
+    """The factor at which 1 % of the lit pixels exceed 1 in a channel; 1 for a black picture."""
     largest = np.sort(pixels.max(axis=-1).ravel())
     largest = largest[largest > 0]
     at = int((1 - _CLIPPED) * len(largest))
@@ -29,24 +29,24 @@ def automatic_exposure(pixels: Doubles) -> float:
 
 
 def encoded(pixels: Doubles, exposure: float) -> Bytes8:
-    """Linear sRGB times the exposure as 8 bits of sRGB, clipped to what there is."""
+    """Linear sRGB times the exposure, clipped to [0, 1] and encoded as 8-bit sRGB."""
     linear = np.clip(pixels * exposure, 0, 1)
     curve = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return np.round(255 * curve).astype(np.uint8)
 
 
 def png(pixels: Bytes8) -> bytes:
-    """A PNG of ``[height, width, 3]``."""
+    """Encodes 8-bit sRGB ``[height, width, 3]`` as PNG."""
     return _written(pixels, "PNG")
 
 
 def exr(pixels: Doubles) -> bytes:
-    """An OpenEXR file of linear sRGB ``[height, width, 3]``, in 32-bit floats."""
+    """Encodes linear sRGB ``[height, width, 3]`` as OpenEXR with 32-bit floats."""
     return _written(pixels.astype(np.float32), "OpenEXR")
 
 
 def thumbnail(pixels: Bytes8) -> bytes:
-    """The picture as a small PNG: whole blocks of pixels averaged, so that the same picture gives the same bytes."""
+    """Encodes a small PNG from means over blocks of pixels; its bytes depend on the picture alone."""
     height, width = pixels.shape[:2]
     block = max(1, -(-max(height, width) // THUMBNAIL_PIXELS))
     cut = pixels[: max(1, height // block) * block, : max(1, width // block) * block].astype(np.float64)

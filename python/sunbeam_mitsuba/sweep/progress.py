@@ -1,4 +1,4 @@
-"""How far a sweep has come: a bar on a terminal, a line now and then elsewhere."""
+"""Progress of a sweep: a bar on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from types import TracebackType
 
 from tqdm import tqdm
 
-# A sweep that ends sooner shows nothing.
+# Seconds before the first report; shorter sweeps show none.
 _DELAY_SECONDS = 2.0
 _LINE_SECONDS = 30.0
 
 
 class Progress:
-    """Counts cases. On a terminal a bar with rate and time left; in a file a line every half a minute."""
+    """Counts cases. Shows a bar with rate and time left on a terminal, and a line each half minute in a file."""
 
     def __init__(self, total: int, done: int, failed: int, shown: bool):
         self.total, self.done, self.failed = total, done, failed
@@ -34,7 +34,7 @@ class Progress:
             self._bar.close()
 
     def advance(self, done: int, failed: int) -> None:
-        """Counts so many more cases, and how many of them failed."""
+        """Adds a number of finished cases, ``failed`` of which failed."""
         self.done += done
         self.failed += failed
         if self._bar is not None:

@@ -1,4 +1,4 @@
-"""A surface that answers for directions and wavelengths: through the C interface, or through Mitsuba's BSDF."""
+"""The BSDF and albedo of a surface, through the C interface or through Mitsuba's BSDF."""
 
 from __future__ import annotations
 
@@ -18,33 +18,35 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float32]
 
-# Mitsuba's BSDF carries so many wavelengths at a time, and answers for many directions at once in this variant.
-_CARRIED, _VARIANT = 4, "llvm_ad_spectral"
-# Values of f that are asked for at a time: what a batch keeps in memory.
+# Wavelengths of one ray in Mitsuba's spectral variants.
+_CARRIED = 4
+# The variant that evaluates many directions in one call.
+_VARIANT = "llvm_ad_spectral"
+# Largest number of values of f in one call, which limits its memory to some 10 MB.
 _VALUES_MAX = 2_000_000
 
 
 class ReflectorError(ValueError):
-    """A surface that Mitsuba refuses; the message is one line."""
+    """Mitsuba refuses the surface; the message is one line."""
 
 
 class Reflector(Protocol):
-    """What figures are computed from. Directions point away from the surface, wavelengths are in nm."""
+    """A surface for figures. Directions point away from the surface; wavelengths are in nm."""
 
-    #: Memory that the tables take, in bytes.
+    #: Memory of the tables in bytes; 0 where it is unknown.
     table_bytes: float
 
     def eval(self, wi: Iterable[float], wo: Floats, wavelengths_nm: Iterable[float]) -> Floats:
-        """``f_r`` in 1/sr for one direction of light, as ``[directions, wavelengths]``."""
+        """The BSDF ``f_r`` in 1/sr for one direction of light, ``[directions, wavelengths]``."""
 
     def albedo(self, wi: Iterable[float], wavelengths_nm: Iterable[float], u: Floats) -> NDArray[np.float64]:
-        """The share of light that is reflected at each wavelength, from random numbers ``[samples, 3]``."""
+        """The reflected fraction at each wavelength, a mean over samples with random numbers ``u[samples, 3]``."""
 
 
 def make_reflector(parameters: Mapping[str, Value]) -> Reflector:
-    """Builds the tables, or reads them from the cache.
+    """Builds the surface's tables, or reads them from the cache.
 
-    What only a scene knows (``material``, ``rotation``, …) takes Mitsuba's BSDF, everything else the C interface.
+    Parameters in ``SCENE`` (``material``, ``rotation``, …) need Mitsuba's BSDF; other surfaces use the C interface.
     Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
     """
     own = {name: value for name, value in parameters.items() if name not in LIGHT}
@@ -72,7 +74,7 @@ class _OfLibrary:
 
 
 def _table_bytes(described: Mapping[str, Any]) -> float:
-    """The largest number of bytes that the description tells, wherever it stands."""
+    """The largest of all numbers of bytes in the surface's description."""
     found = 0.0
     for name, value in described.items():
         if isinstance(value, dict):
@@ -83,7 +85,7 @@ def _table_bytes(described: Mapping[str, Any]) -> float:
 
 
 class _OfMitsuba:
-    # Its tables are those of the plugin, which tells their size in words alone.
+    # The plugin tells the size of its tables only as text.
     table_bytes = 0.0
 
     def __init__(self, parameters: Mapping[str, Value]):
@@ -108,7 +110,7 @@ class _OfMitsuba:
             carried = nm[first : first + _CARRIED]
             si = _interactions(list(wi), carried, len(wo))
             value = np.array(self._bsdf.eval(mi.BSDFContext(), si, mi.Vector3f(outgoing)))
-            # Mitsuba's values have the cosine in them.
+            # Mitsuba's values include the cosine.
             result[:, first : first + len(carried)] = (value / cosine)[: len(carried)].T
         return result
 
@@ -128,7 +130,7 @@ class _OfMitsuba:
 
 
 def mitsuba() -> Any:
-    """The module, without types: its stubs are those of one variant, and the variant is chosen as the program runs."""
+    """The module ``mitsuba``, untyped, since its type stubs describe a single variant."""
     return importlib.import_module("mitsuba")
 
 
@@ -145,7 +147,7 @@ def _interactions(wi: list[float], carried: list[float], count: int) -> Any:
 
 
 def use_variant(name: str) -> None:
-    """Selects a variant of Mitsuba. Raises :class:`ReflectorError` where it does not run here."""
+    """Selects a variant of Mitsuba. Raises :class:`ReflectorError` where it does not run on this machine."""
     mi = mitsuba()
     if mi.variant() == name:
         return
@@ -157,9 +159,9 @@ def use_variant(name: str) -> None:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Mitsuba computes on one thread: a worker has a core to itself, and sums over a picture come in one order then.
+    """Limits Mitsuba to one thread: a worker has one core, and sums over a picture keep their order.
 
-    Only for rendering: with so few threads Mitsuba's files in OpenEXR are never finished.
+    For rendering only: on one thread Mitsuba never finishes writing an OpenEXR file.
     """
     dr = importlib.import_module("drjit")
     before = dr.thread_count()
@@ -172,7 +174,7 @@ def one_thread() -> Iterator[None]:
 
 
 def bsdf_entries(parameters: Mapping[str, Value]) -> dict[str, Any]:
-    """The parameters as Mitsuba's dictionaries have them."""
+    """The parameters as entries of Mitsuba's dictionary."""
     spectra = ("specular_reflectance", "diffuse_reflectance")
     entries: dict[str, Any] = {name: value for name, value in parameters.items() if name not in (*spectra, *LIGHT)}
     for name in spectra:
@@ -182,7 +184,7 @@ def bsdf_entries(parameters: Mapping[str, Value]) -> dict[str, Any]:
 
 
 def one_line(error: BaseException) -> str:
-    """The last line of an error's message, which is where Mitsuba says what is wrong."""
+    """The last line of an error's message, in which Mitsuba names the fault."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     return lines[-1] if lines else type(error).__name__
 

@@ -16,7 +16,7 @@ from .spec import Case, Spec
 from .store import SUMMARY, TABLE, TIMES, StoreError, picture_name, read_result, write_whole
 from .wants import Column
 
-#: Arrow's types of the kinds of columns.
+#: Arrow type of each kind of column.
 KINDS: dict[str, pa.DataType] = {
     "number": pa.float64(),
     "whole": pa.int64(),
@@ -41,12 +41,12 @@ KINDS: dict[str, pa.DataType] = {
     ),
     "gamut": pa.list_(pa.struct([("view_deg", pa.float64()), ("u", pa.float64()), ("v", pa.float64())])),
 }
-# Rows of a group of the Parquet file; so many are in memory at a time.
+# Rows of one group of the Parquet file, the number in memory at a time.
 _GROUP_ROWS = 10_000
 
 
 def columns_of(spec: Spec) -> list[Column]:
-    """The columns of the table, in order: the case, its parameters, how it went, and what was wanted."""
+    """Columns of the table in order: the case, its parameters, its outcome, and the wanted figures."""
     found = [
         Column("row", "whole", "place in the order of the specification, from 0"),
         Column("identity", "text", "names the case's files"),
@@ -69,9 +69,9 @@ def columns_of(spec: Spec) -> list[Column]:
 
 
 def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any], dict[str, Any]]]:
-    """Each case's row of the table, and its record.
+    """Yields each case's row of the table and its record.
 
-    Raises :class:`StoreError` where a result has gone since it was written.
+    Raises :class:`StoreError` where a result was removed after it was written.
     """
     for case in cases:
         record = read_result(folder, case.identity)
@@ -89,14 +89,14 @@ def read_rows(folder: Path, cases: list[Case]) -> Iterator[tuple[dict[str, Any],
             **record["figures"],
         }
         for ending in record["pictures"]:
-            # map.exr is in the column map_exr, strip.png in colour_strip.
+            # The name of map.exr is in the column map_exr, the name of strip.png in colour_strip.
             name = "colour_strip" if ending == "strip.png" else ending.replace(".", "_")
             row[name] = picture_name(case.identity, ending)
         yield row, record
 
 
 def write_tables(spec: Spec, cases: list[Case]) -> None:
-    """Writes ``sweep.parquet``, the same bytes for the same results, and ``times.parquet``.
+    """Writes ``sweep.parquet``, whose bytes depend on the results alone, and ``times.parquet``.
 
     Raises :class:`StoreError`.
     """
@@ -114,7 +114,7 @@ def write_tables(spec: Spec, cases: list[Case]) -> None:
 
 
 class _Written:
-    """A Parquet file in memory, a group of rows at a time."""
+    """Encodes rows as a Parquet file, a group of rows at a time."""
 
     def __init__(self, schema: pa.Schema):
         self._schema, self._rows, self._buffer = schema, list[dict[str, Any]](), io.BytesIO()
@@ -137,7 +137,7 @@ class _Written:
 
 
 def write_summary(spec: Spec, state: str, facts: dict[str, Any]) -> None:
-    """Writes ``sweep.json``: the state, the facts, what the columns hold, and the specification."""
+    """Writes ``sweep.json``: the state, the facts, the columns' meanings, and the specification."""
     content = {
         "state": state,
         **facts,

@@ -1,4 +1,4 @@
-"""A sweep from its specification to its table."""
+"""Runs a sweep from its specification to its table."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .work import Job, version
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a sweep ended with: its folder, how many cases it has, how many of them failed, and the seconds it took."""
+    """Result of a sweep: folder, number of cases and of failed ones, and duration in seconds."""
 
     folder: Path
     cases: int
@@ -41,8 +41,8 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a sweep would take: cases, different surfaces, the largest estimate of a surface's tables while they are
-    built, the workers of this machine and the memory of each, in GB."""
+    """Demand of a sweep: cases, different surfaces, peak memory of the largest build in GB, and this machine's workers
+    with the memory of each in GB."""
 
     cases: int
     surfaces: int
@@ -52,7 +52,7 @@ class Plan:
 
 
 def plan(spec: Spec, workers: int | None = None, memory_gb: float | None = None) -> Plan:
-    """What the sweep would take on this machine, without doing any of it. Raises :class:`SweepError`."""
+    """Estimates the sweep's demand on this machine, without computing it. Raises :class:`SweepError`."""
     cases = list(spec.cases(version()))
     surfaces = _surfaces(spec, cases)
     largest = largest_estimate(surfaces)
@@ -70,16 +70,16 @@ def run(
     retry_failed: bool = False,
     progress: bool = True,
 ) -> Outcome:
-    """Computes what is missing of a sweep and writes its table, sheet and summary.
+    """Computes the missing cases of a sweep and writes its table, sheet and summary.
 
-    Work is done in ``workers`` processes of this machine (a worker a core, fewer where memory is short), each with at
-    most ``memory_gb``, or by the workers of the Dask scheduler at the address ``scheduler``. Results that are in the
-    folder already are kept unless ``fresh``; ``retry_failed`` tries the cases anew that failed. ``progress`` shows how
-    far it has come from the third second on.
+    The cases run in ``workers`` processes of this machine, each with at most ``memory_gb``: by default one process a
+    core, fewer where memory is short. With ``scheduler``, an address, they run on the workers of that Dask scheduler.
+    Earlier results in the folder are kept unless ``fresh``. ``retry_failed`` computes failed cases again. ``progress``
+    reports from the third second on.
 
-    A script that calls this needs ``if __name__ == "__main__":``, since workers are processes that import it.
+    A script that calls this function needs ``if __name__ == "__main__":``, since worker processes import the script.
 
-    Raises :class:`SweepError` where the sweep cannot begin or go on. What was computed is kept then.
+    Raises :class:`SweepError` where the sweep cannot begin or continue; finished cases are kept.
     """
     start = time.perf_counter()
     cases = list(spec.cases(version()))
@@ -117,13 +117,13 @@ def run(
 
 
 def _pending(spec: Spec, cases: list[Case], retry_failed: bool) -> tuple[list[Case], int]:
-    """The cases without a result that still holds, and how many of the others failed."""
+    """The cases without a valid result, and the number of failed ones among the others."""
     pending, failed = [], 0
     for case in cases:
         record = read_result(spec.output, case.identity)
         name = case.parameters.get("filename")
         if record is None or not is_current(record, None if name is None else spec.folder / str(name)):
-            # A worker leaves alone what has a result, so one that holds no longer has to go.
+            # Workers skip a case with a result, so an outdated result is removed.
             _forget(spec.output, case)
             pending.append(case)
         elif record["status"] == "failed" and retry_failed:
@@ -171,7 +171,7 @@ def _tell(progress: bool, line: str, client: Client) -> None:
 
 
 def _surfaces(spec: Spec, cases: list[Case]) -> list[dict[str, Any]]:
-    """The different surfaces among the cases, with full paths."""
+    """The different surfaces of the cases, with absolute paths."""
     found: dict[str, dict[str, Any]] = {}
     for case in cases:
         own = {name: value for name, value in case.parameters.items() if name not in LIGHT}

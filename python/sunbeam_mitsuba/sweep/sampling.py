@@ -1,4 +1,4 @@
-"""Combinations of values: a product, a list or a seeded sample."""
+"""Combinations of parameters' values: a product, a list or a seeded sample."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from .errors import SweepError
 from .limits import PARAMETERS, Numbers, Value, check_keys, check_value, shown
 
-#: Most combinations of one sweep; a larger one is refused with its number before anything is expanded.
+#: Largest number of combinations in a sweep; checked before any is made.
 ROWS_MAX = 1_000_000
-#: What a table of values may say besides its parameters.
+#: Keys of a table of values besides its parameters.
 KEYS = ("combine", "count", "seed")
 _KINDS = ("product", "list", "sample")
 _RANGE = ("from", "to", "count", "step", "scale")
@@ -21,24 +21,24 @@ _RANGE = ("from", "to", "count", "step", "scale")
 
 @dataclass(frozen=True)
 class Span:
-    """Numbers from ``first`` to ``last``, evenly spaced, or evenly in their logarithm."""
+    """A range of numbers from ``first`` to ``last``, uniform or uniform in the logarithm."""
 
     first: float
     last: float
     logarithmic: bool
 
-    def at(self, share: float) -> float:
-        """The number at a share of the way, 0 to 1, to twelve digits, so that 0.1 · 3 is 0.3."""
+    def at(self, fraction: float) -> float:
+        """The number at a fraction of the range, rounded to twelve digits, so that 0.1 · 3 is 0.3."""
         if self.logarithmic:
-            value = self.first * (self.last / self.first) ** share
+            value = self.first * (self.last / self.first) ** fraction
         else:
-            value = self.first + (self.last - self.first) * share
+            value = self.first + (self.last - self.first) * fraction
         return float(f"{value:.12g}")
 
 
 @dataclass(frozen=True)
 class Combinations:
-    """Values of parameters and how they are combined. ``count`` is how many combinations there are."""
+    """Parameters' values and the way to combine them into ``count`` combinations."""
 
     names: tuple[str, ...]
     count: int
@@ -47,7 +47,7 @@ class Combinations:
     _seed: int = 0
 
     def __iter__(self) -> Iterator[dict[str, Value]]:
-        """The combinations; of a product, the last parameter changes fastest."""
+        """Yields the combinations. In a product the last parameter changes fastest."""
         if self._kind == "sample":
             yield from self._drawn()
             return
@@ -57,31 +57,35 @@ class Combinations:
             yield dict(zip(self.names, row))
 
     def listed(self) -> dict[str, tuple[Value, ...]]:
-        """The values of each parameter; of a range that is drawn from, its two ends."""
+        """The values of each parameter, or the ends of a range that is sampled."""
         return {
             name: (values.first, values.last) if isinstance(values, Span) else values
             for name, values in zip(self.names, self._values)
         }
 
     def _drawn(self) -> Iterator[dict[str, Value]]:
-        # Python promises that random() gives the same numbers for a seed in every version.
+        # Python guarantees that random() gives equal numbers for a seed in all versions.
         source = random.Random(self._seed)
         for _ in range(self.count):
             row: dict[str, Value] = {}
             for name, values in zip(self.names, self._values):
-                share = source.random()
-                row[name] = values.at(share) if isinstance(values, Span) else values[int(share * len(values))]
+                u = source.random()
+                row[name] = values.at(u) if isinstance(values, Span) else values[int(u * len(values))]
             yield row
 
 
 def read_combinations(where: str, table: dict[str, object], accepted: list[str]) -> Combinations:
     """Reads a table of parameters, each a value, a list, or a range ``{from, to, count}`` or ``{from, to, step}``.
 
-    ``combine`` is ``product`` (the default), ``list`` (the first values together, then the second, …; single values
-    serve all) or ``sample`` (``count`` combinations drawn at random with ``seed``, 0 unless given; of a range any
-    number in it). ``scale = "log"`` spaces or draws a range evenly in its logarithm.
+    ``combine`` is one of
 
-    Raises :class:`SweepError` for what is unknown, contradictory, or outside of what a parameter accepts.
+    - ``product``, the default;
+    - ``list``: the first values together, then the second values, …; a single value serves all;
+    - ``sample``: ``count`` random combinations with ``seed`` (0); a range gives any number in it.
+
+    ``scale = "log"`` makes a range uniform in its logarithm.
+
+    Raises :class:`SweepError` for unknown keys, contradictions, and values that a parameter does not accept.
     """
     check_keys(where, table, [*KEYS, *accepted])
     kind = table.get("combine", "product")
@@ -155,7 +159,7 @@ def _stepped(where: str, step: object, span: Span) -> tuple[Value, ...]:
     steps = (span.last - span.first) / step
     if steps > ROWS_MAX:
         raise SweepError(f"{where}: the range has {steps:.3g} values; accepted are at most {ROWS_MAX}")
-    # A last step that rounding puts beyond the end is one of the range.
+    # The margin keeps a last step that rounding puts beyond the end.
     return tuple(float(f"{span.first + i * step:.12g}") for i in range(int(steps * (1 + 1e-12) + 1e-9) + 1))
 
 

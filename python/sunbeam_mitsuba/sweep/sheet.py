@@ -1,4 +1,4 @@
-"""The contact sheet: one HTML file with small pictures and all plain figures, which sorts by any column."""
+"""The contact sheet: one HTML file with thumbnails and figures, sortable by every column."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from .report import columns_of
 from .spec import Spec
 from .store import SHEET, write_whole
 
-#: Most rows of a sheet: some 20 MB with two pictures each. The table has all.
+#: Largest number of rows on the sheet, some 20 MB with two pictures each. The table has all rows.
 ROWS_MAX = 2000
 _PLAIN = ("number", "whole", "text", "truth")
-# Said once below the title, or of use to programs alone.
+# Columns left out: stated below the title, or of use to programs alone.
 _LEFT_OUT = ("identity", "version", "input_sha256", "status")
 
 
 def write_sheet(spec: Spec, rows: Iterable[tuple[dict[str, Any], dict[str, Any]]], facts: dict[str, Any]) -> None:
-    """Writes ``index.html``. ``rows`` are the table's with their records. Raises ``StoreError``."""
+    """Writes ``index.html`` from the table's rows and their records. Raises ``StoreError``."""
     shown = [(row, record) for (row, record), _ in zip(rows, range(ROWS_MAX))]
     columns = [column for column in columns_of(spec) if column.kind in _PLAIN and column.name not in _LEFT_OUT]
-    # A column without any entry, such as that of errors where there is none, is left out.
+    # Empty columns are left out, such as the errors of a sweep without any.
     columns = [column for column in columns if any(row.get(column.name) is not None for row, _ in shown)]
     is_file = {
         f"{want.name}_{column.name}" for want in spec.wants for column in want.columns() if column.kind == "text"
@@ -47,7 +47,7 @@ def write_sheet(spec: Spec, rows: Iterable[tuple[dict[str, Any], dict[str, Any]]
 
 
 def _full(row: dict[str, Any], name: str) -> str | None:
-    """The picture that a thumbnail is of."""
+    """Path of the picture of a thumbnail."""
     found = row.get("colour_strip") if name == "strip" else row.get(f"{name}_png")
     return str(found) if found else None
 

@@ -1,4 +1,4 @@
-"""What a sweep is asked for: a TOML file or a dictionary, read and checked before anything is computed."""
+"""The specification of a sweep, read from a TOML file or a dictionary and checked before the sweep begins."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ else:
 
 _TOP = ("output", "surface", "settings", "want")
 _SURFACE_KEYS = ("name", "files")
-#: The light of a setting that does not name it: along the normal.
+#: Default direction of the light: along the normal.
 _LIGHT_DEFAULTS: dict[str, Value] = {"theta_i_deg": 0.0, "phi_i_deg": 0.0}
 
 
 @dataclass(frozen=True)
 class Case:
-    """One row of the table to be: a surface, a setting and where both came from.
+    """A row of the table: a surface under a setting.
 
-    ``parameters`` are the plugin's and the light's, file names as the specification has them, below its folder.
+    ``parameters`` are the plugin's and the light's; file names are relative to the specification's folder.
     """
 
     row: int
@@ -43,7 +43,7 @@ class Case:
 
 @dataclass(frozen=True)
 class SurfaceSpec:
-    """A ``[[surface]]``: its name in the table, or nothing where the relief's own name serves, and its variations."""
+    """A ``[[surface]]``: its name in the table, empty where the relief's own name serves, and its variations."""
 
     name: str
     combinations: Combinations
@@ -51,7 +51,7 @@ class SurfaceSpec:
 
 @dataclass(frozen=True)
 class Spec:
-    """A specification. ``folder`` is what its file names are relative to, ``output`` where results go."""
+    """A specification. File names are relative to ``folder``; results go to the folder ``output``."""
 
     folder: Path
     output: Path
@@ -62,22 +62,22 @@ class Spec:
 
     @property
     def count(self) -> int:
-        """The number of cases, before those that are alike are made one."""
+        """Number of cases, with equal ones counted separately."""
         return sum(surface.combinations.count for surface in self.surfaces) * self.settings.count
 
     @property
     def parameter_names(self) -> list[str]:
-        """All parameters that some case has, in the order of the table's columns."""
+        """Parameters that any case has, in the order of the table's columns."""
         used = set(self.settings.names) | set(_LIGHT_DEFAULTS)
         for surface in self.surfaces:
             used |= set(surface.combinations.names)
         return [name for name in (*SOURCE, *SURFACE, *SCENE, *LIGHT) if name in used]
 
     def cases(self, version: str) -> Iterator[Case]:
-        """The cases, each once, in the order of the table: by surface, then by setting.
+        """Yields the different cases in the order of the table: by surface, then by setting.
 
-        The identity is a hash of the case's parameters, of what is wanted, and of ``version``; cases that are alike
-        have one, and only the first is given.
+        A case's identity is a hash of its parameters, the wanted figures and ``version``. Of equal cases the first
+        alone is given.
         """
         wanted = [want.identity() for want in self.wants]
         seen: set[str] = set()
@@ -94,10 +94,10 @@ class Spec:
 
 
 def read_spec(path: str | os.PathLike[str], output: str | os.PathLike[str] | None = None) -> Spec:
-    """Reads a specification from a TOML file; paths in it are relative to its folder.
+    """Reads a specification from a TOML file; its paths are relative to the file's folder.
 
-    ``output`` takes the place of the specification's own. Raises :class:`SweepError` in one line for a file that
-    cannot be read, for what is unknown, contradictory or out of range, and for a glob that no file matches.
+    ``output`` replaces the specification's own. Raises :class:`SweepError` with one line for a file that cannot be
+    read, for unknown keys, contradictions and values out of range, and for a glob without matches.
     """
     path = Path(path)
     try:
@@ -110,7 +110,7 @@ def read_spec(path: str | os.PathLike[str], output: str | os.PathLike[str] | Non
 
 
 def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[str] | None = None) -> Spec:
-    """The same from a dictionary, with file names relative to ``folder``."""
+    """Reads a specification from a dictionary, as :func:`read_spec` does; file names are relative to ``folder``."""
     check_keys("the specification", source, _TOP)
     surfaces = source.get("surface")
     if not isinstance(surfaces, list) or not surfaces:
@@ -135,7 +135,7 @@ def make_spec(source: dict[str, Any], folder: Path, output: str | os.PathLike[st
 
 
 def _values_of(spec: Spec) -> dict[str, set[Value]]:
-    """The values that each parameter of the settings takes, as far as they are listed."""
+    """Values of each parameter over all cases; a sampled range counts with its ends."""
     found: dict[str, set[Value]] = {}
     for combinations in (spec.settings, *(surface.combinations for surface in spec.surfaces)):
         for name, values in combinations.listed().items():
@@ -167,7 +167,7 @@ def _surface(where: str, table: object, folder: Path, settings: Combinations) ->
 
 
 def _matching(where: str, patterns: object, folder: Path) -> list[str]:
-    """The files that globs find, sorted, by names below the folder where they are below it."""
+    """Sorted paths of the files that match the globs, relative to ``folder`` for relative globs."""
     listed = [patterns] if isinstance(patterns, str) else patterns
     if not isinstance(listed, list) or not listed or not all(isinstance(one, str) for one in listed):
         raise SweepError(f"{where}: files is {shown(patterns)}, but must be a glob or a list of globs")

@@ -1,7 +1,8 @@
-"""The folder of a sweep: results that are written whole, read back, and never shared by two sweeps at once.
+"""The folder of a sweep: results are written atomically, and one sweep at a time has the folder.
 
-``results/`` holds a JSON file a case, with its settings, version, the input's checksum and the time; ``pictures/`` the
-pictures. Both are divided by the first two digits of the case's identity, since folders with 10⁵ files are slow.
+``results/`` holds a JSON file for each case, with its settings, version, the input's checksum and the time;
+``pictures/`` holds the pictures. Both are divided by the first two digits of the cases' identities, since folders with
+10⁵ files are slow.
 """
 
 from __future__ import annotations
@@ -23,22 +24,22 @@ from filelock import FileLock, Timeout
 
 from .errors import SweepError
 
-#: What the table, the sheet and the summary are called.
+#: File names of the table, the times, the sheet and the summary.
 TABLE, TIMES, SHEET, SUMMARY = "sweep.parquet", "times.parquet", "index.html", "sweep.json"
 _FOLDERS = ("results", "pictures")
 _LOCK = ".lock"
-# A file that was not finished is left by a worker that died; no write takes so many seconds.
+# Age in seconds from which an unfinished file is removed: its worker died, since no write takes this long.
 _ABANDONED_SECONDS = 600.0
 
 
 class StoreError(Exception):
-    """A result cannot be written: a full disk, a quota, a folder without permission. The message is one line."""
+    """A result cannot be written (full disk, quota, missing permission). The message is one line."""
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Writes a file under a temporary name and renames it, so that no reader ever sees half of it.
+    """Writes a file under a temporary name and renames it, so that readers see all of it or nothing.
 
-    Raises :class:`StoreError`; nothing is left behind then.
+    Raises :class:`StoreError` after removing the temporary file.
     """
     part = path.with_name(f".{path.name}.{socket.gethostname()}.{os.getpid()}.{uuid.uuid4().hex[:8]}.part")
     try:
@@ -52,17 +53,17 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def picture_name(identity: str, ending: str) -> str:
-    """A picture's name below the sweep's folder."""
+    """Path of a picture relative to the sweep's folder."""
     return f"pictures/{identity[:2]}/{identity}-{ending}"
 
 
 def result_path(folder: Path, identity: str) -> Path:
-    """Where the result of a case is."""
+    """Path of a case's result."""
     return folder / "results" / identity[:2] / f"{identity}.json"
 
 
 def write_result(folder: Path, record: Mapping[str, Any], pictures: Mapping[str, bytes]) -> None:
-    """Writes the pictures, then the record: where that is, all is. Raises :class:`StoreError`."""
+    """Writes the pictures, then the record, which marks the case as finished. Raises :class:`StoreError`."""
     identity = record["identity"]
     sizes = {}
     for ending, content in pictures.items():
@@ -73,7 +74,7 @@ def write_result(folder: Path, record: Mapping[str, Any], pictures: Mapping[str,
 
 
 def read_result(folder: Path, identity: str) -> dict[str, Any] | None:
-    """The record of a case, or nothing where there is none, or not all of it."""
+    """Reads the record of a case; ``None`` where the record or one of its pictures is missing."""
     try:
         record = json.loads(result_path(folder, identity).read_bytes())
     except (OSError, ValueError):
@@ -90,7 +91,7 @@ def read_result(folder: Path, identity: str) -> dict[str, Any] | None:
 
 
 def input_of(path: Path) -> dict[str, Any]:
-    """Checksum, size and time of change of a file. Raises ``OSError``."""
+    """Checksum, size and modification time of a file. Raises ``OSError``."""
     status = os.stat(path)
     digest = _checksum(str(path), status.st_size, status.st_mtime_ns)
     return {"sha256": digest, "bytes": status.st_size, "mtime_ns": status.st_mtime_ns}
@@ -106,12 +107,12 @@ def _checksum(path: str, size: int, mtime_ns: int) -> str:
 
 
 def is_current(record: Mapping[str, Any], path: Path | None) -> bool:
-    """Whether the input file is what it was: of the same size and time, or else of the same checksum."""
+    """Whether the input file is unchanged: by size and time, or else by checksum."""
     known = record.get("input")
     if path is None:
         return True
     if known is None:
-        # It could not be read then.
+        # The file could not be read when the record was written.
         return not path.exists()
     try:
         status = os.stat(path)
@@ -127,17 +128,17 @@ def _can_hold_files(folder: Path) -> bool:
 
 
 class Store:
-    """The folder, held by this process alone from ``open`` to ``close``."""
+    """The sweep's folder, locked for this process from ``open`` to ``close``."""
 
     def __init__(self, folder: Path):
         self.folder = folder
         self._lock = FileLock(str(folder / _LOCK))
 
     def open(self, fresh: bool) -> None:
-        """Takes the folder, making it where it is missing; ``fresh`` removes what an earlier sweep left in it.
+        """Locks the folder and makes it where it is missing; ``fresh`` removes an earlier sweep's results.
 
-        Raises :class:`SweepError` where another sweep has it, where it holds other things, and where it cannot be
-        written.
+        Raises :class:`SweepError` where another sweep has the folder, where it holds other files, and where it cannot
+        be written.
         """
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
@@ -163,7 +164,7 @@ class Store:
         self._remove_abandoned()
 
     def _check_places(self) -> None:
-        """Refuses what is in the way of a file or a folder of the sweep, which would else be told after hours."""
+        """Refuses folders in the place of the sweep's files and the reverse, before hours of work."""
         blocked = [name for name in (TABLE, TIMES, SHEET, SUMMARY) if (self.folder / name).is_dir()]
         blocked += [name for name in _FOLDERS if not _can_hold_files(self.folder / name)]
         if blocked:
@@ -171,7 +172,7 @@ class Store:
             raise SweepError(f"{self.folder / blocked[0]} cannot be written; remove it, or name another output")
 
     def close(self) -> None:
-        """Gives the folder back."""
+        """Unlocks the folder."""
         self._lock.release()
 
     def _remove_abandoned(self) -> None:

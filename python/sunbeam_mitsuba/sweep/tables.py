@@ -1,4 +1,4 @@
-"""The surfaces that a worker holds, and what their tables take."""
+"""A worker's surfaces and the memory of their tables."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from .instruments import converted
 from .limits import LIGHT, Value
 from .reflector import Reflector, make_reflector
 
-#: Peak of memory while tables are built, over the size of the finished table of spectra that is estimated: knots as
-#: complex numbers in double precision, grids of transforms, the sampler and the albedo.
+#: Peak memory of a build divided by the estimated size of the finished table of spectra. The build also holds knots in
+#: complex double precision, grids of transforms, the sampler and the albedo.
 BUILD_PEAK = 6.0
-#: What a worker needs besides: Python, Mitsuba, and one batch of directions, in bytes.
+#: Memory of a worker in bytes besides tables: Python, Mitsuba, and one batch of directions.
 WORKER_BYTES = 0.6e9
-#: Share of a worker's memory for the tables that it holds, so that building one and a picture still fit.
-HELD_SHARE = 0.5
-# Surfaces whose tables take some megabytes whatever their numbers are, up to this coherence length: nobody is asked.
+#: Fraction of a worker's memory for finished tables; the rest is for the next build and a picture.
+HELD_FRACTION = 0.5
+# Presets whose tables take some megabytes up to _SMALL_COHERENCE_UM, so that no estimate is needed.
 _SMALL_PRESETS = ("flat", "sinusoidal", "blazed", "lamellar")
+# Coherence length in µm.
 _SMALL_COHERENCE_UM = 1000.0
-# Most surfaces that are asked for an estimate before the workers start; workers ask all the others.
-_ASKED_BEFORE = 32
+# Largest number of surfaces estimated before the workers start; workers estimate the others.
+_ESTIMATED_BEFORE = 32
 
 
 class TooLarge(ValueError):
-    """Tables that do not fit into the worker's memory; the message is one line with the estimate."""
+    """Tables do not fit into the worker's memory; the message is one line with the estimate."""
 
 
 def estimated_bytes(parameters: Mapping[str, Value]) -> float:
-    """Peak of memory in bytes while the tables are built, or 0 for a surface that is small in any case or unknown.
+    """Peak memory in bytes while the tables are built; 0 for a small surface and where it is unknown.
 
-    The estimate of the table is the library's own, through ``sunbeam height-field``; without the command nothing is
-    known before the library refuses what takes more than its build limit. Raises :class:`CommandError` where the
-    surface is refused.
+    The library's own estimate of the table comes from ``sunbeam height-field``. Without the command it is unknown, and
+    only the library's build limit refuses large tables. Raises :class:`CommandError` where the surface is refused.
     """
     coherence_um = float(parameters.get("coherence_length", 65.0))
     if parameters.get("theory") == "rigorous" or find_command() is None:
@@ -48,9 +48,9 @@ def estimated_bytes(parameters: Mapping[str, Value]) -> float:
 
 
 def largest_estimate(surfaces: Iterable[Mapping[str, Value]]) -> float:
-    """The largest estimate in bytes of these surfaces: of the 32 with the largest files and coherence lengths.
+    """The largest estimate in bytes among the 32 surfaces with the largest files and coherence lengths.
 
-    Surfaces that are refused count as nothing, since they become rows with an error.
+    Refused surfaces count as 0, since they become rows with an error.
     """
 
     def size(parameters: Mapping[str, Value]) -> tuple[float, float]:
@@ -59,7 +59,7 @@ def largest_estimate(surfaces: Iterable[Mapping[str, Value]]) -> float:
         return stored, float(parameters.get("coherence_length", 65.0))
 
     largest = 0.0
-    for parameters in sorted(surfaces, key=size, reverse=True)[:_ASKED_BEFORE]:
+    for parameters in sorted(surfaces, key=size, reverse=True)[:_ESTIMATED_BEFORE]:
         try:
             largest = max(largest, estimated_bytes(converted(parameters)))
         except (CommandError, SunbeamError):
@@ -68,21 +68,21 @@ def largest_estimate(surfaces: Iterable[Mapping[str, Value]]) -> float:
 
 
 class HeldSurfaces:
-    """Surfaces by their parameters, the least recently used given up where memory is short.
+    """Cache of surfaces by their parameters, which drops the least recently used where memory is short.
 
-    ``memory_bytes`` is the worker's limit, or 0 for none.
+    ``memory_bytes`` is the worker's limit, or 0 where it has none.
     """
 
     def __init__(self, memory_bytes: float):
         self.memory_bytes = memory_bytes
-        #: Seconds spent on building, or reading from the cache, since the object was made.
+        #: Seconds spent so far on building tables, or reading them from the disk cache.
         self.seconds = 0.0
         self._held: OrderedDict[str, tuple[Reflector, float]] = OrderedDict()
 
     def get(self, parameters: Mapping[str, Value]) -> Reflector:
-        """The surface, built where it is not held.
+        """Returns the surface, which is built where it is not held.
 
-        Raises :class:`TooLarge` where its tables do not fit, and what the library refuses.
+        Raises :class:`TooLarge` where its tables do not fit, and the library's errors.
         """
         key = _key(parameters)
         if key in self._held:
@@ -114,17 +114,17 @@ class HeldSurfaces:
         return expected
 
     def _make_room(self, needed_bytes: float) -> None:
-        """Gives surfaces up until those held and what is to come fit; the newest stays."""
+        """Drops surfaces until the others and ``needed_bytes`` fit; with 0 bytes the newest stays."""
         if not self.memory_bytes:
             return
-        budget = HELD_SHARE * max(self.memory_bytes - WORKER_BYTES, 0)
+        budget = HELD_FRACTION * max(self.memory_bytes - WORKER_BYTES, 0)
         keep = 1 if needed_bytes == 0 else 0
         while len(self._held) > keep and sum(size for _, size in self._held.values()) + needed_bytes > budget:
             self._held.popitem(last=False)
 
 
 def _key(parameters: Mapping[str, Value]) -> str:
-    """What decides the tables: all parameters but the light's, and when the file was changed."""
+    """Key of a surface's tables: all parameters except the light's, and the file's modification time."""
     own = {name: value for name, value in parameters.items() if name not in LIGHT}
     name = str(own.get("filename", ""))
     changed = os.stat(name).st_mtime_ns if name and os.path.exists(name) else 0

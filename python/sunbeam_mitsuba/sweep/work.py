@@ -1,4 +1,4 @@
-"""What a worker does: the cases of a batch, one by one, each written before the next is begun."""
+"""The worker's part: computes the cases of a batch and writes each before the next."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from .store import StoreError, input_of, read_result, write_result, write_whole
 from .tables import HeldSurfaces, TooLarge
 from .wants import Question, Want, WantError
 
-# What says in one line why a figure cannot be had; anything else is a defect, and named as one.
+# Errors whose message is one line for the user; any other exception is reported as a defect.
 _REFUSALS = (SunbeamError, CommandError, ReflectorError, WantError, TooLarge, SweepError)
 
 
 @dataclass(frozen=True)
 class Job:
-    """What all cases of a sweep share: where results go and file names begin, what is wanted, and the version."""
+    """The common part of all cases: output folder, folder of relative file names, wanted figures, and version."""
 
     output: Path
     folder: Path
@@ -41,7 +41,7 @@ class Job:
 
 @dataclass
 class Done:
-    """What became of a batch: identities with whether they failed, the seconds it took, and what stops the sweep."""
+    """Result of a batch: whether each case failed, by identity; duration; and an error that stops the sweep."""
 
     failed: dict[str, bool]
     seconds: float
@@ -50,7 +50,7 @@ class Done:
 
 @lru_cache(maxsize=1)
 def version() -> str:
-    """The versions of the package, its library and Mitsuba, by which results are told apart."""
+    """Versions of the package, its library and Mitsuba, which are part of a result's identity."""
     from .. import MITSUBA_VERSION, __version__
     from .._surface import library_version
 
@@ -68,18 +68,18 @@ class _Asked(Question):
         return self._held.get(self.parameters)
 
 
-# Mitsuba has one variant at a time in a process, so cases take turns where a worker has several threads.
+# A process has one variant of Mitsuba at a time, so the threads of a worker take turns.
 _turn = threading.Lock()
 _held = HeldSurfaces(0.0)
 
 
 def run_batch(job: Job, cases: list[Case]) -> Done:
-    """Computes the cases and writes their results; those that are there already, from a worker that died, are left.
+    """Computes the cases and writes their results; a case with a result, from a worker that died, is skipped.
 
-    Nothing that is wrong with a case raises: it becomes a record with its error. What stops the whole sweep, a full
-    disk or another version, is in the result's ``fatal``.
+    A case's error becomes its record and does not raise. An error that stops the whole sweep, such as a full disk or
+    another version, is in the result's ``fatal``.
     """
-    # The tables and the calls of the library keep to the worker's own core.
+    # The library uses the worker's own core alone.
     os.environ.setdefault("RAYON_NUM_THREADS", "1")
     start = time.perf_counter()
     failed: dict[str, bool] = {}
@@ -100,7 +100,7 @@ def run_batch(job: Job, cases: list[Case]) -> Done:
 
 
 def _memory_bytes() -> float:
-    """The memory limit of this worker, or 0 outside of one, and where it has none."""
+    """Memory limit of this worker in bytes; 0 where there is no limit, and outside of workers."""
     from distributed import get_worker
 
     try:
@@ -111,7 +111,7 @@ def _memory_bytes() -> float:
 
 
 def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """The record of a case and its pictures. A figure that is refused leaves the others standing."""
+    """Computes the record and the pictures of a case. A refused figure leaves the others valid."""
     start, tables_before = time.perf_counter(), held.seconds
     parameters = with_full_path(case.parameters, job.folder)
     errors: list[tuple[str, str]] = []
@@ -149,7 +149,7 @@ def compute(job: Job, case: Case, held: HeldSurfaces) -> tuple[dict[str, Any], d
 
 
 def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
-    """A record without figures: of a case that failed with this one line, or, with none, of one to be filled."""
+    """A record without figures: of a failed case with its one-line error, or with an empty error to be filled."""
     return {
         "identity": case.identity,
         "surface": case.surface,
@@ -170,7 +170,7 @@ def record_of(job: Job, case: Case, error: str) -> dict[str, Any]:
 
 
 def _joined(errors: list[tuple[str, str]]) -> str:
-    """The errors of all figures in one line: what all of them have in common once, else each with its figure's name."""
+    """Joins the figures' errors in one line: a common error once, different errors with their figures' names."""
     messages = {message for _, message in errors}
     if len(messages) == 1:
         return messages.pop() if len(errors) != 1 else ": ".join(part for part in errors[0] if part)
@@ -178,14 +178,14 @@ def _joined(errors: list[tuple[str, str]]) -> str:
 
 
 def _told(message: str, case: Case, parameters: Mapping[str, Value]) -> str:
-    """The message in one line, with the file's name as the specification has it, so that it is the same everywhere."""
+    """The message in one line, with the file's name as in the specification, so that it is equal on all machines."""
     if "filename" in parameters:
         message = message.replace(str(parameters["filename"]), str(case.parameters["filename"]))
     return " ".join(message.split())
 
 
 def probe(job: Job, token: str) -> str:
-    """Asked of every worker before a sweep begins: an empty text, or in one line why it cannot take part."""
+    """Checks a worker before a sweep begins. Returns one line if it cannot take part, else an empty text."""
     here = socket.gethostname()
     if version() != job.version:
         return f"a worker on {here} has {version()}, but the sweep {job.version}"

@@ -477,16 +477,8 @@ mod table_against_exact {
 
     #[test]
     fn measured_scans() {
-        let folder = std::env::var_os("SUNBEAM_DATA").map_or_else(
-            || std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/afm"),
-            std::path::PathBuf::from,
-        );
-        for name in ["elaphe.gsf", "xenopeltis.gsf"] {
-            let path = folder.join(name);
-            if !path.exists() {
-                eprintln!("SKIPPED: {} is absent; set SUNBEAM_DATA to the folder of the scans", path.display());
-                continue;
-            }
+        for file in ["afm/elaphe.gsf", "afm/xenopeltis.gsf"] {
+            let Some(path) = sunbeam_testing::data(file) else { return };
             agree(&["--height-field", path.to_str().unwrap()], 40);
             agree(&["--height-field", path.to_str().unwrap(), "--model", "patch"], 40);
         }

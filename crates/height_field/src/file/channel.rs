@@ -98,8 +98,9 @@ fn list(channels: &[Channel]) -> String {
     listed.join(", ")
 }
 
-/// The place in `channels` of the one that is `wanted`, by number or title, or else of the first relief: one whose title says
-/// so before other lengths, and these before numbers without a unit. Error signals are taken only where they are wanted.
+/// The place in `channels` of the one that is `wanted`, by number or title, or else of the first relief: one whose
+/// title says so before other lengths, and these before numbers without a unit. Error signals are taken only where they
+/// are wanted.
 ///
 /// # Errors
 /// A list of the channels, where nothing fits or what fits is not a length.

@@ -3,8 +3,8 @@
 use crate::HeightField;
 use std::fmt;
 
-/// Peak to valley in µm below which a relief is smoother than any surface: a tenth of an atom. Metres that are taken for µm
-/// end up there.
+/// Peak to valley in µm below which a relief is smoother than any surface: a tenth of an atom. Metres that are taken
+/// for µm end up there.
 const PEAK_TO_VALLEY_MIN_UM: f64 = 5e-5;
 /// Ratio of a pixel's sides from which it is told. Scans with fewer lines than points stay at 2 or 4.
 const PIXEL_RATIO_MAX: f64 = 4.0;

@@ -5,8 +5,8 @@ const PROBE: usize = 64;
 
 /// Text of a whole file, without its byte order mark.
 ///
-/// UTF-16 is recognised by its mark, or by a NUL in most second bytes of the beginning. Text that is neither UTF-16 nor valid
-/// UTF-8 is Latin-1, in which every byte is a character.
+/// UTF-16 is recognised by its mark, or by a NUL in most second bytes of the beginning. Text that is neither UTF-16 nor
+/// valid UTF-8 is Latin-1, in which every byte is a character.
 ///
 /// # Errors
 /// NUL characters in the text: the file is binary.

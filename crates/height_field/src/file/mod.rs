@@ -27,7 +27,8 @@ use super::{Fill, HeightField, HeightFieldError};
 use raw::{Parsed, Raw, Values};
 use std::path::Path;
 
-/// Extensions of maps that the Python library SurfaceTopography reads, those of `convert.EXTENSIONS` in the Python package.
+/// Extensions of maps that the Python library SurfaceTopography reads, those of `convert.EXTENSIONS` in the Python
+/// package.
 const INSTRUMENTS: [&str; 36] = [
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
@@ -127,13 +128,13 @@ impl Format {
 impl HeightField {
     /// Reads a height field; the extension (in either case) says the format, and [`FORMATS`] what each holds.
     ///
-    /// Rows from the top are turned over, since y points up: row 0 of [`HeightField::heights_um`] is the lowest y. A `pHYs` chunk
-    /// or a TIFF resolution of fewer than 100 000 pixels a metre (10 µm a pixel) is that of a printer, not a measure, and is
-    /// ignored. Rows and columns in messages count from 0 in the order of the file.
+    /// Rows from the top are turned over, since y points up: row 0 of [`HeightField::heights_um`] is the lowest y. A
+    /// `pHYs` chunk or a TIFF resolution of fewer than 100 000 pixels a metre (10 µm a pixel) is that of a printer, not
+    /// a measure, and is ignored. Rows and columns in messages count from 0 in the order of the file.
     ///
     /// # Errors
-    /// A file that cannot be read, has an unknown extension, is truncated or not of its format; a scale that is missing,
-    /// out of range, or contradicts the file's own; a point without a height: NaN, infinite, or from ±1e30 on.
+    /// A file that cannot be read, has an unknown extension, is truncated or not of its format; a scale that is
+    /// missing, out of range, or contradicts the file's own; a point without a height: NaN, infinite, or from ±1e30 on.
     pub fn read(path: impl AsRef<Path>, scale: &FileScale) -> Result<Self, HeightFieldError> {
         let options = ReadOptions { scale: *scale, ..Default::default() };
         Ok(Self::read_with(path, &options)?.field)
@@ -142,8 +143,8 @@ impl HeightField {
     /// As [`HeightField::read`], with a choice of channel, and heights put where the file has none.
     ///
     /// # Errors
-    /// As [`HeightField::read`]; a channel that is not there, is not a height, or is chosen in a format that has but one;
-    /// missing heights where [`Fill::None`] is asked for, or nothing but missing heights.
+    /// As [`HeightField::read`]; a channel that is not there, is not a height, or is chosen in a format that has but
+    /// one; missing heights where [`Fill::None`] is asked for, or nothing but missing heights.
     pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         let path = path.as_ref();
         options.scale.check()?;
@@ -152,7 +153,8 @@ impl HeightField {
         format.read(path, &bytes, options)
     }
 
-    /// As [`HeightField::read_with`] of a file that is in memory; its name says the format, and nothing is read from there.
+    /// As [`HeightField::read_with`] of a file that is in memory; its name says the format, and nothing is read from
+    /// there.
     ///
     /// # Errors
     /// As [`HeightField::read_with`].
@@ -166,9 +168,9 @@ impl HeightField {
         Format::of(name)?.read(name, bytes, options)
     }
 
-    /// Writes `.exr` (32-bit floats in µm with the pixel size), `.gsf` (32-bit floats in metres) or `.png` (16-bit grey from
-    /// the lowest height, black, to the highest, white, with the scale in text chunks; the lowest height itself is lost), or
-    /// `.npy` (64-bit floats in µm without the pixel size).
+    /// Writes `.exr` (32-bit floats in µm with the pixel size), `.gsf` (32-bit floats in metres) or `.png` (16-bit grey
+    /// from the lowest height, black, to the highest, white, with the scale in text chunks; the lowest height itself is
+    /// lost), or `.npy` (64-bit floats in µm without the pixel size).
     ///
     /// # Errors
     /// An extension other than these, or a file that cannot be written.

@@ -1,9 +1,9 @@
 //! Bruker (Veeco, Digital Instruments) Nanoscope, version 4.3 and later: a text header of lines that begin with a
 //! backslash, then the images, whose rows run from the bottom to the top.
 //!
-//! A height is `LSB · hard value / 256^(bytes per pixel) · soft scale`, where the line `@2:Z scale` gives the hard value in V
-//! and names the soft scale, a sensitivity in nm/V that stands elsewhere in the header. The bytes per pixel are the
-//! header's even where the file stores four bytes each.
+//! A height is `LSB · hard value / 256^(bytes per pixel) · soft scale`, where the line `@2:Z scale` gives the hard
+//! value in V and names the soft scale, a sensitivity in nm/V that stands elsewhere in the header. The bytes per pixel
+//! are the header's even where the file stores four bytes each.
 
 use super::bytes::{Bytes, Number};
 use super::channel::{self, Channel, Holds};
@@ -130,8 +130,8 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 
 /// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines.
 ///
-/// Versions differ in the meaning of a `Scan Size` of one number where the aspect ratio is not 1:1. Pixels are taken for
-/// square where both meanings give that. Two numbers of the aspect ratio are the sizes along x and y.
+/// Versions differ in the meaning of a `Scan Size` of one number where the aspect ratio is not 1:1. Pixels are taken
+/// for square where both meanings give that. Two numbers of the aspect ratio are the sizes along x and y.
 ///
 /// # Errors
 /// A header without a scan size. An aspect ratio that leaves the pixel size open is [`Pixel::Open`].

@@ -26,15 +26,19 @@ where
     }
 }
 
-/// Refuses a shape that the file cannot hold, before memory is asked for it; the header is a Python dictionary.
+/// Refuses a shape with more elements than the file has bytes, before memory is allocated for them.
+///
+/// Layout (NumPy's NEP 1): six bytes of magic, two of version, the header's length (u16 in version 1, u32 in later
+/// ones), and the header, a Python dictionary whose `'shape'` is a tuple.
 fn check_shape(bytes: &[u8]) -> Result<(), String> {
-    let header = bytes.get(8..12).ok_or("it has no header")?;
-    let length = if bytes[6] == 1 {
-        2 + usize::from(u16::from_le_bytes([header[0], header[1]]))
+    let length = bytes.get(8..12).ok_or("it has no header")?;
+    let (start, length) = if bytes[6] == 1 {
+        (10, usize::from(u16::from_le_bytes([length[0], length[1]])))
     } else {
-        4 + u32::from_le_bytes([header[0], header[1], header[2], header[3]]) as usize
+        let length = u32::from_le_bytes([length[0], length[1], length[2], length[3]]);
+        (12, usize::try_from(length).unwrap_or(usize::MAX))
     };
-    let header = bytes.get(8..8 + length).ok_or("its header ends early")?;
+    let header = bytes.get(start..).and_then(|rest| rest.get(..length)).ok_or("its header ends early")?;
     let header = String::from_utf8_lossy(header);
     for (at, _) in header.match_indices("shape") {
         let shape = header[at..].split(['(', ')']).nth(1).unwrap_or_default();

@@ -1,8 +1,8 @@
 //! Surface data files of ISO 25178-71 (versions 1.0 and 2.0) and of the BCR proposal before it, as text and in binary.
 //!
-//! ISO puts the first profile at y = 0, and marks points without a height by the least number of the type of data or, in
-//! text, by `BAD`. BCR left the direction open; its files are shown with the first profile at the top, and mark points
-//! by the largest number.
+//! ISO puts the first profile at y = 0, and marks points without a height by the least number of the type of data or,
+//! in text, by `BAD`. BCR left the direction open; its files are shown with the first profile at the top, and mark
+//! points by the largest number.
 
 use super::bytes::{Bytes, Number, data_length};
 use super::raw::First;

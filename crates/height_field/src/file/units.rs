@@ -1,7 +1,7 @@
 //! Units of length as files write them.
 
-/// Spellings of the prefix for 1e-6. Some are the micro sign of one encoding read as another: UTF-8 as Latin-1 (`Âµ`, `Î¼`),
-/// and the code page 850 of DOS as Latin-1 (`æ`). NanoScope writes `~`.
+/// Spellings of the prefix for 1e-6. Some are the micro sign of one encoding read as another: UTF-8 as Latin-1 (`Âµ`,
+/// `Î¼`), and the code page 850 of DOS as Latin-1 (`æ`). NanoScope writes `~`.
 const MICRO: [&str; 7] = ["µ", "μ", "u", "~", "Âµ", "Î¼", "æ"];
 /// Spellings of the ångström: both characters, words, UTF-8 read as Latin-1 (whose second byte counts
 /// as a blank), and the code pages 850 and Mac Roman read so.

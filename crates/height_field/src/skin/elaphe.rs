@@ -1,31 +1,35 @@
-//! *Elaphe*: long tapering fingers, 1.144 µm apart, that go over into those of the next layer.
+//! Preset `elaphe`: long tapering fingers, 1.144 µm apart, whose tips lie on the next layer.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
+/// Seed of all random numbers of the skin.
 const SEED: u64 = 0x000e_1a9e_0001;
+/// Layers on the tile, 3.26 µm each.
 const LAYERS: usize = 20;
+/// Fingers in a layer; 57 periods make a tile of 65.2 µm.
 const FINGERS: usize = 57;
-/// Distance of the fingers, set to the 1144.26 nm that Single 2014 finds from peak angles: what the preset diffracts cannot
-/// confirm it.
+/// Distance between fingers in µm: the period that Single 2014 derives from peak angles, 1144.26 nm. The preset cannot
+/// confirm this number, since it is built from it.
 const PERIOD_UM: f64 = 1.144_26;
-/// Highest minus lowest height of the tile: the height of white in the published pictures of the scans.
+/// Peak to valley in µm: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.434_72;
 
-/// Softness of the fingers' flanks, in finger periods.
+/// Width of the fingers' flanks, in finger periods.
 const FLANK: f64 = 0.16;
 
-/// How far the fingers lean to +y from root to tip, in finger periods.
+/// Lean of the fingers towards +y from root to tip, in finger periods.
 const LEAN: f64 = 0.06;
 
-/// Surface of a layer at `t`; below the previous layer where `t < 0`.
+/// Height of a layer's surface at `t`, in µm; at t < 0 it lies under the previous layer.
 fn sheet(t: f64) -> f64 {
     0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
 
-/// Half the width of a finger in finger periods: closed at 0, then the gap is a wedge; round at the tip.
+/// Half the width of a finger at `t`, in finger periods. Fingers touch at t = 0; the gap between them is a wedge; tips
+/// are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let t = t.max(0.0);
     let closed = 0.5 + 0.6 * FLANK;
@@ -34,17 +38,18 @@ fn half_width(t: f64, finger: &Finger) -> f64 {
     mix(closed, wedge * finger.width, smooth_step(0.0, 0.1, t)) * (1.0 - past * past).sqrt()
 }
 
+/// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
-    let place = lattice.place(ix, iy);
-    let pit = 0.085 * smooth_step(0.0, 0.08, place.t) * smooth_step(0.42, 0.06, place.t);
-    let mut h = sheet(place.t - 1.0) - pit;
-    // The previous layer's tips reach into this one and lie on top, so they come last.
-    for (layer, t) in [(place.layer, place.t), (place.layer - 1, place.t + 1.0)] {
+    let position = lattice.position(ix, iy);
+    let pit = 0.085 * smooth_step(0.0, 0.08, position.t) * smooth_step(0.42, 0.06, position.t);
+    let mut h = sheet(position.t - 1.0) - pit;
+    // Tips of the previous layer lie on top of this layer, so they are drawn last.
+    for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
         if t > 1.3 {
             continue;
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
-        for (finger, q) in lattice.near(layer, place.v - LEAN * t) {
+        for (finger, q) in lattice.near(layer, position.v - LEAN * t) {
             let width = half_width(t, finger);
             let flank = FLANK.min(width * 2.0);
             let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
@@ -58,7 +63,7 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     h
 }
 
-/// The skin with its fingers along +x, as in the scan.
+/// Heights in µm with the fingers along +x, as in the scan, and the pixel size in µm.
 fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     let extent = FINGERS as f64 * PERIOD_UM;
     let mut random = Random::new(SEED);
@@ -103,11 +108,11 @@ fn along_x(regions: Option<Regions>) -> (Array2<f64>, f64) {
     (heights, extent / PIXELS as f64)
 }
 
-/// The skin turned by a quarter, so that the fingers point along +y and are 1.144 µm apart along x, where Single 2014
-/// measure the periodicity; in the published picture the fingers lie along x.
+/// The skin rotated by +90°: fingers point along +y and are 1.144 µm apart along x, the axis along which Single 2014
+/// measures the period. In the published picture the fingers lie along x.
 pub(crate) fn elaphe(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let (heights, step) = along_x(regions);
-    // The turn by +90° takes (x, y) to (−y, x).
+    // The rotation by +90° maps (x, y) to (−y, x).
     let turned = Array2::from_shape_fn((PIXELS, PIXELS), |(iy, ix)| heights[[PIXELS - 1 - ix, iy]]);
     HeightField::new(turned, step, step)
 }

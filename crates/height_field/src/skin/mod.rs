@@ -1,12 +1,19 @@
-//! Procedural snake skins after atomic-force scans of shed skin.
+//! Procedural snake skins, modelled on atomic-force scans of shed skin.
 //!
-//! The scans: 6.5 µm crops published with M. Single, *An Interactive Shader for Natural Diffraction Gratings* (Bern, 2014).
-//! `tests/core/snake_spectra.rs` holds the skins against them.
+//! The scans are the 6.5 µm crops published with M. Single, *An Interactive Shader for Natural Diffraction Gratings*
+//! (Bern, 2014). `tests/core/snake_spectra.rs` compares the spectra of the skins with them. Numbers without another
+//! source in the files of both skins were chosen by eye and by these spectra.
 //!
-//! Both skins are layers of cells that end in fingers and lie over each other like tiles on a roof. Across layer `l`
-//! runs `t`, from 0 where the gaps between its fingers open to 1 where the fingers end on the next layer. Coordinates
-//! are warped by smooth fields that are periodic over the tile (regions of other orientation and period), and every
-//! finger has its own place, length, width and height. What differs is in the two files; what they share is here.
+//! Both skins are layers of cells that overlap like tiles on a roof; each cell ends in fingers. Coordinates, with the
+//! fingers along +x:
+//!
+//! - `t`: position along a layer, in layer periods: 0 where the gaps between fingers begin, 1 where the next layer
+//!   begins;
+//! - `v`: position across the fingers (along y), in finger periods; `q`: the same, from the axis of one finger.
+//!
+//! Coordinates are displaced (*warped*) by smooth periodic fields, so that orientation and period vary over the tile.
+//! Every finger has its own position, length, width and height. `elaphe.rs` and `xenopeltis.rs` hold the shapes; shared
+//! parts are here.
 
 mod elaphe;
 mod regions;
@@ -23,7 +30,7 @@ use rayon::prelude::*;
 /// Pixels along each side of a skin.
 const PIXELS: usize = 1024;
 
-/// Numbers of one finger.
+/// Random deviations of one finger from the regular pattern.
 #[derive(Clone, Copy, Debug)]
 struct Finger {
     /// Shift across the finger, in finger periods.
@@ -36,44 +43,50 @@ struct Finger {
     height_um: f64,
 }
 
-/// The lattice of layers and fingers over one tile. The fingers run along +x.
+/// Layers and fingers over one tile, with the fingers along +x.
 struct Lattice {
+    /// Number of layers along x.
     layers: usize,
+    /// Number of fingers along y in every layer.
     fingers: usize,
     extent_x_um: f64,
     extent_y_um: f64,
+    /// Every finger, `[layer · fingers + finger]`.
     table: Vec<Finger>,
-    /// Displacements in µm, `[[iy, ix]]`.
+    /// Displacement along x in µm, `[[iy, ix]]`.
     warp_x: Array2<f64>,
+    /// Displacement along y in µm.
     warp_y: Array2<f64>,
     /// Shift of each layer against the lattice, in finger periods.
     layer_shift: Vec<f64>,
 }
 
-/// Where a pixel lies in the lattice.
-struct LayerPlace {
+/// Coordinates of a pixel in the lattice.
+struct Position {
     layer: i64,
-    /// Along the layer, in layer periods, in `[0, 1)`.
+    /// Position along the layer, in layer periods, in `[0, 1)`.
     t: f64,
-    /// Across the fingers, in finger periods.
+    /// Position across the fingers, in finger periods.
     v: f64,
 }
 
 impl Lattice {
+    /// Pixel size along x and y in µm.
     fn step_um(&self) -> (f64, f64) {
         (self.extent_x_um / PIXELS as f64, self.extent_y_um / PIXELS as f64)
     }
 
-    fn place(&self, ix: usize, iy: usize) -> LayerPlace {
+    /// Coordinates of pixel (`ix`, `iy`), warped.
+    fn position(&self, ix: usize, iy: usize) -> Position {
         let (dx, dy) = self.step_um();
         let x = ix as f64 * dx + self.warp_x[[iy, ix]];
         let y = iy as f64 * dy + self.warp_y[[iy, ix]];
         let along = x / self.extent_x_um * self.layers as f64;
         let layer = libm::floor(along);
-        LayerPlace { layer: layer as i64, t: along - layer, v: y / self.extent_y_um * self.fingers as f64 }
+        Position { layer: layer as i64, t: along - layer, v: y / self.extent_y_um * self.fingers as f64 }
     }
 
-    /// Evaluates the height of every pixel, `height(lattice, ix, iy)`.
+    /// Heights `[[iy, ix]]` of all pixels from `height(lattice, ix, iy)`.
     fn relief(&self, height: impl Fn(&Self, usize, usize) -> f64 + Sync) -> Array2<f64> {
         let mut heights = Array2::zeros((PIXELS, PIXELS));
         heights.axis_iter_mut(Axis(0)).enumerate().par_bridge().for_each(|(iy, mut row)| {
@@ -82,16 +95,18 @@ impl Lattice {
         heights
     }
 
+    /// Shift of a layer in finger periods; layers repeat over the tile.
     fn layer_shift(&self, layer: i64) -> f64 {
         self.layer_shift[layer.rem_euclid(self.layers as i64) as usize]
     }
 
+    /// A finger by layer and number, both of which repeat over the tile.
     fn finger(&self, layer: i64, finger: i64) -> &Finger {
         let layer = layer.rem_euclid(self.layers as i64) as usize;
         &self.table[layer * self.fingers + finger.rem_euclid(self.fingers as i64) as usize]
     }
 
-    /// The three fingers of a layer nearest to `v`, each with its signed distance in finger periods.
+    /// The three fingers of a layer nearest to `v`, each with `q`, the signed distance from its axis in finger periods.
     fn near(&self, layer: i64, v: f64) -> impl Iterator<Item = (&Finger, f64)> {
         let v = v + self.layer_shift(layer);
         let middle = libm::floor(v) as i64;
@@ -101,7 +116,8 @@ impl Lattice {
         })
     }
 
-    /// Position in µm of the point at `t` on the axis of a finger, warp undone to first order.
+    /// Position in µm of the point at `t` on a finger, `across` finger periods from its axis; the warp is undone to
+    /// first order.
     fn position_um(&self, layer: i64, finger: i64, t: f64, across: f64) -> (f64, f64) {
         let (dx, dy) = self.step_um();
         let v = finger as f64 + 0.5 + across + self.finger(layer, finger).shift - self.layer_shift(layer);
@@ -112,7 +128,8 @@ impl Lattice {
         (x - self.warp_x[[iy, ix]], y - self.warp_y[[iy, ix]])
     }
 
-    /// Adds a Gaussian granule, periodic over the tile.
+    /// Adds a Gaussian granule to the periodic `heights`. `centre` and `radius` (standard deviation) are in µm along x
+    /// and y.
     fn granule(&self, heights: &mut Array2<f64>, centre: (f64, f64), radius: (f64, f64), height_um: f64) {
         let (dx, dy) = self.step_um();
         let span = |c: f64, r: f64, step: f64| {
@@ -129,26 +146,27 @@ impl Lattice {
     }
 }
 
-/// One table entry per finger of every layer.
+/// Draws `count` fingers.
 fn fingers(count: usize, random: &mut Random, mut make: impl FnMut(&mut Random) -> Finger) -> Vec<Finger> {
     (0..count).map(|_| make(random)).collect()
 }
 
-/// Shifts and scales the heights to exactly `[0, top_um]`, as the pictures of the scans span black to white.
+/// Shifts and scales the heights to exactly `[0, top_um]`, as the published pictures span black to white.
 fn stretch(heights: &mut Array2<f64>, top_um: f64) {
     let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &h| (lo.min(h), hi.max(h)));
     heights.mapv_inplace(|h| (h - low) / (high - low) * top_um);
 }
 
-fn mix(a: f64, b: f64, share: f64) -> f64 {
-    a + (b - a) * share
+/// Linear interpolation from `a` to `b`.
+fn mix(a: f64, b: f64, fraction: f64) -> f64 {
+    a + (b - a) * fraction
 }
 
 #[cfg(test)]
 mod tests {
     use crate::{HeightField, Preset, Regions};
 
-    /// Largest step between neighbours, inside and over the seam, along x and along y.
+    /// Largest step between neighbouring pixels along x and along y, each inside the tile and across its seam.
     fn steps(field: &HeightField) -> [(f64, f64); 2] {
         let h = field.heights_um();
         let mut out = [(0.0_f64, 0.0_f64); 2];
@@ -165,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn skins_tile_without_a_seam_and_have_their_range() {
+    fn skins_have_their_range_and_no_seam() {
         let plain = |preset: Preset| preset.build(None, None).unwrap();
         let in_regions = Preset::Xenopeltis.build_in_regions(Regions::new(20.0, 0.05).unwrap()).unwrap();
         for (preset, field, top) in [
@@ -174,19 +192,19 @@ mod tests {
             (Preset::Xenopeltis, in_regions, 0.81869),
         ] {
             assert_eq!(field.size(), (1024, 1024));
-            // The published maxima; the subtraction of the lowest height may round.
+            // The published maxima, to rounding.
             let (low, high) = field.range_um();
             assert!(low == 0.0 && (high - top).abs() < 1e-15, "{preset}: {low} {high}");
             for (inside, seam) in steps(&field) {
-                assert!(seam <= inside, "{preset}: a step of {seam} µm over the seam, {inside} µm inside");
+                assert!(seam <= inside, "{preset}: a step of {seam} µm across the seam, {inside} µm inside");
             }
         }
     }
 
     #[test]
-    fn skins_are_the_same_on_every_machine() {
-        // FNV-1a over the bits of every height: threads, platforms and compilers must not show. Other values mean that
-        // the surface changed: on purpose only.
+    fn heights_are_identical_on_every_machine() {
+        // FNV-1a over the bits of every height: threads, platforms and compilers must not matter. Another hash means
+        // another surface.
         for (preset, regions, pinned) in [
             (Preset::Elaphe, None, 0x251c_72f3_c1d2_f5db_u64),
             (Preset::Xenopeltis, None, 0x4629_5934_bdb2_1ed1),

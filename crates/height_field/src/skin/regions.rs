@@ -1,21 +1,29 @@
-//! Sub-regions of a skin: squares in which its periods are a little shorter or longer.
+//! Sub-regions of a skin: squares with slightly shorter or longer periods.
 
 use super::PIXELS;
 use crate::HeightFieldError;
 use ndarray::Array2;
 use std::ops::RangeInclusive;
 
-/// Accepted edges of a sub-region in µm: from two layers to half the tile.
+/// Accepted edge lengths of a sub-region in µm: from two layers to half the tile.
 pub const REGION_SIZE_UM: RangeInclusive<f64> = 3.0..=33.0;
 /// Accepted relative spreads of the period between sub-regions.
 pub const REGION_SPREAD: RangeInclusive<f64> = 0.0..=0.1;
 
-/// Sub-regions of a skin, a model of those to which Single 2014 ascribes two ridges of peak angles.
+/// Sub-regions of a skin: a model of those to which Single 2014 attributes two ridges of peak angles.
 ///
-/// The tile is cut into equal squares, an even number along each axis, with edges as near to `size_um` as that allows. From
-/// square to square along x the period along x is alternately that of the skin divided by `1 + spread` and by `1 − spread`;
-/// along y it is the same with the period along y. Layers and fingers go on from square to square without a break, and the tile
-/// repeats as before. The squares are not turned against each other.
+/// The tile is divided into equal squares, an even number along each axis, with edges as near to `size_um` as possible.
+/// Along x, the period along x is alternately divided by `1 + spread` and by `1 − spread`; the period along y varies
+/// likewise along y. Layers and fingers continue across the borders of squares, and the tile stays periodic. The
+/// squares are not rotated against each other.
+///
+/// ```
+/// use sunbeam_height_field::{Preset, Regions};
+///
+/// let field = Preset::Xenopeltis.build_in_regions(Regions::new(20.0, 0.05)?)?;
+/// assert_eq!(field.size(), (1024, 1024));
+/// # Ok::<(), sunbeam_height_field::HeightFieldError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Regions {
     size_um: f64,
@@ -26,7 +34,7 @@ impl Regions {
     /// Squares of about `size_um` ([`REGION_SIZE_UM`]) with the relative spread `spread` ([`REGION_SPREAD`]).
     ///
     /// # Errors
-    /// A number out of its range.
+    /// A number outside of its range.
     pub fn new(size_um: f64, spread: f64) -> Result<Self, HeightFieldError> {
         let checks = [("region_size", size_um, REGION_SIZE_UM), ("region_spread", spread, REGION_SPREAD)];
         match checks.into_iter().find(|(_, found, range)| !range.contains(found)) {
@@ -42,17 +50,18 @@ impl Regions {
         2.0 * libm::round(0.5 * extent_um / self.size_um).max(1.0)
     }
 
-    /// Adds to the displacements `[[iy, ix]]` in µm of a square tile. They are triangle waves, whose slope is the
-    /// relative change of the frequency.
+    /// Adds the sub-regions to the displacements `[[iy, ix]]` (µm) of a square tile.
+    ///
+    /// They are triangle waves: the slope of a displacement is the relative change of the spatial frequency.
     pub(super) fn displace(&self, warp_x: &mut Array2<f64>, warp_y: &mut Array2<f64>, extent_um: f64) {
         let count = self.count(extent_um);
         let wave: Vec<f64> = (0..PIXELS)
             .map(|i| {
-                let place = i as f64 * count / PIXELS as f64;
-                let square = libm::floor(place);
-                let past = place - square;
+                let position = i as f64 * count / PIXELS as f64;
+                let square = libm::floor(position);
+                let offset = position - square;
                 let rising = square % 2.0 == 0.0;
-                self.spread * extent_um / count * (if rising { past } else { 1.0 - past } - 0.5)
+                self.spread * extent_um / count * (if rising { offset } else { 1.0 - offset } - 0.5)
             })
             .collect();
         warp_x.indexed_iter_mut().for_each(|((_, ix), x)| *x += wave[ix]);
@@ -66,8 +75,8 @@ mod tests {
     use crate::{HeightField, Preset};
     use std::f64::consts::TAU;
 
-    /// Power of the heights at a frequency along x in cycles/µm, of the left or right half of the tile, with a Hann window
-    /// and the rows summed as powers.
+    /// Power of the heights of the left or right half of the tile at a frequency along x in cycles/µm: Hann window,
+    /// summed over rows.
     fn power(field: &HeightField, right: bool, frequency: f64) -> f64 {
         let half = PIXELS / 2;
         let first = if right { half } else { 0 };
@@ -86,7 +95,7 @@ mod tests {
             });
             sums.0 * sums.0 + sums.1 * sums.1
         };
-        // Every eighth row is 0.5 µm from the next: enough for a mean.
+        // Every eighth row, 0.5 µm apart, suffices for a mean.
         (0..PIXELS).step_by(8).map(of_row).sum()
     }
 
@@ -103,15 +112,15 @@ mod tests {
         let field = Preset::Xenopeltis.build_in_regions(regions).unwrap();
         for (right, factor) in [(false, 1.05), (true, 0.95)] {
             let (before, after) = (strongest_um(&plain, right), strongest_um(&field, right));
-            // The skin's own random displacement moves the period of a half by 1 %, and the search steps by 0.3 %; the
-            // wrong sign of the change would be 10 % off.
+            // The skin's random displacement moves the period of a half by 1 %, and the search has steps of 0.3 %. The
+            // wrong sign would be 10 % off.
             assert!((before / 1.552_27 - 1.0).abs() < 0.015, "{before}");
             assert!((after * factor / 1.552_27 - 1.0).abs() < 0.015, "{after} with a frequency of {factor}");
         }
     }
 
     #[test]
-    fn no_spread_is_the_plain_skin() {
+    fn zero_spread_is_the_plain_skin() {
         let none = Regions::new(10.0, 0.0).unwrap();
         assert_eq!(Preset::Elaphe.build_in_regions(none).unwrap(), Preset::Elaphe.build(None, None).unwrap());
     }
@@ -124,7 +133,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_range_is_named() {
+    fn errors_name_the_parameter() {
         for (size_um, spread, parameter) in
             [(2.0, 0.05, "region_size"), (f64::NAN, 0.05, "region_size"), (20.0, 0.2, "region_spread")]
         {

@@ -1,29 +1,32 @@
-//! *Xenopeltis*, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
+//! Preset `xenopeltis`, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
 use crate::{HeightField, HeightFieldError};
 use std::f64::consts::TAU;
 
+/// Seed of all random numbers of the skin.
 const SEED: u64 = 0x5e40_9e17_0001;
+/// Layers on the tile; 42 periods make a tile of 65.2 µm.
 const LAYERS: usize = 42;
-/// Makes the fingers 0.621 µm apart; the warp spreads that by some 6 % either way between regions.
+/// Fingers in a layer, 0.621 µm apart; the warp varies the distance by ±6 % over the tile.
 const FINGERS: usize = 105;
-/// Distance of the layers, set to the 1552.27 nm that Single 2014 finds from peak angles: what the preset diffracts cannot
-/// confirm it.
+/// Distance between layers in µm: the period that Single 2014 derives from peak angles, 1552.27 nm. The preset cannot
+/// confirm this number, since it is built from it.
 const LAYER_UM: f64 = 1.552_27;
-/// Highest minus lowest height of the tile: the height of white in the published pictures of the scans.
+/// Peak to valley in µm: the height of white in the published pictures of the scans.
 const TOP_UM: f64 = 0.818_69;
 
-/// Softness of the fingers' flanks, in finger periods.
+/// Width of the fingers' flanks, in finger periods.
 const FLANK: f64 = 0.20;
-/// Height of the plain surface of a layer in µm.
+/// Height of a layer's surface between pits and tips, in µm.
 const PLAIN_UM: f64 = 0.435;
 
-/// How far the fingers lean to −y from root to tip, in finger periods.
+/// Lean of the fingers towards −y from root to tip, in finger periods.
 const LEAN: f64 = 0.15;
 
-/// Half the width of a finger in finger periods: closed at 0, then the gap is a pointed ellipse; round at the tip.
+/// Half the width of a finger at `t`, in finger periods. Fingers touch at t = 0; the gap between them is a pointed
+/// ellipse; tips are round.
 fn half_width(t: f64, finger: &Finger) -> f64 {
     let closed = 0.5 + 0.6 * FLANK;
     let gap = 0.5 * FLANK * smooth_step(0.0, 0.08, t) + 0.17 * smooth_step(0.03, 0.45, t);
@@ -32,17 +35,18 @@ fn half_width(t: f64, finger: &Finger) -> f64 {
     (closed - gap + bulb) * (1.0 - past * past).sqrt()
 }
 
+/// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
-    let place = lattice.place(ix, iy);
-    let pit = 0.16 * smooth_step(0.04, 0.16, place.t) * smooth_step(0.95, 0.25, place.t);
-    let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, place.t) - pit;
-    // The previous layer's tips reach into this one and lie on top, so they come last.
-    for (layer, t) in [(place.layer, place.t), (place.layer - 1, place.t + 1.0)] {
+    let position = lattice.position(ix, iy);
+    let pit = 0.16 * smooth_step(0.04, 0.16, position.t) * smooth_step(0.95, 0.25, position.t);
+    let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, position.t) - pit;
+    // Tips of the previous layer lie on top of this layer, so they are drawn last.
+    for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
         if t > 1.4 {
             continue;
         }
         let (mut cover, mut crest) = (0.0_f64, 0.0);
-        for (finger, q) in lattice.near(layer, place.v + LEAN * t) {
+        for (finger, q) in lattice.near(layer, position.v + LEAN * t) {
             let width = half_width(t, finger);
             let flank = FLANK.min(width * 2.0);
             let mask = if width > 0.0 { smooth_step(width + 0.5 * flank, width - 0.5 * flank, q.abs()) } else { 0.0 };
@@ -57,19 +61,21 @@ fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     h
 }
 
-/// The skin as in the scan: fingers point along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart along y.
+/// The skin in the orientation of the scan: fingers along +x, layers 1.552 µm apart along x, fingers 0.62 µm apart
+/// along y.
 pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, HeightFieldError> {
     let extent = LAYERS as f64 * LAYER_UM;
     let mut random = Random::new(SEED);
     let table = fingers(LAYERS * FINGERS, &mut random, |random| Finger {
         shift: 0.06 * random.normal(),
         tip: 0.06 * random.normal(),
-        // Some fingers have grown together with a neighbour at the tip.
+        // Some fingers are wide enough to merge with a neighbour at the tip.
         width: if random.unit() < 0.12 { random.between(1.5, 2.1) } else { random.between(0.6, 1.3) },
         height_um: random.between(0.03, 0.19),
     });
     let phases = [random.between(0.0, TAU), random.between(0.0, TAU)];
-    let wander = |layer: usize, random: &mut Random| {
+    // Layers are displaced along y by a slow wave and a random shift.
+    let displacement = |layer: usize, random: &mut Random| {
         let angle = TAU * layer as f64 / LAYERS as f64;
         0.25 * libm::sin(angle + phases[0]) + 0.2 * libm::sin(3.0 * angle + phases[1]) + 0.09 * random.normal()
     };
@@ -81,13 +87,13 @@ pub(crate) fn xenopeltis(regions: Option<Regions>) -> Result<HeightField, Height
         table,
         warp_x: random.smooth_field(PIXELS, PIXELS, 6) * 0.11,
         warp_y: random.smooth_field(PIXELS, PIXELS, 4) * 0.12,
-        layer_shift: (0..LAYERS).map(|layer| wander(layer, &mut random)).collect(),
+        layer_shift: (0..LAYERS).map(|layer| displacement(layer, &mut random)).collect(),
     };
     if let Some(regions) = regions {
         regions.displace(&mut lattice.warp_x, &mut lattice.warp_y, extent);
     }
     let mut heights = lattice.relief(height);
-    // Crumbs on some tips, deep holes in some pits.
+    // Granules on some tips, deep holes in some pits.
     for layer in 0..LAYERS as i64 {
         for finger in 0..FINGERS as i64 {
             let (chance, along) = (random.unit(), random.unit());

@@ -1,4 +1,4 @@
-//! What the tests of the GPU room share: an adapter, or a loud skip, and methods without a relief.
+//! Helpers of the realtime renderer's tests: the adapter to test on, and methods without a height field.
 #![allow(dead_code)] // Each binary uses some of them.
 
 use std::borrow::Cow;
@@ -10,7 +10,7 @@ pub fn gpu() -> Option<Gpu> {
     match Gpu::open(AdapterChoice::from_env().unwrap()) {
         Ok(gpu) => Some(gpu),
         Err(error @ GpuError::NoAdapter { .. }) => {
-            eprintln!("\n*** SKIPPED, NOTHING WAS TESTED: {error} ***\n");
+            sunbeam_testing::skip("gpu", error);
             None
         }
         Err(error) => panic!("{error}"),

@@ -1,22 +1,25 @@
-//! LU decomposition with row exchanges, by halves of the columns, so that nearly all of it is products: Toledo, SIAM J. Matrix
-//! Anal. Appl. 18 (1997).
+//! LU decomposition with partial pivoting, recursive over halves of the columns: Toledo, SIAM J. Matrix Anal. Appl. 18
+//! (1997).
+//!
+//! Nearly all the work is then matrix products.
 
 use super::planes::{View, ViewMut};
 use ndarray::Axis;
 use num_complex::Complex64;
 use std::array;
 
-/// So many columns, or rows of a triangle, are not halved.
-const FEW: usize = 16;
+/// Size up to which the recursion ends in plain elimination. Chosen.
+const BLOCK: usize = 16;
 
-/// A column of so many rows, or fewer.
-type Few = [Complex64; FEW];
+/// A column of at most [`BLOCK`] rows.
+type BlockColumn = [Complex64; BLOCK];
 
-/// Puts L, of which the diagonal is one, and U in the place of a matrix with no more columns than rows. Gives the row that each of
-/// the first ones was exchanged with, one after the other.
+/// Overwrites a matrix with its factors L (unit diagonal) and U; it has no more columns than rows.
+///
+/// Returns the pivots: step k exchanged row k with row `pivots[k]`.
 pub(super) fn factor(mut a: ViewMut<'_>) -> Vec<usize> {
     let columns = a.re.ncols();
-    if columns <= FEW {
+    if columns <= BLOCK {
         return (0..columns).map(|k| eliminate(&mut a, k)).collect();
     }
     let half = columns / 2;
@@ -27,21 +30,22 @@ pub(super) fn factor(mut a: ViewMut<'_>) -> Vec<usize> {
     let (mut beside, mut rest) = right.split_at(Axis(0), half);
     solve_lower(&corner.view(), beside.reborrow());
     rest.add_product(-1.0, &below.view(), &beside.view());
-    let others = factor(rest);
-    exchange(&mut below, &others);
-    pivots.extend(others.iter().map(|row| half + row));
+    let lower_pivots = factor(rest);
+    exchange(&mut below, &lower_pivots);
+    pivots.extend(lower_pivots.iter().map(|row| half + row));
     pivots
 }
 
-/// Solves for the columns of `right`, in place.
+/// Solves for every column of `right`, in place, from the factors and pivots of [`factor`].
 pub(super) fn solve(factors: &View<'_>, pivots: &[usize], mut right: ViewMut<'_>) {
     exchange(&mut right, pivots);
     solve_lower(factors, right.reborrow());
     solve_upper(factors, right);
 }
 
-/// Exchanges row k with the one below that has the largest element in column k, and takes multiples of it from the rows below.
-/// Gives the other row.
+/// Step k of Gaussian elimination: exchanges row k with the pivot row, and subtracts its multiples from the rows below.
+///
+/// Returns the pivot row, the one from k on with the largest element in column k.
 fn eliminate(a: &mut ViewMut<'_>, k: usize) -> usize {
     let size = |row: usize| a.re[(row, k)].abs() + a.im[(row, k)].abs();
     let mut pivot = k;
@@ -68,7 +72,7 @@ fn eliminate(a: &mut ViewMut<'_>, k: usize) -> usize {
     pivot
 }
 
-/// Exchanges each row with the one that is given for it, one after the other.
+/// Exchanges row k with row `pivots[k]`, in order of k.
 fn exchange(rows: &mut ViewMut<'_>, pivots: &[usize]) {
     for plane in [&mut rows.re, &mut rows.im] {
         for mut column in plane.columns_mut() {
@@ -79,10 +83,10 @@ fn exchange(rows: &mut ViewMut<'_>, pivots: &[usize]) {
     }
 }
 
-/// Solves `L·x = right` in place, with L below the diagonal of `l`.
+/// Solves `L·x = right` in place, with L (unit diagonal) below the diagonal of `l`.
 fn solve_lower(l: &View<'_>, right: ViewMut<'_>) {
     let n = right.re.nrows();
-    if n <= FEW {
+    if n <= BLOCK {
         return substitute(l, right, |l, x| {
             for k in 0..n {
                 let from = x[k];
@@ -93,7 +97,7 @@ fn solve_lower(l: &View<'_>, right: ViewMut<'_>) {
         });
     }
     let half = n / 2;
-    let [[above, _], [beside, below]] = l.quarters(half);
+    let [[above, _], [beside, below]] = l.quadrants(half);
     let (mut upper, mut lower) = right.split_at(Axis(0), half);
     solve_lower(&above, upper.reborrow());
     lower.add_product(-1.0, &beside, &upper.view());
@@ -103,7 +107,7 @@ fn solve_lower(l: &View<'_>, right: ViewMut<'_>) {
 /// Solves `U·x = right` in place, with U on and above the diagonal of `u`.
 fn solve_upper(u: &View<'_>, right: ViewMut<'_>) {
     let n = right.re.nrows();
-    if n <= FEW {
+    if n <= BLOCK {
         return substitute(u, right, |u, x| {
             for k in (0..n).rev() {
                 x[k] /= u[k][k];
@@ -115,17 +119,17 @@ fn solve_upper(u: &View<'_>, right: ViewMut<'_>) {
         });
     }
     let half = n / 2;
-    let [[above, beside], [_, below]] = u.quarters(half);
+    let [[above, beside], [_, below]] = u.quadrants(half);
     let (mut upper, mut lower) = right.split_at(Axis(0), half);
     solve_upper(&below, lower.reborrow());
     upper.add_product(-1.0, &beside, &lower.view());
     solve_upper(&above, upper);
 }
 
-/// Solves a few rows by substitution, which a function does with the columns of the triangle and one of `right`.
-fn substitute(triangle: &View<'_>, mut right: ViewMut<'_>, mut solve: impl FnMut(&[Few], &mut [Complex64])) {
+/// Solves at most [`BLOCK`] rows: `solve(columns of the triangle, x)` substitutes in one column x of `right`.
+fn substitute(triangle: &View<'_>, mut right: ViewMut<'_>, mut solve: impl FnMut(&[BlockColumn], &mut [Complex64])) {
     let n = right.re.nrows();
-    let mut columns = [[Complex64::ZERO; FEW]; FEW];
+    let mut columns = [[Complex64::ZERO; BLOCK]; BLOCK];
     for (j, column) in columns[..n].iter_mut().enumerate() {
         for (i, element) in column[..n].iter_mut().enumerate() {
             *element = triangle.at(i, j);
@@ -133,7 +137,7 @@ fn substitute(triangle: &View<'_>, mut right: ViewMut<'_>, mut solve: impl FnMut
     }
     for j in 0..right.re.ncols() {
         let mut column = right.column(j);
-        let mut x: Few = array::from_fn(|i| if i < n { column.at(i) } else { Complex64::ZERO });
+        let mut x: BlockColumn = array::from_fn(|i| if i < n { column.at(i) } else { Complex64::ZERO });
         solve(&columns[..n], &mut x[..n]);
         for (i, &value) in x[..n].iter().enumerate() {
             column.set(i, value);

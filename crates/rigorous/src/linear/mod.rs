@@ -1,4 +1,4 @@
-//! Dense linear algebra, on one thread: the same bytes for any number of callers.
+//! Dense complex linear algebra on one thread; results do not depend on other threads, to the bit.
 
 mod lu;
 mod planes;
@@ -8,14 +8,15 @@ use ndarray::{Array2, ShapeBuilder};
 use num_complex::Complex64;
 use planes::Planes;
 
-/// By columns, as [`zeros`] and [`from_fn`] make it.
+/// A complex matrix in column-major order; made by [`zeros`] and [`from_fn`].
 pub(crate) type Matrix = Array2<Complex64>;
 
+/// The zero matrix.
 pub(crate) fn zeros(rows: usize, columns: usize) -> Matrix {
     Matrix::zeros((rows, columns).f())
 }
 
-/// From its elements by row and column.
+/// The matrix with elements `element(row, column)`.
 pub(crate) fn from_fn(rows: usize, columns: usize, mut element: impl FnMut(usize, usize) -> Complex64) -> Matrix {
     Matrix::from_shape_fn((rows, columns).f(), |(i, j)| element(i, j))
 }
@@ -27,10 +28,10 @@ pub(crate) fn product(a: &Matrix, b: &Matrix) -> Matrix {
     result.joined()
 }
 
-/// Solves `a·x = right`.
+/// Solves `a·x = right`; `what` names the solution in the error.
 ///
 /// # Errors
-/// A solution that is not finite, as a singular matrix has.
+/// A solution that is not finite, because `a` is singular.
 pub(crate) fn solve(a: &Matrix, right: &Matrix, what: &'static str) -> Result<Matrix, Error> {
     let mut factors = Planes::of(a);
     let pivots = lu::factor(factors.view_mut());
@@ -44,11 +45,11 @@ pub(crate) fn solve(a: &Matrix, right: &Matrix, what: &'static str) -> Result<Ma
 mod tests {
     use super::*;
 
-    /// Roundings of some hundred terms, and what the pivots let them grow to.
+    /// Rounding of sums of some hundred terms, and its growth by elimination.
     const ROUNDING: f64 = 1e-11;
 
-    /// Random numbers in a square about zero, others for each `seed`.
-    fn numbers(rows: usize, columns: usize, seed: u64) -> Matrix {
+    /// Pseudo-random elements with real and imaginary parts in [−½, ½).
+    fn random_matrix(rows: usize, columns: usize, seed: u64) -> Matrix {
         let mut state = seed;
         let mut part = move || {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -62,16 +63,16 @@ mod tests {
     }
 
     #[test]
-    fn products_are_sums_over_the_middle() {
-        let (a, b) = (numbers(37, 50, 1), numbers(50, 21, 2));
+    fn product_matches_its_definition() {
+        let (a, b) = (random_matrix(37, 50, 1), random_matrix(50, 21, 2));
         let expected = from_fn(37, 21, |i, j| (0..50).map(|k| a[(i, k)] * b[(k, j)]).sum());
         assert!(largest(&(product(&a, &b) - expected)) < ROUNDING);
     }
 
     #[test]
-    fn solutions_solve_at_every_size() {
+    fn solutions_satisfy_the_system_at_every_size() {
         for (n, columns) in [(1, 1), (2, 3), (15, 1), (16, 4), (17, 17), (33, 5), (48, 48), (101, 8), (200, 30)] {
-            let (a, right) = (numbers(n, n, 1), numbers(n, columns, 2));
+            let (a, right) = (random_matrix(n, n, 1), random_matrix(n, columns, 2));
             let solution = solve(&a, &right, "a test").unwrap();
             let left = from_fn(n, columns, |i, j| (0..n).map(|k| a[(i, k)] * solution[(k, j)]).sum());
             assert!(largest(&(left - &right)) < ROUNDING * (1.0 + largest(&solution)), "{n} × {columns}");
@@ -79,19 +80,19 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_exchanged_where_a_pivot_is_zero() {
+    fn zero_pivots_exchange_rows() {
         // A cyclic shift: every pivot but the last is found below the diagonal.
         let n = 40;
         let shift = from_fn(n, n, |i, j| Complex64::from(f64::from(u8::from(i == (j + 1) % n))));
-        let right = numbers(n, 3, 1);
+        let right = random_matrix(n, 3, 1);
         let expected = from_fn(n, 3, |i, j| right[((i + 1) % n, j)]);
         assert_eq!(solve(&shift, &right, "a test").unwrap(), expected);
     }
 
     #[test]
-    fn a_singular_matrix_is_told() {
+    fn singular_matrices_are_an_error() {
         assert!(matches!(
-            solve(&zeros(20, 20), &numbers(20, 2, 1), "nothing"),
+            solve(&zeros(20, 20), &random_matrix(20, 2, 1), "nothing"),
             Err(Error::NotFinite { what: "nothing" })
         ));
     }

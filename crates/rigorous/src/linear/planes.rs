@@ -1,10 +1,10 @@
-//! A complex matrix or column as two real ones, whose products have kernels for every processor.
+//! Complex matrices and columns as separate real and imaginary parts: ndarray has fast products for real matrices only.
 
 use super::Matrix;
 use ndarray::{Array2, ArrayView2, ArrayViewMut, Axis, Dimension, Ix1, Ix2, ShapeBuilder, Zip};
 use num_complex::Complex64;
 
-/// Real and imaginary parts, of one shape and by columns.
+/// Real and imaginary parts of one shape, in column-major order.
 pub(super) struct Planes<A> {
     pub(super) re: A,
     pub(super) im: A,
@@ -40,8 +40,8 @@ impl<'a> View<'a> {
         Complex64::new(self.re[(i, j)], self.im[(i, j)])
     }
 
-    /// Cut at a row and the same column: above left and right, below left and right.
-    pub(super) fn quarters(&self, at: usize) -> [[Self; 2]; 2] {
+    /// Quadrants about row and column `at`: `[[upper left, upper right], [lower left, lower right]]`.
+    pub(super) fn quadrants(&self, at: usize) -> [[Self; 2]; 2] {
         let cut = |plane: ArrayView2<'a, f64>| {
             let (above, below) = plane.split_at(Axis(0), at);
             [above, below].map(|half| <[_; 2]>::from(half.split_at(Axis(1), at)))
@@ -56,7 +56,7 @@ impl<D: Dimension> ViewMut<'_, D> {
         Planes { re: self.re.view_mut(), im: self.im.view_mut() }
     }
 
-    /// What lies before an index along an axis, and the rest.
+    /// The parts before and from `index` on along an axis.
     pub(super) fn split_at(self, axis: Axis, index: usize) -> (Self, Self) {
         let ((re, re_rest), (im, im_rest)) = (self.re.split_at(axis, index), self.im.split_at(axis, index));
         (Planes { re, im }, Planes { re: re_rest, im: im_rest })
@@ -72,7 +72,7 @@ impl ViewMut<'_> {
         Planes { re: self.re.column_mut(j), im: self.im.column_mut(j) }
     }
 
-    /// Adds `factor·a·b`, by three real products instead of four.
+    /// Adds `factor·a·b`, with three real products instead of four (Gauss).
     pub(super) fn add_product(&mut self, factor: f64, a: &View<'_>, b: &View<'_>) {
         let (re, im) = (a.re.dot(&b.re), a.im.dot(&b.im));
         let all = (&a.re + &a.im).dot(&(&b.re + &b.im));
@@ -100,7 +100,7 @@ impl ViewMut<'_, Ix1> {
         });
     }
 
-    /// Takes `factor·column` away.
+    /// Subtracts `factor·column`.
     pub(super) fn subtract(&mut self, factor: Complex64, column: &Self) {
         Zip::from(&mut self.re).and(&mut self.im).and(&column.re).and(&column.im).for_each(|re, im, &x, &y| {
             *re -= x * factor.re - y * factor.im;

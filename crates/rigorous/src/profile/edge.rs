@@ -1,18 +1,18 @@
-//! A smooth piece of the curve between two corners.
+//! An edge: a smooth piece of the curve between two corners.
 
 /// (x, z) in µm.
 pub(crate) type Point = [f64; 2];
 
-/// A straight line, or a cubic spline over x.
+/// A straight line, or a cubic spline z(x), with parameter u in [0, 1].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Edge {
     from: Point,
     to: Point,
-    /// None for a straight line.
+    /// z over u; `None` for a straight line.
     spline: Option<Spline>,
 }
 
-/// A point of an edge and the derivatives over its parameter u in [0, 1].
+/// Position on an edge, and its first and second derivative with respect to u; in µm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct EdgePoint {
     pub(crate) position: Point,
@@ -25,8 +25,8 @@ impl Edge {
         Self { from, to, spline: None }
     }
 
-    /// A spline through heights at equal steps, the first half a step after `x0`, the last half a step before `x1`.
-    /// Its ends are extrapolated.
+    /// A spline over [`x0`, `x1`] through heights at the centres of equal intervals, extrapolated by half an interval
+    /// at both ends.
     pub(crate) fn spline(x0: f64, x1: f64, heights: &[f64]) -> Self {
         let spline = Spline::new(heights);
         let (from, to) = ([x0, spline.at(0.0)[0]], [x1, spline.at(1.0)[0]]);
@@ -41,7 +41,7 @@ impl Edge {
         [self.from, self.to]
     }
 
-    /// Distance of its ends, in µm.
+    /// Distance between the ends, in µm.
     pub(crate) fn chord(&self) -> f64 {
         (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
     }
@@ -58,12 +58,12 @@ impl Edge {
     }
 }
 
-/// A cubic spline over u in [0, 1] with knots at (i + ½)/n, whose second derivative is constant before the second and after the
-/// last but one.
+/// A cubic spline over u in [0, 1] with n knots at (i + ½)/n. Its second derivative is constant on the first and on the
+/// last interval.
 #[derive(Clone, Debug, PartialEq)]
 struct Spline {
     heights: Vec<f64>,
-    /// Second derivatives at the knots, over u.
+    /// Second derivatives with respect to u at the knots.
     bends: Vec<f64>,
 }
 
@@ -96,7 +96,7 @@ impl Spline {
         Self { heights: heights.to_vec(), bends }
     }
 
-    /// The height and its first and second derivative over u.
+    /// Height at u, and its first and second derivative with respect to u.
     fn at(&self, u: f64) -> [f64; 3] {
         let n = self.heights.len();
         let step = 1.0 / n as f64;
@@ -115,7 +115,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_spline_keeps_a_parabola() {
+    fn spline_reproduces_a_parabola() {
         let height = |u: f64| 0.3 - 0.7 * u + 0.4 * u * u;
         let heights: Vec<f64> = (0..9).map(|i| height((f64::from(i) + 0.5) / 9.0)).collect();
         let edge = Edge::spline(1.0, 2.0, &heights);

@@ -9,31 +9,43 @@ pub(crate) use edge::{Edge, Point};
 use num_complex::Complex64;
 use std::f64::consts::{PI, TAU};
 
-/// The largest height over period that is served: deeper reliefs need a lattice sum over a box too tall for its polynomials.
+/// Largest ratio of height to period. Chosen: the lattice sum of deeper reliefs needs too many terms along z.
 const DEPTH_MAX: f64 = 2.0;
 
-/// Corners of one period at most.
+/// Most corners in one period. Chosen: every edge needs 16 of the 2048 nodes and more.
 const CORNERS_MAX: usize = 64;
 
-/// One period of a relief, in µm: either smooth, or edges that meet in corners.
+/// One period of a relief: either smooth, or edges that meet in corners. Lengths are in µm.
 ///
-/// Light comes from above, z up; heights are those given, so phases of the orders refer to x = 0, z = 0.
+/// Light comes from above; z points up. Phases of the orders refer to x = 0, z = 0 of the heights as given.
+///
+/// ```
+/// use sunbeam_rigorous::Profile;
+///
+/// let lamellar = Profile::lamellar(1.6, 0.12, 0.5)?;
+/// assert!((lamellar.height_um() - 0.12).abs() < 1e-12 && lamellar.has_corners());
+/// // A triangle by its corners (x, z).
+/// let triangle = Profile::polygon(2.0, &[[0.0, 0.0], [1.0, 0.3]])?;
+/// assert!((triangle.arc_um() - 2.0 * 1.0_f64.hypot(0.3)).abs() < 1e-9);
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Profile {
     period: f64,
     pub(crate) shape: Shape,
 }
 
+/// Geometry of a [`Profile`].
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Shape {
-    /// The height is `Re Σ_m c_m e^{2πimx/period}`, m from 0 on.
+    /// Fourier coefficients c_m in µm, m from 0 on, of the height `Re Σ_m c_m e^{2πimx/period}`.
     Smooth(Vec<Complex64>),
-    /// Each edge begins where the one before ends; the last ends one period after the first began.
+    /// Connected edges; the last ends one period after the first began.
     Edges(Vec<Edge>),
 }
 
 impl Profile {
-    /// A plane at height 0, taken with a period (µm).
+    /// A plane at height 0 with a nominal period (µm).
     ///
     /// # Errors
     /// A period that is not finite and positive.
@@ -83,8 +95,10 @@ impl Profile {
         Self::polygon(period_um, &[[0.0, height], [wall, height], [wall, 0.0], [period_um, 0.0]])
     }
 
-    /// Straight edges through `corners` (x, z) in µm and back to the first, one period on. x must not fall from one corner
-    /// to the next, nor exceed the first by more than the period: the relief is a height but for vertical walls.
+    /// Straight edges through `corners` (x, z) in µm, closed by an edge to the first corner moved by one period.
+    ///
+    /// x must not decrease from one corner to the next, nor exceed the first by more than the period. So the relief is
+    /// a height function except for vertical walls.
     ///
     /// # Errors
     /// No corner or more than 64, corners that are not finite, that coincide or that run back, or a relief deeper
@@ -115,16 +129,19 @@ impl Profile {
         Self::of_edges(period_um, points.windows(2).map(|pair| Edge::line(pair[0], pair[1])).collect())
     }
 
-    /// Heights (µm) at the centres of equal intervals of one period, at least 8: what a file has.
+    /// The relief through sampled heights (µm) at the centres of at least 8 equal intervals of one period.
     ///
-    /// Taken for a vertical wall: one step between neighbours that is steeper than 60° where the steps to either side turn from
-    /// it by more than 20°; it stands halfway between the two. Taken for a corner: a sample where the relief turns by more
-    /// than 20° and four times as much as two samples to either side, so that a bend that the sampling resolves is none.
-    /// Between corners heights are a cubic spline, or a straight edge if they keep to one within a thousandth of the
-    /// relief's height; without any, they are their Fourier series as far as it is above a ten-thousandth.
+    /// - *Vertical walls* are single steps between neighbours, steeper than 60°, from which the steps on either side
+    ///   differ by more than 20°. The wall stands halfway between the two samples.
+    /// - *Corners* are samples where the slope turns by more than 20°, and four times as much as two samples to either
+    ///   side. A bend that the sampling resolves is therefore no corner.
+    /// - Between corners the relief is a straight edge if the heights deviate from it by less than a thousandth of the
+    ///   relief's height, else a cubic spline.
+    /// - Without corners the relief is the Fourier series of the heights, truncated at a relative error of 1e-4.
     ///
     /// # Errors
-    /// Fewer than 8 heights, heights that are not finite, more than 64 corners, or a relief deeper than twice the period.
+    /// Fewer than 8 heights, heights that are not finite, more than 64 corners, or a relief deeper than twice the
+    /// period.
     pub fn samples(period_um: f64, heights_um: &[f64]) -> Result<Self, Error> {
         positive("period in µm", period_um)?;
         for &height in heights_um {
@@ -175,7 +192,7 @@ impl Profile {
         matches!(self.shape, Shape::Edges(_))
     }
 
-    /// Points along the curve, close enough to measure it.
+    /// Points along the curve, dense enough to measure its length and height.
     fn outline(&self) -> Vec<Point> {
         const STEPS: usize = 256;
         match &self.shape {
@@ -192,7 +209,7 @@ impl Profile {
     }
 }
 
-/// The height at a phase of the period, and its first and second derivative over the phase.
+/// Height at a phase 2πx/period, and its first and second derivative with respect to the phase.
 pub(crate) fn smooth_height(harmonics: &[Complex64], phase: f64) -> [f64; 3] {
     let mut sums = [0.0; 3];
     for (m, c) in harmonics.iter().enumerate() {
@@ -205,6 +222,7 @@ pub(crate) fn smooth_height(harmonics: &[Complex64], phase: f64) -> [f64; 3] {
     sums
 }
 
+/// Passes on a height between 0 and twice the period; refuses others.
 fn height_within(period_um: f64, height_um: f64) -> Result<f64, Error> {
     positive("period in µm", period_um)?;
     if height_um.is_finite() && (0.0..=DEPTH_MAX * period_um).contains(&height_um) {
@@ -219,7 +237,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shapes_are_those_of_the_presets() {
+    fn named_shapes_match_the_presets_of_height_fields() {
         let blazed = Profile::blazed(2.5, 0.25).unwrap();
         let Shape::Edges(edges) = &blazed.shape else { panic!("a sawtooth has corners") };
         assert_eq!(edges.len(), 2);
@@ -238,7 +256,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_refused_is_named() {
+    fn errors_name_the_refused_quantity() {
         let messages = [
             Profile::sinusoid(0.0, 0.1).unwrap_err().to_string(),
             Profile::sinusoid(1.0, f64::NAN).unwrap_err().to_string(),

@@ -1,32 +1,34 @@
-//! A profile from heights at equal steps: walls, corners, and what is smooth between them.
+//! The geometry of a profile from sampled heights: detection of walls and corners, edges between them, Fourier series.
 
 use super::{CORNERS_MAX, Edge, Shape};
 use crate::Error;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Fewer heights do not tell a curve.
+/// Fewest heights that describe a curve. Chosen.
 const SAMPLES_MIN: usize = 8;
-/// A turn that may be a corner, in radians (20°).
+/// Smallest turn of the slope at a corner or beside a wall, in radians (20°). Chosen.
 const TURN_MIN: f64 = 0.35;
-/// A turn is a corner where it is so much sharper than those around.
+/// Ratio of a corner's turn to those two samples away. Chosen: a bend resolved by the sampling stays below it.
 const SHARPER: f64 = 4.0;
-/// A single step so steep, in radians (60°), may be a wall.
+/// Smallest steepness of a wall's step, in radians (60°). Chosen.
 const WALL_STEEPNESS: f64 = 1.047;
-/// Of the height: what a straight edge may be off, which moves a wavefront by less than a hundredth of a wave.
+/// Largest deviation of samples from a straight edge, as a fraction of the relief's height. Chosen: it shifts a
+/// wavefront by less than a hundredth of a wavelength.
 const STRAIGHT: f64 = 1e-3;
-/// Of the height: harmonics are left out while the largest sum of what is left out stays below.
+/// Largest sum of the truncated Fourier coefficients, as a fraction of the largest one. Chosen.
 const HARMONIC_MIN: f64 = 1e-4;
 
-/// Where an edge begins.
+/// A corner found among the samples.
 #[derive(Clone, Copy, PartialEq)]
 enum Corner {
-    /// Vertical, between samples i − 1 and i.
+    /// A vertical wall between samples i − 1 and i.
     Wall(usize),
-    /// At sample i.
+    /// A change of slope at sample i.
     Kink(usize),
 }
 
+/// The shape through `heights` (µm) at the centres of equal intervals of `period` (µm).
 pub(super) fn shape(period: f64, heights: &[f64]) -> Result<Shape, Error> {
     let n = heights.len();
     if n < SAMPLES_MIN {
@@ -45,6 +47,7 @@ pub(super) fn shape(period: f64, heights: &[f64]) -> Result<Shape, Error> {
     Ok(Shape::Edges(edges(period, heights, &corners)))
 }
 
+/// Corners in order of x; `step` is the distance between samples in µm.
 fn corners(step: f64, heights: &[f64]) -> Vec<Corner> {
     let n = heights.len();
     // The angle of the step from sample i − 1 to sample i.
@@ -64,7 +67,7 @@ fn corners(step: f64, heights: &[f64]) -> Vec<Corner> {
         .collect()
 }
 
-/// Edges from corner to corner, and the walls between their ends.
+/// Edges between consecutive corners, and vertical walls where their ends differ in height.
 fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     let n = heights.len();
     let step = period / n as f64;
@@ -108,7 +111,7 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
             Edge::spline(x0, x1, &resampled(&piece, x0 / step - first as f64, x1 / step - first as f64))
         });
     }
-    // The last edge back to the first, one period on.
+    // The wall between the last edge and the first of the next period.
     if let (Some(last), Some(first)) = (edges.last(), edges.first()) {
         let (end, begin) = (last.ends()[1], first.ends()[0]);
         if (end[1] - begin[1]).abs() > 1e-12 * period {
@@ -118,7 +121,7 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     edges
 }
 
-/// The height at a position counted in samples, linear beyond the ends.
+/// Linear interpolation of `piece` at a position in samples, extrapolated beyond its ends.
 fn extrapolated(piece: &[f64], position: f64) -> f64 {
     let last = piece.len() - 1;
     if last == 0 {
@@ -128,13 +131,13 @@ fn extrapolated(piece: &[f64], position: f64) -> f64 {
     piece[i] + (piece[i + 1] - piece[i]) * (position - i as f64)
 }
 
-/// The piece at the centres of as many intervals of [`from`, `to`], positions that count the borders of samples.
+/// `piece` resampled at the centres of equal intervals of [`from`, `to`], in samples; sample i extends from i to i + 1.
 fn resampled(piece: &[f64], from: f64, to: f64) -> Vec<f64> {
     let n = piece.len();
     (0..n).map(|i| extrapolated(piece, from + (to - from) * (i as f64 + 0.5) / n as f64 - 0.5)).collect()
 }
 
-/// Fourier series of the heights, of samples at (i + ½)/n of the period, without the tail that does not matter.
+/// Fourier coefficients of the heights, which lie at (i + ½)/n of the period, truncated by [`HARMONIC_MIN`].
 fn harmonics(heights: &[f64]) -> Vec<Complex64> {
     let n = heights.len();
     let half = n.div_ceil(2);
@@ -148,11 +151,11 @@ fn harmonics(heights: &[f64]) -> Vec<Complex64> {
             sum * (if m == 0 { 1.0 } else { 2.0 } / n as f64)
         })
         .collect();
-    let height = series[1..].iter().map(|c| c.norm()).fold(0.0, f64::max);
-    let mut left_out = 0.0;
+    let largest = series[1..].iter().map(|c| c.norm()).fold(0.0, f64::max);
+    let mut truncated = 0.0;
     while series.len() > 1 {
-        left_out += series[series.len() - 1].norm();
-        if left_out > HARMONIC_MIN * height {
+        truncated += series[series.len() - 1].norm();
+        if truncated > HARMONIC_MIN * largest {
             break;
         }
         series.pop();
@@ -180,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn presets_are_recognised_in_their_samples() {
+    fn sampled_presets_have_the_edges_of_the_presets() {
         for n in [64, 1024] {
             let edges = straight_edges(&sampled(n, |t| 0.5 * t));
             assert_eq!(edges.len(), 2, "a slope and a wall");
@@ -194,12 +197,12 @@ mod tests {
     }
 
     #[test]
-    fn a_resolved_bend_is_no_corner_and_an_apex_is_one() {
+    fn apices_are_corners_and_resolved_bends_are_not() {
         let sinusoid = sampled(64, |t| 0.2 + 0.4 * (TAU * t).sin());
         let Shape::Smooth(harmonics) = &sinusoid.shape else { panic!("a sinusoid is smooth") };
         assert_eq!(harmonics.len(), 2);
         assert!((smooth_height(harmonics, 1.0)[0] - 0.2 - 0.4 * 1.0_f64.sin()).abs() < ROUNDING_UM);
-        // Apices halfway between samples, as symmetry has it, are cut by half a sample.
+        // An apex halfway between two samples is cut by half a sample.
         let triangle = sampled(257, |t| (t - 0.5).abs());
         assert!(triangle.has_corners());
         assert!((triangle.height_um() - 0.5).abs() < 0.5 / 257.0 * 1.5);

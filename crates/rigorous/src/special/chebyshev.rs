@@ -1,9 +1,9 @@
-//! Chebyshev nodes and the transform from values at them.
+//! Chebyshev nodes, and coefficients of a series from its values at the nodes.
 
 use std::f64::consts::PI;
 use std::ops::{AddAssign, Mul};
 
-/// The n nodes of the first kind in (−1, 1), the largest first.
+/// The n Chebyshev nodes of the first kind in (−1, 1), in descending order.
 pub(crate) fn chebyshev_nodes(n: usize) -> Vec<f64> {
     (0..n).map(|i| (PI * (i as f64 + 0.5) / n as f64).cos()).collect()
 }
@@ -19,7 +19,7 @@ where
         .map(|k| {
             let mut sum = T::default();
             for (i, &value) in values.iter().enumerate() {
-                // The angle k(i + ½)π/n, in integers.
+                // cos(k(i + ½)π/n), with the angle reduced in integers.
                 sum += value * cosines[k * (2 * i + 1) % (4 * n)];
             }
             sum * (if k == 0 { 1.0 } else { 2.0 } / n as f64)

@@ -1,4 +1,4 @@
-//! The exponential integral of a positive real.
+//! The exponential integral E₁ of a positive real number.
 
 use super::EULER_GAMMA;
 
@@ -37,10 +37,10 @@ pub(crate) fn expint_1(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of double precision, where the series cancels by a few digits.
+    /// Double precision, less a few digits by cancellation in the series.
     const RELATIVE: f64 = 4e-15;
 
-    /// Values of mpmath 1.4 (`e1`, 30 digits).
+    /// Reference values of mpmath 1.4 (`e1`, 30 digits).
     #[test]
     fn agrees_with_tabulated_values() {
         for (x, expected) in [

@@ -1,18 +1,18 @@
-//! Hankel and Bessel functions of one wave number, tabulated over the distance.
+//! Hankel and Bessel functions of kr for one wave number k, tabulated over the distance r as Chebyshev series.
 
 use super::{chebyshev_coefficients, chebyshev_nodes};
 use crate::Error;
 use complex_bessel::{Scaling, besselj_seq, hankel1_seq};
 use num_complex::Complex64;
 
-/// Chebyshev terms on a panel [2^e, 2^{e+1}]. `e^{−iz} H(z)` is analytic but at 0, three half lengths from the panel's
-/// middle, so that n terms leave (3 + √8)^−n = 2e-14.
+/// Chebyshev terms on a panel [2^e, 2^{e+1}] of distances. `e^{−iz} H(z)` is singular at 0 only, three half-lengths
+/// from the panel's centre, so n terms converge as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Terms for the Bessel functions beyond those that follow from their argument.
+/// Chebyshev terms of the Bessel functions in addition to their largest argument |kr|. Chosen for 1e-12.
 const BESSEL_TERMS: usize = 14;
 
-/// `e^{−ikr} H₀⁽¹⁾(kr)` and the same of H₁ as Chebyshev series.
+/// Chebyshev coefficients of `e^{−ikr} H₀⁽¹⁾(kr)` and `e^{−ikr} H₁⁽¹⁾(kr)` on one panel.
 struct Panel([[Complex64; 2]; PANEL_TERMS]);
 
 /// Hankel functions H₀⁽¹⁾, H₁⁽¹⁾ and Bessel functions J₀, J₁ of kr for one complex wave number k and many distances r.
@@ -21,13 +21,13 @@ pub(crate) struct Radial {
     /// Binary exponent of the first panel.
     exponent_min: i32,
     panels: Vec<Panel>,
-    /// J₀(kr) and J₁(kr)/(kr) over r² in [0, `bessel_range`²].
+    /// Chebyshev coefficients of J₀(kr) and J₁(kr)/(kr) over r² in [0, `bessel_range`²].
     bessel: Vec<[Complex64; 2]>,
     bessel_range: f64,
 }
 
 impl Radial {
-    /// Tables for distances in [`min`, `max`] (Hankel) and [0, `bessel_range`] (Bessel), in the unit of 1/k.
+    /// Tables for distances in [`min`, `max`] (Hankel) and [0, `bessel_range`] (Bessel), in the unit of 1/k (µm).
     ///
     /// # Errors
     /// Functions that overflow.
@@ -62,6 +62,7 @@ impl Radial {
 
 const OVERFLOW: Error = Error::NotFinite { what: "a Bessel function" };
 
+/// Tabulates the Hankel functions on [2^exponent, 2^{exponent+1}].
 fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
     let mut values = Vec::with_capacity(PANEL_TERMS);
     for x in chebyshev_nodes(PANEL_TERMS) {
@@ -74,19 +75,21 @@ fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
     Ok(Panel(panel))
 }
 
-/// Coefficients of two functions at once.
+/// Chebyshev coefficients of two functions from their values at the nodes.
 fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
     let one = |i: usize| chebyshev_coefficients(&values.iter().map(|pair| pair[i]).collect::<Vec<_>>());
     one(0).into_iter().zip(one(1)).map(|(a, b)| [a, b]).collect()
 }
 
-/// The sums of two Chebyshev series of at least two terms at x, by Clenshaw's recurrence over the even terms and over the odd
-/// ones, which need not wait for each other: with y = T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`.
-// Inlined, it makes its callers up to a tenth slower.
+/// Sums of two Chebyshev series of at least two terms at x.
+///
+/// Clenshaw's recurrence runs separately over even and odd terms, so that the processor can overlap both: with y =
+/// T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`.
+// Inlining makes its callers up to a tenth slower.
 #[inline(never)]
 fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     let y = 2.0 * x * x - 1.0;
-    // Of either kind the recurrence's last two.
+    // The last two values of the recurrence, of even and of odd terms.
     let mut last = [[[Complex64::ZERO; 2]; 2]; 2];
     for both in coefficients[2..].chunks(2).rev() {
         for ([one_on, two_on], c) in last.iter_mut().zip(both) {
@@ -103,7 +106,7 @@ fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     })
 }
 
-/// The e of 2^e ≤ x < 2^{e+1}, for positive normal x.
+/// Binary exponent e with 2^e ≤ x < 2^{e+1}, for positive normal x.
 fn exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
@@ -116,11 +119,11 @@ fn two_to(exponent: i32) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of the Chebyshev series, times what Amos' routines leave.
+    /// Truncation of the Chebyshev series, and the error of Amos' routines.
     const RELATIVE: f64 = 1e-12;
 
     #[test]
-    fn tables_agree_with_the_functions_between_their_nodes() {
+    fn tables_match_the_functions_between_nodes() {
         for k in [Complex64::new(12.0, 0.0), Complex64::new(10.0, 76.0), Complex64::new(1.4, 1.9)] {
             let table = Radial::new(k, 1e-9, 3.0, 0.4).unwrap();
             for i in 0..400 {

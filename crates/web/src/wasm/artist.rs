@@ -5,31 +5,19 @@ use super::report::thrown;
 use crate::{MethodData, WebError, image};
 use serde_json::json;
 use std::cell::{Cell, RefCell};
-use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use sunbeam::scattering::map_direction;
-use sunbeam_realtime::levels::{self, Level, Pace};
+use sunbeam_realtime::levels::Level;
+use sunbeam_realtime::progressive::{Job, Progressive};
 use sunbeam_realtime::{
-    FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, SceneData, Shader, Target, TonePass, View,
+    FrameReport, Gpu, GpuError, Optics, Query, Renderer, Scene, SceneData, Shader, Target, TonePass,
 };
 use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
 
-/// Targets that are kept for next pictures: while something is dragged, two sizes in turns.
-const TARGETS_KEPT: usize = 3;
-
 /// A first picture after a change should not take longer than this: with the messages about it, two frames of a screen.
 const PREVIEW_MS: f64 = 25.0;
-
-/// What is to be seen.
-#[derive(Clone, Debug, PartialEq)]
-struct Job {
-    view: View,
-    optics: Optics,
-    size: (u32, u32),
-}
 
 /// Where pictures are shown.
 struct Screen {
@@ -38,30 +26,15 @@ struct Screen {
     tone: TonePass,
 }
 
-/// What changes from call to call. No borrow of it is held while anything is awaited.
-#[derive(Default)]
+/// Changes from call to call. No borrow of it is held across an `await`.
 struct State {
-    scene: Option<Rc<Scene>>,
-    /// What coarse pictures show, and all of them until there is a scene.
-    draft: Option<Rc<Scene>>,
-    shader: Option<Rc<Shader>>,
-    job: Option<Job>,
+    progressive: Progressive,
+    /// Stops by which pictures are brightened for the canvas.
     stops: f64,
-    /// How fine the picture of the job is.
-    latest: Option<Level>,
-    /// What is on the canvas, and whether at another exposure than the one asked for.
-    shown: Option<Rc<Target>>,
+    /// The picture on the canvas.
+    shown: Option<Arc<Target>>,
+    /// Whether the picture on the canvas was shown at other stops.
     tone_changed: bool,
-    pace: Pace,
-    targets: Vec<Rc<Target>>,
-}
-
-impl State {
-    /// What a picture of this level shows.
-    fn scene_at(&self, level: Level) -> Option<&Rc<Scene>> {
-        let (first, second) = if level.divisor > 1 { (&self.draft, &self.scene) } else { (&self.scene, &self.draft) };
-        first.as_ref().or(second.as_ref())
-    }
 }
 
 /// Draws with WebGPU on a canvas.
@@ -71,10 +44,9 @@ pub struct Artist {
     screen: Option<Screen>,
     renderer: Renderer,
     state: RefCell<State>,
-    /// Counts jobs, so that who waited sees whether there is another.
-    jobs: Cell<u32>,
-    /// Whether a picture that only refines is being drawn.
+    /// Whether a picture is being drawn that refines the one on the canvas, and may be given up.
     refining: Cell<bool>,
+    /// Ends the drawing under way.
     stop: Arc<AtomicBool>,
 }
 
@@ -104,37 +76,26 @@ impl Artist {
     pub async fn set_scene(&self, bytes: Vec<u8>, is_draft: bool) -> Result<(), JsValue> {
         let upload = if is_draft { Scene::draft } else { Scene::of };
         let scene = SceneData::from_bytes(bytes).and_then(|data| upload(&self.gpu, &data)).map_err(thrown)?;
-        let scene = Some(Rc::new(scene));
-        {
-            let mut state = self.state.borrow_mut();
-            if is_draft {
-                (state.draft, state.scene) = (scene, None);
-            } else {
-                state.scene = scene;
-            }
+        let progressive = &mut self.state.borrow_mut().progressive;
+        if is_draft {
+            progressive.set_draft(scene);
+        } else {
+            progressive.set_scene(scene);
         }
-        self.start_over();
+        self.give_up_refining();
         Ok(())
     }
 
     /// Compiles and uploads a method; its bytes on the GPU.
     pub async fn set_method(&self, bytes: Vec<u8>) -> Result<f64, JsValue> {
         let data = MethodData::from_bytes(bytes).map_err(thrown)?;
-        let optics = self.state.borrow().job.as_ref().map_or_else(Optics::default, |job| job.optics);
-        let shader = Shader::of_async(&self.gpu, &data.shader(), data.answers(), &optics).await;
+        let shader = Shader::of_async(&self.gpu, &data.shader(), data.answers(), &Optics::default()).await;
         let mut shader = shader.map_err(thrown)?;
         shader.stop_when(Arc::clone(&self.stop));
-        if let Some(job) = &self.state.borrow().job {
-            shader.set_optics(&self.gpu, &job.optics);
-        }
-        let taken = shader.bytes() as f64;
-        {
-            let mut state = self.state.borrow_mut();
-            state.shader = Some(Rc::new(shader));
-            state.pace = Pace::default();
-        }
-        self.start_over();
-        Ok(taken)
+        let bytes = shader.bytes() as f64;
+        self.state.borrow_mut().progressive.set_shader(&self.gpu, shader);
+        self.give_up_refining();
+        Ok(bytes)
     }
 
     /// Says what is to be seen from now on.
@@ -142,19 +103,11 @@ impl Artist {
         let settings = read(json)?;
         let view = settings.view(supersample).map_err(thrown)?;
         let job = Job { view, optics: settings.optics(), size: (width.max(1), height.max(1)) };
-        let is_new = {
-            let mut state = self.state.borrow_mut();
-            state.tone_changed |= state.stops != settings.exposure;
-            state.stops = settings.exposure;
-            if let Some(shader) = &state.shader {
-                shader.set_optics(&self.gpu, &job.optics);
-            }
-            let is_new = state.job.as_ref() != Some(&job);
-            state.job = Some(job);
-            is_new
-        };
-        if is_new {
-            self.start_over();
+        let mut state = self.state.borrow_mut();
+        state.tone_changed |= state.stops != settings.exposure;
+        state.stops = settings.exposure;
+        if state.progressive.set_job(&self.gpu, job) {
+            self.give_up_refining();
         }
         Ok(())
     }
@@ -167,8 +120,7 @@ impl Artist {
     /// Draws the finest picture and shows it; its report.
     pub async fn draw(&self) -> Result<String, JsValue> {
         let missing = || thrown(WebError::Internal("there is no scene, method or view yet".to_owned()));
-        let finest =
-            self.state.borrow().job.as_ref().map(|job| Level { divisor: 1, supersample: job.view.supersample });
+        let finest = self.state.borrow().progressive.job().map(|job| Level::finest(job.view.supersample));
         self.drawn(finest.ok_or_else(missing)?).await.map_err(thrown)?.ok_or_else(missing)
     }
 
@@ -238,17 +190,19 @@ impl Artist {
             gpu,
             screen,
             renderer,
-            state: RefCell::default(),
-            jobs: Cell::new(0),
+            state: RefCell::new(State {
+                progressive: Progressive::new(PREVIEW_MS),
+                stops: 0.0,
+                shown: None,
+                tone_changed: false,
+            }),
             refining: Cell::new(false),
             stop: Arc::default(),
         })
     }
 
-    /// Nothing is drawn of what is wanted now.
-    fn start_over(&self) {
-        self.state.borrow_mut().latest = None;
-        self.jobs.set(self.jobs.get().wrapping_add(1));
+    /// Ends the drawing under way where it only refines a picture that is not wanted any more.
+    fn give_up_refining(&self) {
         if self.refining.get() {
             self.stop.store(true, Relaxed);
         }
@@ -257,82 +211,55 @@ impl Artist {
     async fn stepped(&self) -> Result<Option<String>, WebError> {
         let next = {
             let state = self.state.borrow();
-            let Some(job) = &state.job else { return Ok(None) };
-            if state.tone_changed && state.latest.is_some() {
-                None
-            } else {
-                let next = levels::next(state.latest, job.size, job.view.supersample, &state.pace, PREVIEW_MS);
-                let Some(level) = next else { return Ok(None) };
-                Some(level)
+            match state.progressive.latest() {
+                Some((_, level)) if state.tone_changed => Step::Tone(*level),
+                _ => match state.progressive.next_level() {
+                    Some(level) => Step::Draw(level),
+                    None => return Ok(None),
+                },
             }
         };
         match next {
-            Some(level) => self.drawn(level).await,
-            None => self.toned().await,
+            Step::Draw(level) => self.drawn(level).await,
+            Step::Tone(level) => self.toned(level).await,
         }
     }
 
-    /// Shows the same picture at another exposure.
-    async fn toned(&self) -> Result<Option<String>, WebError> {
+    /// Shows the latest picture, of this level, at another exposure.
+    async fn toned(&self, level: Level) -> Result<Option<String>, WebError> {
         let start = Instant::now();
-        let (shown, level, supersample) = {
+        let (shown, is_finest) = {
             let state = self.state.borrow();
-            let supersample = state.job.as_ref().map_or(1, |job| job.view.supersample);
-            (state.shown.clone(), state.latest, supersample)
+            let supersample = state.progressive.job().map_or(1, |job| job.view.supersample);
+            (state.shown.clone(), level.is_last(supersample))
         };
-        let (Some(shown), Some(level)) = (shown, level) else { return Ok(None) };
+        let Some(shown) = shown else { return Ok(None) };
         self.show(&shown).await?;
-        Ok(Some(report(&shown, level, supersample, start, &FrameReport::default())))
+        Ok(Some(report(&shown, level, is_finest, start, &FrameReport::default())))
     }
 
-    /// Draws at a level and shows it. Nothing where scene, method or job are missing, or where the picture only refined one that
-    /// is not wanted any more.
+    /// Draws at a level and shows the picture. `None` where scene, method or job are missing, or where the picture only
+    /// refined one that is not wanted any more.
     async fn drawn(&self, level: Level) -> Result<Option<String>, WebError> {
         let start = Instant::now();
-        let (scene, shader, job, refining) = {
-            let state = self.state.borrow();
-            let (Some(scene), Some(shader), Some(job)) = (state.scene_at(level), &state.shader, &state.job) else {
-                return Ok(None);
-            };
-            (Rc::clone(scene), Rc::clone(shader), job.clone(), state.latest.is_some())
-        };
-        let target = self.target(level.size(job.size))?;
-        let view = View { supersample: level.supersample, ..job.view };
-        let number = self.jobs.get();
+        let frame = self.state.borrow_mut().progressive.frame(&self.gpu, level)?;
+        let Some(frame) = frame else { return Ok(None) };
         self.stop.store(false, Relaxed);
-        self.refining.set(refining);
-        let drawn = self.renderer.draw_async(&self.gpu, &scene, &shader, &target, &view).await;
+        self.refining.set(frame.refines);
+        let drawn = frame.draw_async(&self.gpu, &self.renderer).await;
         self.refining.set(false);
-        let is_wanted = self.jobs.get() == number;
         let drawn = match drawn {
             Err(GpuError::Stopped) => return Ok(None),
             drawn => drawn?,
         };
-        if refining && !is_wanted {
+        if frame.refines && !self.state.borrow().progressive.is_current(&frame) {
             return Ok(None);
         }
-        self.show(&target).await?;
+        self.show(&frame.target).await?;
         let mut state = self.state.borrow_mut();
-        state.pace.learn(level.rays(job.size), start.elapsed().as_secs_f64() * 1e3);
-        state.shown = Some(Rc::clone(&target));
-        if is_wanted && self.jobs.get() == number {
-            state.latest = Some(level);
-        }
-        Ok(Some(report(&target, level, job.view.supersample, start, &drawn)))
-    }
-
-    /// A target of this size that is not shown.
-    fn target(&self, size: (u32, u32)) -> Result<Rc<Target>, WebError> {
-        let mut state = self.state.borrow_mut();
-        let is_shown = |target: &Rc<Target>| state.shown.as_ref().is_some_and(|shown| Rc::ptr_eq(shown, target));
-        let found = state.targets.iter().position(|target| target.size() == size && !is_shown(target));
-        let target = match found {
-            Some(index) => state.targets.remove(index),
-            None => Rc::new(Target::new(&self.gpu, size.0, size.1)?),
-        };
-        state.targets.insert(0, Rc::clone(&target));
-        state.targets.truncate(TARGETS_KEPT);
-        Ok(target)
+        state.progressive.finish(&frame, start.elapsed().as_secs_f64() * 1e3);
+        state.shown = Some(Arc::clone(&frame.target));
+        Ok(Some(report(&frame.target, level, frame.is_finest, start, &drawn)))
     }
 
     /// Puts a picture on the canvas, and waits until that is done.
@@ -359,15 +286,11 @@ impl Artist {
     async fn queried(&self, x: f64, y: f64) -> Result<Option<String>, WebError> {
         let (shown, shader) = {
             let state = self.state.borrow();
-            (state.shown.clone(), state.shader.clone())
+            (state.shown.clone(), state.progressive.shader().cloned())
         };
         let (Some(target), Some(shader)) = (shown, shader) else { return Ok(None) };
-        if !((0.0..1.0).contains(&x) && (0.0..1.0).contains(&y)) {
-            return Ok(None);
-        }
-        let (width, height) = target.size();
-        let pixel = |place: f64, count: u32| ((place * f64::from(count)) as u32).min(count - 1);
-        let query = target.read_query_async(&self.gpu, pixel(x, width), pixel(y, height)).await?;
+        let Some((column, row)) = target.pixel_at(x, y) else { return Ok(None) };
+        let query = target.read_query_async(&self.gpu, column, row).await?;
         if query.kind != Query::SKIN {
             return Ok(None);
         }
@@ -388,15 +311,20 @@ impl Artist {
     }
 
     async fn mapped(&self, wi: [f32; 3], side: usize) -> Result<Vec<f32>, WebError> {
-        let shader = self.state.borrow().shader.clone();
+        let shader = self.state.borrow().progressive.shader().cloned();
         let Some(shader) = shader else { return Err(WebError::Internal("there is no method yet".to_owned())) };
-        let places: Vec<_> = (0..side * side).map(|i| map_direction(i % side, i / side, side)).collect();
-        let asked: Vec<Query> = places.iter().flatten().map(|wo| Query::new(wi, wo.map(|c| c as f32))).collect();
-        // Stopping is for pictures.
+        // A change of the view stops pictures only.
         self.stop.store(false, Relaxed);
-        let mut answers = shader.evaluate_async(&self.gpu, &asked).await?.reflectances.into_iter();
-        Ok(places.iter().flat_map(|place| place.and_then(|_| answers.next()).unwrap_or_default()).collect())
+        let pixels = shader.brdf_map_async(&self.gpu, wi, side).await?;
+        Ok(pixels.into_iter().flat_map(Option::unwrap_or_default).collect())
     }
+}
+
+/// The work of one call of [`Artist::step`].
+enum Step {
+    Draw(Level),
+    /// Shows the latest picture, of this level, at another exposure.
+    Tone(Level),
 }
 
 impl Screen {
@@ -434,13 +362,13 @@ impl Screen {
     }
 }
 
-fn report(target: &Target, level: Level, supersample: u32, start: Instant, drawn: &FrameReport) -> String {
+fn report(target: &Target, level: Level, is_finest: bool, start: Instant, drawn: &FrameReport) -> String {
     let (width, height) = target.size();
     json!({
         "width": width,
         "height": height,
         "supersample": level.supersample,
-        "finest": level.is_last(supersample),
+        "finest": is_finest,
         "ms": start.elapsed().as_secs_f64() * 1e3,
         "answered": drawn.answered,
         "submissions": drawn.submissions,

@@ -1,4 +1,4 @@
-"""The kinds of figures that a sweep can be asked for, one file each."""
+"""The kinds of figures of a sweep, one file each."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .render import Render
 from .statistics import Statistics
 from .want import Answer, Column, Question, Want, WantError
 
-#: By the name in ``[want.NAME]``, in the order of the table's columns.
+#: Kinds by their name in ``[want.NAME]``, in the order of the table's columns.
 WANTS: dict[str, type[Want]] = {kind.name: kind for kind in (Statistics, Peaks, Orders, Colour, BrdfMap, Render)}
 
 __all__ = ["WANTS", "Answer", "Column", "Question", "Want", "WantError"]

@@ -1,4 +1,4 @@
-"""The BRDF map: the hemisphere of outgoing directions in colours, as ``sunbeam brdf-map`` draws it."""
+"""The BRDF map: colours over the hemisphere of outgoing directions, as ``sunbeam brdf-map`` draws it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .want import Answer, Column, Options, Question, Want
 class BrdfMap(Want):
     """``[want.map]``: ``size`` in pixels (128), ``lambda_step_nm`` (5), ``exposure`` (that at which 1 % clips).
 
-    x right is +x, y up is +y. The EXR holds ``f_r`` in linear sRGB, 1/sr, under D65 so that a reflectance of 1 is
-    (1, 1, 1); the PNG is that times the exposure. ``exr = false`` or ``png = false`` leaves one out.
+    Right is +x and up is +y. The EXR holds ``f_r`` in 1/sr as linear sRGB under D65, where a reflectance of 1 is
+    (1, 1, 1). The PNG holds its product with the exposure. ``exr = false`` or ``png = false`` leaves a file out.
     """
 
     size: int
@@ -70,7 +70,7 @@ class BrdfMap(Want):
         weights = rgb_weights("D65", self.lambda_step_nm)
         reflector = question.reflector()
         pixels = np.zeros((self.size, self.size, 3))
-        # In slabs, so that all wavelengths of a large map are not in memory at once.
+        # Slabs limit the memory, which would else hold all wavelengths of the whole map.
         slab = max(1, 2_000_000 // len(nm))
         parts = [
             weighted(reflector.eval(question.wi(), wo[first : first + slab], nm), weights)

@@ -23,14 +23,14 @@ from ..limits import Numbers, Words
 from ..pictures import automatic_exposure, encoded, png, thumbnail
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Views from so far to so far, in the plane of incidence.
+# Largest angle of view in the plane of incidence, to either side, in degrees.
 _VIEW_MAX_DEG = 85.0
-# Directions within the detector whose colours are averaged.
+# Directions averaged over the detector's width.
 _WITHIN_DETECTOR = 10
-# Dimmer than this share of the brightest view, a colour is not counted.
+# Luminance, relative to the brightest view, below which a colour is left out of the gamut.
 _FLOOR = 0.01
 _STRIP_PIXELS = 16
-# Additive recurrence of the plastic number's kind for three dimensions: evenly spread points, the same everywhere.
+# Base of the additive recurrence R₃ (Roberts 2018), the root of x⁴ = x + 1: a low-discrepancy sequence in 3D.
 _RECURRENCE = 1.2207440846057596
 
 
@@ -39,9 +39,9 @@ class Colour(Want):
     """``[want.colour]``: ``illuminant`` (D65, E, A), ``samples`` (4096), ``gamut`` (true), ``detector_deg`` (1),
     ``mirror_deg`` (3), ``lambda_step_nm`` (5).
 
-    The mean colour is that of the light reflected into all directions. The gamut is the convex hull, in CIE 1976
-    u'v', of the colours seen from −85° to 85° in the plane of incidence by a detector ``detector_deg`` wide, without
-    what lies within ``mirror_deg`` of the mirror's direction and what is below 1 % of the brightest.
+    The mean colour is the colour of the light reflected into all directions. The gamut is the convex hull, in CIE 1976
+    u'v', of the colours seen by a detector ``detector_deg`` wide, from −85° to 85° in the plane of incidence. It leaves
+    out views within ``mirror_deg`` of the mirror direction and views below 1 % of the brightest luminance.
     """
 
     illuminant: str
@@ -93,7 +93,7 @@ class Colour(Want):
         weights = xyz_weights(self.illuminant, self.lambda_step_nm)
         index = np.arange(1, self.samples + 1, dtype=np.float64)[:, None]
         steps = _RECURRENCE ** -np.arange(1.0, 4.0)
-        # In single precision, what is just below 1 would round to it.
+        # Random numbers stay below 1 in single precision.
         u = np.minimum((0.5 + index * steps) % 1, 1 - 2.0**-24).astype(np.float32)
         spectrum = question.reflector().albedo(question.wi(), nm, u)
         xyz = weighted(spectrum[None], weights)[0]
@@ -113,7 +113,7 @@ class Colour(Want):
         edges = np.linspace(-_VIEW_MAX_DEG, _VIEW_MAX_DEG, count * _WITHIN_DETECTOR + 1)
         views = np.radians((edges[:-1] + edges[1:]) / 2)
         phi = np.radians(question.phi_i_deg)
-        # Positive angles are on the far side of the normal, where the mirror's direction is.
+        # Positive angles are on the side of the mirror direction.
         wo = np.stack([-np.sin(views) * np.cos(phi), -np.sin(views) * np.sin(phi), np.cos(views)], axis=-1)
         f = question.reflector().eval(question.wi(), wo.astype(np.float32), nm)
         bad = int(np.count_nonzero(~np.isfinite(f)))

@@ -1,4 +1,4 @@
-"""The figures that every picture of radiance has, and the picture as it is shown."""
+"""Exposure of a picture of radiance, with the figures that every such picture has."""
 
 from __future__ import annotations
 
@@ -14,8 +14,11 @@ if TYPE_CHECKING:
 
 
 def exposed(pixels: Doubles, seen: Doubles, exposure: float) -> tuple[Answer, Bytes8]:
-    """The exposure, found from the picture where it is given as 0, and the means of the pixels ``seen`` (count, 3), as
-    figures; and the picture as 8-bit sRGB. Raises :class:`WantError` where a number is not finite."""
+    """Adds the exposure and the mean colour of the pixels ``seen[count, 3]`` to the figures, and encodes the picture.
+
+    An exposure of 0 stands for the automatic one. Returns 8-bit sRGB. Raises :class:`WantError` where a number is not
+    finite.
+    """
     bad = int(np.count_nonzero(~np.isfinite(pixels)))
     if bad:
         raise WantError(f"{bad} of {pixels.size} values are not finite")

@@ -1,4 +1,4 @@
-"""The orders of a grating by both theories, as ``sunbeam orders`` tells them."""
+"""The orders of a grating by both theories, as ``sunbeam orders`` computes them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..limits import SCENE, shown
 from .want import Answer, Column, Options, Question, Want
 
 _THEORIES = ("scalar", "rigorous")
-# The phase screen knows these, Maxwell's equations need none of them.
+# Parameters of the scalar theory, without meaning for Maxwell's equations.
 _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
 
 
@@ -20,7 +20,7 @@ _SCALAR_ONLY = ("model", "obliquity", "shadowing", "conserve_energy")
 class Orders(Want):
     """``[want.orders]``: ``wavelengths_nm`` (450, 550, 650) and ``theories`` (both).
 
-    For reliefs that vary along x alone. ``theory`` of the surface is set aside: each theory that is asked for answers.
+    For reliefs that vary along x alone. The surface's own ``theory`` is ignored.
     """
 
     wavelengths_nm: tuple[float, ...]

@@ -1,4 +1,4 @@
-"""The angles at which wavelengths are brightest in the first order, against the grating equation."""
+"""Angles of the first order's peak for each wavelength, against the grating equation."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ from ..errors import SweepError
 from ..limits import Numbers, Value, shown
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# The apparent spacings, relative to the expected period, among which a peak is looked for: order 2 has 1/2, order 0 has
-# infinity.
+# Search range of the apparent spacing, relative to the expected period. Order 2 has 1/2, order 0 has infinity.
 _WITHIN = (0.7, 1.4)
 _STEEPEST_DEG = 89.0
-# Periods in µm of presets that have one unless it is given.
+# Default periods of presets in µm.
 _PRESET_PERIODS_UM = {"blazed": 2.5, "sinusoidal": 2.5, "lamellar": 2.5}
 
 
@@ -25,9 +24,9 @@ _PRESET_PERIODS_UM = {"blazed": 2.5, "sinusoidal": 2.5, "lamellar": 2.5}
 class Peaks(Want):
     """``[want.peaks]``: ``wavelengths_nm`` (450 to 650 in steps of 25), ``angle_step_deg`` (0.02), ``period_um``.
 
-    In the plane of x, with the light from ``theta_i_deg``, the angle θr of the largest ``f_r`` is looked for where the
-    spacing λ/(sin θi + sin θr) is between 0.7 and 1.4 of the expected period. That is ``period_um``, or the preset's,
-    or the strongest along x that ``sunbeam height-field`` finds.
+    The peak is the angle θr of the largest ``f_r`` in the x–z plane, for light from ``theta_i_deg``. Its spacing
+    λ/(sin θi + sin θr) is searched between 0.7 and 1.4 of the expected period. The expected period is ``period_um``, or
+    the preset's, or the strongest along x by ``sunbeam height-field``.
     """
 
     wavelengths_nm: tuple[float, ...]
@@ -77,7 +76,7 @@ class Peaks(Want):
         for nm in self.wavelengths_nm:
             low, high = (float(np.clip(nm / (share * period_nm) - sin_i, -1, 1)) for share in reversed(_WITHIN))
             first, last = np.clip(np.degrees(np.arcsin([low, high])), -_STEEPEST_DEG, _STEEPEST_DEG)
-            # Multiples of the step, so that the angles do not depend on where the search begins.
+            # Angles are multiples of the step, independent of the search range.
             angles = np.arange(np.ceil(first / self.angle_step_deg), last / self.angle_step_deg) * self.angle_step_deg
             expected = nm / period_nm - sin_i
             if len(angles) < 3 or abs(expected) >= 1:

@@ -1,4 +1,4 @@
-"""A render of a scene file in which the surface takes the place of one of its BSDFs."""
+"""A render of a scene file in which the surface replaces one of the BSDFs."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from ..reflector import ReflectorError, mitsuba, one_line, one_thread, use_varia
 from .exposed import exposed
 from .want import Answer, Column, Options, Question, Want, WantError
 
-# Which element says what a parameter is; all others are strings.
+# XML element of each type of parameter; other parameters are strings.
 _FLOATS = ("specular_reflectance", "diffuse_reflectance", "eta", "k")
-# A pass keeps this many paths in memory at a time; 1 kB each is typical.
+# Largest number of paths in one pass; a path takes about 1 kB.
 _PATHS_PER_PASS = 1 << 22
-# A million million paths take days on any machine that there is.
+# Largest number of paths of a render; it takes days on any machine.
 _PATHS_MAX = 1 << 34
 
 
@@ -31,9 +31,9 @@ class Render(Want):
     (``surface``); ``spp`` (64); ``seed`` (0); ``variant`` (``llvm_ad_spectral``); ``exposure`` (that at which 1 %
     clips); ``parameters``, a table of the scene's own ``$parameters``.
 
-    Where that BSDF is a ``diffraction`` already, what the case does not say of it stays: a pigment, a rotation.
-    The light is the scene's, so ``theta_i_deg`` and ``phi_i_deg`` do not matter to it, unless the scene asks for
-    ``$theta_i_deg`` and ``$phi_i_deg``.
+    A BSDF of type ``diffraction`` keeps the parameters that the case does not give, such as a pigment or a rotation.
+    The scene has its own light. ``theta_i_deg`` and ``phi_i_deg`` serve only a scene that uses ``$theta_i_deg`` and
+    ``$phi_i_deg``.
     """
 
     scene: str
@@ -123,7 +123,7 @@ class Render(Want):
             if f"${name}" in text:
                 given[name] = repr(getattr(question, name))
         try:
-            # Meshes and textures lie beside the scene.
+            # Meshes and textures are relative to the scene's folder.
             resolver.prepend(str(self.path.parent))
             scene = mi.load_string(text, **given)
             width, height = (int(side) for side in scene.sensors()[0].film().crop_size())
@@ -133,7 +133,7 @@ class Render(Want):
                     f"paths; accepted are at most {_PATHS_MAX:.2g}"
                 )
             passes = max(1, -(-width * height * self.spp // _PATHS_PER_PASS))
-            # The first passes have a sample more where they do not divide evenly.
+            # The first passes take the remainder, one sample each.
             counts = [self.spp // passes + (number < self.spp % passes) for number in range(passes)]
             total: Any = 0.0
             for number, spp in enumerate(count for count in counts if count):
@@ -149,7 +149,7 @@ class Render(Want):
         return total[..., :3] if total.shape[-1] >= 3 else np.repeat(total[..., :1], 3, axis=-1)
 
     def _scene_with(self, question: Question) -> str:
-        """The scene's text with the case's surface in it."""
+        """The scene's XML with the case's surface."""
         root = ElementTree.parse(self.path).getroot()
         (element,) = [one for one in root.iter("bsdf") if one.get("id") == self.bsdf]
         given = {name: value for name, value in question.parameters.items() if name not in LIGHT}
@@ -157,7 +157,7 @@ class Render(Want):
             for child in list(element):
                 element.remove(child)
             element.set("type", "diffraction")
-        # A preset takes the place of a file, and a material that of an index.
+        # A preset replaces a file, and a material replaces an index.
         replaced = set(given)
         for one, others in (
             ("preset", {"filename"}),

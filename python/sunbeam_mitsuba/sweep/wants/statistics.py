@@ -1,4 +1,4 @@
-"""Sizes, roughness and periods of the relief, as ``sunbeam height-field`` tells them."""
+"""Size, roughness and periods of the relief, as ``sunbeam height-field`` reports them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from ..command import describe, require_command
 from .want import Answer, Column, Options, Question, Want
 
-# The column, its kind, where it stands in the report, and what it is.
+# Column, its kind, its path in the report, and its meaning.
 _FIGURES = (
     ("pixels_x", "whole", ("pixels", 0), "pixels along x"),
     ("pixels_y", "whole", ("pixels", 1), "pixels along y"),
@@ -32,14 +32,14 @@ _FIGURES = (
 
 
 class Statistics(Want):
-    """``[want.statistics]``: no options. The same for all settings of a surface but those that change its heights."""
+    """``[want.statistics]``, without options. Settings other than those of the heights do not change it."""
 
     name = "statistics"
     needs_command = True
 
     @classmethod
     def read(cls, table: object, folder: Path) -> Statistics:
-        """There is nothing to choose."""
+        """Accepts an empty table."""
         Options(cls.name, table, [])
         return cls()
 

@@ -1,4 +1,4 @@
-"""What every wanted figure has in common."""
+"""The interface of wanted figures, and the reader of their options."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from ..errors import SweepError
 from ..limits import Accepted, Numbers, Value, check_keys, shown
 from ..reflector import Reflector, ReflectorError
 
-#: Wavelengths in nm that may be asked for: those that the observer sees.
+#: Wavelengths accepted in options, those that the CIE observer sees.
 VISIBLE_NM = Numbers(380, 780, "nm")
 
 
 class WantError(ValueError):
-    """A figure cannot be had for this case; the message is one line. The case's other figures stand."""
+    """A figure is not available for this case; the message is one line. The case's other figures stay valid."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of the table: its name, its kind (a key of ``report.KINDS``) and what it holds, with the unit."""
+    """A column of the table: name, kind (a key of ``report.KINDS``), and meaning with unit."""
 
     name: str
     kind: str
@@ -32,9 +32,9 @@ class Column:
 
 @dataclass
 class Answer:
-    """What was found: figures by column, pictures as the bytes of files, and small PNGs of these for the sheet.
+    """Results of a want: figures by column, pictures as encoded files, and their thumbnails as PNG for the sheet.
 
-    Keys of ``pictures`` end the files' names, such as ``map.exr``.
+    Keys of ``pictures`` are endings of file names, such as ``map.exr``.
     """
 
     figures: dict[str, Any] = field(default_factory=dict)
@@ -49,7 +49,7 @@ class Answer:
 
 
 class Question(ABC):
-    """A case as a want sees it: its parameters, with the file's full path, and its tables where it asks for them."""
+    """A case for a want: its parameters, with the file's absolute path, and its surface on demand."""
 
     parameters: Mapping[str, Value]
     theta_i_deg: float
@@ -57,13 +57,13 @@ class Question(ABC):
 
     @abstractmethod
     def reflector(self) -> Reflector:
-        """The surface, built at the first call and held for later cases.
+        """The surface, built at the first call and cached for later cases.
 
-        Raises ``SunbeamError`` or :class:`ReflectorError` where it is refused.
+        Raises ``SunbeamError`` or :class:`ReflectorError` where the surface is refused.
         """
 
     def wi(self) -> list[float]:
-        """The direction of the light in the surface's frame."""
+        """Unit vector towards the light in the surface's frame."""
         theta, phi = math.radians(self.theta_i_deg), math.radians(self.phi_i_deg)
         return [math.sin(theta) * math.cos(phi), math.sin(theta) * math.sin(phi), math.cos(theta)]
 
@@ -71,71 +71,71 @@ class Question(ABC):
 class Want(ABC):
     """A kind of figure, with its options."""
 
-    #: Its name in ``[want.NAME]`` and at the beginning of its columns.
+    #: Name in ``[want.NAME]``, and prefix of the columns.
     name: ClassVar[str]
-    #: Whether it asks the command ``sunbeam``.
+    #: Whether computing needs the command ``sunbeam``.
     needs_command: ClassVar[bool] = False
 
     @classmethod
     @abstractmethod
     def read(cls, table: object, folder: Path) -> Want:
-        """Reads the options of ``[want.NAME]``. Raises :class:`SweepError` for what is unknown or out of range."""
+        """Reads the options of ``[want.NAME]``. Raises :class:`SweepError` for unknown keys and values out of range."""
 
     @abstractmethod
     def identity(self) -> dict[str, Any]:
-        """All that decides what is computed, as JSON knows it."""
+        """The options that determine the results, as a JSON object."""
 
     @abstractmethod
     def columns(self) -> list[Column]:
-        """Its columns, named without the want's own name."""
+        """Columns of the figures, without the prefix of their names."""
 
     @abstractmethod
     def compute(self, question: Question) -> Answer:
-        """The figures of a case.
+        """Computes the figures of a case.
 
         Raises :class:`WantError`, ``SunbeamError``, ``CommandError`` or :class:`ReflectorError` with one line.
         """
 
     def check_parameters(self, names: set[str], values: Mapping[str, set[Value]]) -> None:
-        """Refuses, with :class:`SweepError`, parameters that it cannot take into account; of itself it takes all."""
+        """Raises :class:`SweepError` for parameters that the figure cannot respect; by default there are none."""
         return
 
     def check_here(self) -> None:
-        """Refuses, with :class:`SweepError`, a machine that lacks what it needs; of itself it needs nothing."""
+        """Raises :class:`SweepError` where this machine lacks a requirement; by default there are none."""
         return
 
 
 class Options:
-    """Reads the options of one ``[want.NAME]``, and refuses those that are unknown."""
+    """Reader of the options of one ``[want.NAME]``; refuses unknown keys."""
 
     def __init__(self, name: str, table: object, accepted: list[str]):
         self.where = f"want.{name}"
         self.table = check_keys(self.where, table, accepted)
 
     def number(self, key: str, default: float, accepted: Accepted) -> float:
-        """A number, in the range."""
+        """A number within ``accepted``."""
         return float(self._checked(key, default, accepted))
 
     def whole(self, key: str, default: int, low: int, high: int) -> int:
-        """A whole number, in the range."""
+        """A whole number from ``low`` to ``high``."""
         value = self.table.get(key, default)
         if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
             raise SweepError(f"{self.where}: {key} is {shown(value)}, but must be a whole number from {low} to {high}")
         return value
 
     def choice(self, key: str, default: str, accepted: Accepted) -> str:
-        """A word, one of those accepted."""
+        """One of the accepted words."""
         return str(self._checked(key, default, accepted))
 
     def truth(self, key: str, default: bool) -> bool:
-        """True or false."""
+        """A truth value."""
         value = self.table.get(key, default)
         if not isinstance(value, bool):
             raise SweepError(f"{self.where}: {key} is {shown(value)}, but must be true or false")
         return value
 
     def wavelengths_nm(self, default: tuple[float, ...], most: int) -> tuple[float, ...]:
-        """The list ``wavelengths_nm``, each of them visible."""
+        """The list ``wavelengths_nm`` of at most ``most`` visible wavelengths."""
         given = self.table.get("wavelengths_nm", list(default))
         listed = given if isinstance(given, list) else [given]
         if not 1 <= len(listed) <= most or not all(VISIBLE_NM.accepts(value) for value in listed):

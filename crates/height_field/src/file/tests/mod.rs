@@ -240,13 +240,9 @@ fn missing_files_extensions_and_bad_parameters() {
 
 #[test]
 fn scans_are_the_same_as_picture_and_as_field() {
-    let folder = std::env::var_os("SUNBEAM_DATA")
-        .map_or_else(|| PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/afm"), PathBuf::from);
+    let Some(folder) = sunbeam_testing::data("afm") else { return };
     for name in ["elaphe", "xenopeltis"] {
-        let Ok(text) = std::fs::read_to_string(folder.join(format!("{name}.json"))) else {
-            eprintln!("SKIPPED: no scan {name} in {}; set SUNBEAM_DATA to the folder of the scans", folder.display());
-            return;
-        };
+        let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
         let json: serde_json::Value = serde_json::from_str(&text).unwrap();
         let scale = scale(json["pixel_size_um"].as_f64(), json["max_height_um"].as_f64());
         let picture = HeightField::read(folder.join(format!("{name}.png")), &scale).unwrap();

@@ -1,0 +1,90 @@
+// Shows the settings in the controls.
+
+import { byId, isFile, page, views } from "./state.js";
+import { degrees, signed } from "./words.js";
+
+/** Refractive index of keratin, which the library takes where none is given. */
+const KERATIN_ETA = 1.56;
+
+/** Dielectrics with their refractive index at 550 nm. */
+const DIELECTRICS = [{ name: "Keratin", eta: KERATIN_ETA }, { name: "Polycarbonate", eta: 1.58 }];
+
+/** Shows all settings. */
+export function showControls() {
+  const { settings } = page;
+  const { surface } = settings;
+  const put = (id, value) => {
+    // The text of a field that is being typed in stays.
+    if (document.activeElement !== byId(id)) byId(id).value = value ?? "";
+  };
+  const preset = page.engine.catalogue.presets.find(({ name }) => name === surface.preset);
+  byId("preset").value = isFile() ? "" : surface.preset;
+  byId("grating").hidden = preset?.period_um === undefined;
+  put("period", surface.period ?? preset?.period_um);
+  put("height", surface.height ?? preset?.height_um);
+  byId("file-options").hidden = !isFile();
+  put("pixel_size", surface.pixel_size);
+  put("max_height", surface.max_height);
+  byId("fill").value = surface.fill ?? "none";
+  put("channel", surface.channel);
+  byId("level").value = surface.level ?? (isFile() ? "plane" : "none");
+  // The published methods know tiles that repeat only.
+  const published = settings.method !== "table";
+  byId("tiling").value = published ? "periodic" : (surface.tiling ?? (isFile() ? "aperiodic" : "periodic"));
+  byId("tiling").disabled = published;
+  byId("method").value = settings.method;
+  byId("method-note").textContent = page.engine.catalogue.methods.find(({ name }) => name === settings.method)?.title ?? "";
+  put("coherence_length", surface.coherence_length);
+  const conserves = page.engine.catalogue.methods.find(({ name }) => name === settings.method)?.conserves_energy;
+  byId("conserve_energy").disabled = !conserves;
+  byId("conserve_energy").checked = Boolean(conserves && surface.conserve_energy);
+  put("eta", surface.eta ?? KERATIN_ETA);
+  put("k", surface.k ?? 0);
+  const material = [...byId("material").options].find(
+    ({ dataset }) => Number(dataset.eta) === (surface.eta ?? KERATIN_ETA) && Number(dataset.k) === (surface.k ?? 0),
+  );
+  byId("material").value = material?.value ?? "other";
+  byId("blend").value = settings.pigment;
+  byId("exposure").value = settings.exposure;
+  byId("exposure-value").textContent = `${settings.exposure > 0 ? "+" : ""}${signed(settings.exposure)} stops`;
+  for (const radio of document.querySelectorAll("input[name=scene]")) radio.checked = radio.value === settings.shape;
+  for (const radio of document.querySelectorAll("input[name=example]")) {
+    radio.checked = page.examples[radio.value]?.name === page.example;
+  }
+  showSun();
+  showMapLight();
+}
+
+/** Shows the light of the BRDF map. */
+export function showMapLight() {
+  byId("map_theta").value = page.settings.map.theta_deg;
+  byId("map_phi").value = page.settings.map.phi_deg;
+}
+
+/** Shows the sun. */
+export function showSun() {
+  const { sun, camera } = page.settings;
+  views.sky.show(sun, camera);
+  byId("azimuth").value = sun.azimuth_deg;
+  byId("elevation").value = sun.elevation_deg;
+  byId("azimuth-value").textContent = degrees(sun.azimuth_deg);
+  byId("elevation-value").textContent = degrees(sun.elevation_deg);
+}
+
+/** Fills the lists of presets, materials and file types. */
+export function fillLists() {
+  const { presets, conductors, extensions, version } = page.engine.catalogue;
+  const option = (value, text, data = {}) => {
+    const element = new Option(text, value);
+    Object.assign(element.dataset, data);
+    return element;
+  };
+  // Shown where the surface is a file.
+  const none = option("", "none, a file");
+  none.hidden = true;
+  byId("preset").replaceChildren(none, ...presets.map(({ name, title }) => option(name, title)));
+  const index = ({ name, eta, k = 0 }) => option(name, `${name}, ${eta}${k ? ` + ${k}i` : ""}`, { eta, k });
+  byId("material").replaceChildren(...DIELECTRICS.map(index), ...conductors.map(index), option("other", "another index"));
+  byId("file").accept = extensions.join(",");
+  byId("about").textContent = `sunbeam ${version}`;
+}

@@ -1,0 +1,99 @@
+//! The relief of a configuration: the parameters that go when another relief is chosen.
+
+use super::SurfaceConfig;
+use crate::height_field::{Fill, Level, Preset};
+use crate::table::Tiling;
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Lists the fields once: the struct, its names, and both ways between it and a [`SurfaceConfig`].
+macro_rules! relief_source {
+    ($($name:ident: $type:ty,)+) => {
+        /// The parameters of a [`SurfaceConfig`] that say where the heights come from and how they are read. Each is
+        /// documented at the configuration's field of the same name.
+        ///
+        /// ```
+        /// use sunbeam::config::{ReliefSource, SurfaceConfig};
+        /// use sunbeam::Preset;
+        ///
+        /// let mut config = SurfaceConfig::from_json(r#"{"preset": "blazed", "period": 2, "coherence_length": 20}"#)?;
+        /// assert_eq!(config.relief_source().given().collect::<Vec<_>>(), ["preset", "period"]);
+        ///
+        /// // Another relief: the period of the grating goes, the light stays.
+        /// config.set_relief_source(ReliefSource { preset: Some(Preset::Cd), ..ReliefSource::default() });
+        /// assert_eq!((config.period, config.coherence_length), (None, 20.0));
+        /// # Ok::<(), sunbeam::config::ConfigError>(())
+        /// ```
+        #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+        #[allow(missing_docs)] // Documented at the fields of `SurfaceConfig`.
+        pub struct ReliefSource {
+            $(#[serde(skip_serializing_if = "Option::is_none")] pub $name: Option<$type>,)+
+        }
+
+        impl ReliefSource {
+            /// Names of all fields, those of the users' interfaces.
+            pub const NAMES: &'static [&'static str] = &[$(stringify!($name)),+];
+
+            /// Names of the fields that are given.
+            pub fn given(&self) -> impl Iterator<Item = &'static str> + use<> {
+                [$((stringify!($name), self.$name.is_some())),+].into_iter().filter_map(|(name, given)| given.then_some(name))
+            }
+        }
+
+        impl SurfaceConfig {
+            /// The relief's parameters, as given.
+            pub fn relief_source(&self) -> ReliefSource {
+                ReliefSource { $($name: self.$name.clone()),+ }
+            }
+
+            /// Takes another relief; what was given for the one before is forgotten.
+            pub fn set_relief_source(&mut self, source: ReliefSource) {
+                $(self.$name = source.$name;)+
+            }
+        }
+    };
+}
+
+relief_source! {
+    preset: Preset,
+    period: f64,
+    height: f64,
+    region_size: f64,
+    region_spread: f64,
+    filename: PathBuf,
+    pixel_size: f64,
+    max_height: f64,
+    channel: String,
+    fill: Fill,
+    level: Level,
+    tiling: Tiling,
+}
+
+impl ReliefSource {
+    /// Fields that also apply to heights given as numbers.
+    pub(super) const OF_NUMBERS: [&'static str; 3] = ["fill", "level", "tiling"];
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_source_survives_the_way_through_a_configuration() {
+        let json = r#"{"filename": "a.gsf", "pixel_size": 0.1, "max_height": 1, "channel": 2, "fill": "mean",
+            "level": "plane", "tiling": "periodic"}"#;
+        let config = SurfaceConfig::from_json(json).unwrap();
+        let mut other = SurfaceConfig { period: Some(2.0), ..SurfaceConfig::default() };
+        other.set_relief_source(config.relief_source());
+        assert_eq!(other, config);
+    }
+
+    #[test]
+    fn serialised_names_are_the_listed_ones() {
+        let source = SurfaceConfig::from_json(r#"{"preset": "blazed", "height": 0.2, "tiling": "periodic"}"#).unwrap();
+        let source = source.relief_source();
+        let json = serde_json::to_value(&source).unwrap();
+        assert!(source.given().eq(["preset", "height", "tiling"]));
+        assert!(source.given().all(|name| json.get(name).is_some() && ReliefSource::NAMES.contains(&name)));
+    }
+}
