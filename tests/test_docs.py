@@ -23,6 +23,8 @@ TOOL = REPOSITORY / "target" / "release"
 SHOWN = {"text", "{toctree}"}
 # Subcommands and options that draw on a GPU, or on its software adapter.
 NEEDS_ADAPTER = re.compile(r"sunbeam (adapter|render|view)\b|--backend gpu")
+# Imports of a room from one below it: the weights of wavelengths belong in `colour`.
+AGAINST_THE_ORDER = {("energy", "lobe")}
 # Files that pages name and a command writes.
 WRITTEN_LATER = {"docs/data/gpu.json"}
 EXAMPLES = sorted((REPOSITORY / "examples").glob("*.py"))
@@ -174,6 +176,23 @@ def test_named_files_and_folders_exist(page):
     assert len(named) > 20
     missing = [path for path in named if not any(REPOSITORY.glob(path.rstrip("/").replace("NAME", "*")))]
     assert set(missing) <= WRITTEN_LATER, f"{page} names what is not there: {missing}"
+
+
+def test_rooms_depend_on_rooms_above_them():
+    """The table of rooms in architecture.md against the imports of the sources, comments left aside."""
+    page = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `src/(\w+)/` \| [^|]* \| ([^|]*) ?\|$", page, re.M)
+    rooms = [room for room, _ in rows]
+    assert set(rooms) == {path.name for path in (REPOSITORY / "src").iterdir() if path.is_dir()}
+    for place, (room, cell) in enumerate(rows):
+        said = set(re.findall(r"`(\w+)`", cell)) - {"height_field"}
+        used = set()
+        for file in (REPOSITORY / "src" / room).rglob("*.rs"):
+            code = re.sub(r"//.*", "", file.read_text(encoding="utf-8"))
+            used |= {name for name in re.findall(r"\bcrate::(\w+)", code) if name in rooms and name != room}
+        used = {name for name in used if (room, name) not in AGAINST_THE_ORDER}
+        assert used == said, f"src/{room}: the page says {sorted(said)}, the sources {sorted(used)}"
+        assert said <= set(rooms[:place]), f"src/{room} depends on a room below it"
 
 
 def test_the_citation_has_the_version_of_the_crate():
