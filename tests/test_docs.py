@@ -18,6 +18,8 @@ import run_page
 import yaml
 from doc_pages import PACKAGE_PAGES, PAGES, REPOSITORY, SITE_PAGES
 
+from docs.figures.wrap import COLUMNS
+
 TOOL = REPOSITORY / "target" / "release"
 # Blocks that are shown and not run: output, and directives of the site.
 SHOWN = {"text", "{toctree}"}
@@ -159,6 +161,13 @@ def test_links_lead_somewhere(page):
         elif anchor and file.suffix == ".md" and anchor not in doc_pages.anchors(file):
             broken.append(f"{page.name}:{number}: {file.name} has no heading for #{anchor}")
     assert not broken, "\n".join(broken)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_lines_of_prose_end_at_120_columns(page):
+    long = [f"{number}: {line}" for number, line in doc_pages.split(page)[1] if len(line) > COLUMNS]
+    # Tables, pictures, headings and addresses have no place for a line break.
+    assert [line for line in long if not re.match(r"\d+: (\||!\[|#|\S{100})", line)] == []
 
 
 @pytest.mark.parametrize("page", PACKAGE_PAGES, ids=name)

@@ -17,6 +17,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 from . import card
+from .wrap import wrapped
 
 DOCS = REPOSITORY / "docs"
 # Presets that stand in for measured skins.
@@ -46,7 +47,7 @@ def write_part(name: str, figures: dict, docs: Path = DOCS) -> Path:
 
 
 def render(name: str, figures: dict) -> str:
-    """The part's Markdown, without blank lines at its ends and with one line break after it."""
+    """The part's Markdown with filled paragraphs, no blank lines at its ends and one line break after it."""
     templates = Environment(
         loader=FileSystemLoader(DOCS / "templates"),
         undefined=StrictUndefined,
@@ -56,7 +57,8 @@ def render(name: str, figures: dict) -> str:
     )
     templates.filters.update(named=named, scans_first=scans_first, measured=card.measured)
     templates.globals["card"] = card.read()
-    return templates.get_template(f"{name}.md.j2").render(figures).strip() + "\n"
+    text = templates.get_template(f"{name}.md.j2").render(figures).strip()
+    return wrapped(re.sub(r"\n{3,}", "\n\n", text)) + "\n"
 
 
 def find_region(name: str) -> tuple[Path, str, re.Match]:

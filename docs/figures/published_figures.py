@@ -63,7 +63,7 @@ def spacings() -> dict[str, str]:
     if ratio:
         found["table 1.1"] = (
             f"*Xenopeltis* over *Elaphe* in the scans {ratio['scans']:.3f} ({ratio['turned']:.3f} lit from the other "
-            f"side), in the source {ratio['theirs']:.3f}"
+            f"side), in the thesis {ratio['theirs']:.3f}"
         )
     else:
         found["table 1.1"] = "the scans were not there"
