@@ -27,7 +27,8 @@ def test_paragraphs_and_list_items_are_filled():
 
 def test_tables_formulas_pictures_and_code_keep_their_lines():
     long = "x" * 130
-    kept = f"# {long}\n| {long} |\n| {long} |\n![{long}](a)\n\n```text\n{long} {long}\n- a\n```\n$$ {long} $$\n<!-- {long} -->"
+    fence = f"```text\n{long} {long}\n- a\n```"
+    kept = f"# {long}\n| {long} |\n| {long} |\n![{long}](a)\n\n{fence}\n$$ {long} $$\n<!-- {long} -->"
     assert wrapped(kept) == kept
 
 

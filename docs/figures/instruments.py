@@ -1,7 +1,7 @@
-"""The page `formats`: test files of the library SurfaceTopography, converted, beside the native readers and Gwyddion.
+"""The part `instruments`: test files of the library SurfaceTopography, converted, against native readers and Gwyddion.
 
-It is made only where the environment's `SAMPLES` names their folder, which docs/height-fields.md says how to get. Gwyddion is
-asked where the program is on `PATH`.
+It needs the folder of these files in the environment's `SAMPLES`; docs/height-fields.md says where to get them.
+Gwyddion is compared where the program is on `PATH`.
 """
 
 from __future__ import annotations

@@ -174,7 +174,7 @@ def draw_intensity(path: Path) -> None:
 
 
 def draw_colours(path: Path) -> list[float]:
-    """Figure 1.4: strips of green (above) and white light (below) for each count; returns white's centre, linear sRGB."""
+    """Figure 1.4: strips of green (above) and white light (below) for each count; returns white's centre."""
     weights = wavelengths_nm, rgb = colour_weights()
     line = np.maximum(rgb[np.abs(wavelengths_nm - COLOURED_NM).argmin()], 0)
     count = COLUMNS * PER_COLUMN
