@@ -43,7 +43,6 @@ help:
 	@echo
 	@echo "make docs           build the documentation, target/docs/index.html; make api-docs the Rust API's"
 	@echo "make figures        measure and write the pages of figures in docs/; PAGES=brdf-maps selects pages"
-	@echo "                    (peers also needs PEER=PROGRAM: docs/peers.md)"
 	@echo "make web            build the page for browsers, target/web/; make web-serve serves it on this machine"
 	@echo "make wheel          build the Python package with a plugin for each release of Mitsuba, out/wheel/"
 	@echo
@@ -173,7 +172,7 @@ bench-gpu: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m benches.gpu $(PARTS)
 
-# PAGES selects pages; the default is all. The page peers is skipped unless PEER names the program that it needs.
+# The parts of pages named in PAGES, or all.
 figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m docs.figures $(PAGES)
