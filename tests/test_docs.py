@@ -15,13 +15,20 @@ import doc_pages
 import needs
 import pytest
 import run_page
+import yaml
 from doc_pages import PACKAGE_PAGES, PAGES, REPOSITORY, SITE_PAGES
+
+from docs.figures.wrap import COLUMNS
 
 TOOL = REPOSITORY / "target" / "release"
 # Blocks that are shown and not run: output, and directives of the site.
 SHOWN = {"text", "{toctree}"}
 # Subcommands and options that draw on a GPU, or on its software adapter.
 NEEDS_ADAPTER = re.compile(r"sunbeam (adapter|render|view)\b|--backend gpu")
+# Imports of a room from one below it: the weights of wavelengths belong in `colour`.
+AGAINST_THE_ORDER = {("energy", "lobe")}
+# Files that pages name and a command writes.
+WRITTEN_LATER = {"docs/data/gpu.json"}
 EXAMPLES = sorted((REPOSITORY / "examples").glob("*.py"))
 
 
@@ -156,10 +163,53 @@ def test_links_lead_somewhere(page):
     assert not broken, "\n".join(broken)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_lines_of_prose_end_at_120_columns(page):
+    long = [f"{number}: {line}" for number, line in doc_pages.split(page)[1] if len(line) > COLUMNS]
+    # Tables, pictures, headings and addresses have no place for a line break.
+    assert [line for line in long if not re.match(r"\d+: (\||!\[|#|\S{100})", line)] == []
+
+
 @pytest.mark.parametrize("page", PACKAGE_PAGES, ids=name)
 def test_a_package_s_page_stands_alone(page):
     relative = [f"line {number}: {target}" for number, target in doc_pages.links(page) if ":" not in target]
     assert not relative, f"{page} links to what its readers do not have: {relative}"
+
+
+@pytest.mark.parametrize("page", ["architecture.md", "contributing.md"])
+def test_named_files_and_folders_exist(page):
+    """Paths in backquotes that begin with a folder of the repository; `NAME` and `*` stand for any name."""
+    folders = {path.name for path in REPOSITORY.iterdir() if path.is_dir()} - {"out", "target"}
+    prose = "\n".join(line for _, line in doc_pages.split(REPOSITORY / "docs" / page)[1])
+    named = [path for path in re.findall(r"`([^`\s]+/[^`\s]*)`", prose) if path.split("/")[0] in folders]
+    assert len(named) > 20
+    missing = [path for path in named if not any(REPOSITORY.glob(path.rstrip("/").replace("NAME", "*")))]
+    assert set(missing) <= WRITTEN_LATER, f"{page} names what is not there: {missing}"
+
+
+def test_rooms_depend_on_rooms_above_them():
+    """The table of rooms in architecture.md against the imports of the sources, comments left aside."""
+    page = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `src/(\w+)/` \| [^|]* \| ([^|]*) ?\|$", page, re.M)
+    rooms = [room for room, _ in rows]
+    assert set(rooms) == {path.name for path in (REPOSITORY / "src").iterdir() if path.is_dir()}
+    for place, (room, cell) in enumerate(rows):
+        said = set(re.findall(r"`(\w+)`", cell)) - {"height_field"}
+        used = set()
+        for file in (REPOSITORY / "src" / room).rglob("*.rs"):
+            code = re.sub(r"//.*", "", file.read_text(encoding="utf-8"))
+            used |= {name for name in re.findall(r"\bcrate::(\w+)", code) if name in rooms and name != room}
+        used = {name for name in used if (room, name) not in AGAINST_THE_ORDER}
+        assert used == said, f"src/{room}: the page says {sorted(said)}, the sources {sorted(used)}"
+        assert said <= set(rooms[:place]), f"src/{room} depends on a room below it"
+
+
+def test_the_citation_has_the_version_of_the_crate():
+    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
+    crate = re.search(r'^version = "(.*)"', (REPOSITORY / "Cargo.toml").read_text(encoding="utf-8"), re.M)[1]
+    assert citation["version"] == crate
+    assert {"cff-version", "message", "title", "authors"} <= set(citation), "a field that the format demands is missing"
+    assert all({"type", "title", "authors"} <= set(reference) for reference in citation["references"])
 
 
 def test_site_builds(tmp_path):

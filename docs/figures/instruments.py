@@ -1,7 +1,7 @@
-"""The page `formats`: test files of the library SurfaceTopography, converted, beside the native readers and Gwyddion.
+"""The part `instruments`: test files of the library SurfaceTopography, converted, against native readers and Gwyddion.
 
-It is made only where the environment's `SAMPLES` names their folder, which docs/formats.md says how to get. Gwyddion is
-asked where the program is on `PATH`.
+It needs the folder of these files in the environment's `SAMPLES`; docs/height-fields.md says where to get them.
+Gwyddion is compared where the program is on `PATH`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import insist
 
-PAGE = "formats"
+PAGE = "instruments"
 # Formats that the native readers read, with an extension that they know them by.
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
 # Text, whose headers are without number: the native readers refuse what they do not know, and Gwyddion asks for sizes.
@@ -48,7 +48,7 @@ def figures() -> dict | None:
     """Converts all files; `None`, with one line printed, where there is no `SAMPLES`."""
     folder = os.environ.get("SAMPLES")
     if not folder:
-        print(f"{PAGE}: left as it is, since SAMPLES names no folder (docs/{PAGE}.md says which)", flush=True)
+        print(f"{PAGE}: left as it is, since SAMPLES names no folder (docs/height-fields.md says which)", flush=True)
         return None
     files = sorted(path for path in Path(folder).iterdir() if path.is_file())
     if not files:
