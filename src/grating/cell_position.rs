@@ -23,7 +23,7 @@ pub(super) struct CellPosition<N: Numbers> {
 impl<N: Numbers> CellPosition<N> {
     /// Position of the wave with these `t` and `a`.
     #[inline(always)]
-    pub fn new(t: N::Double, a: N::Double) -> Self {
+    pub(super) fn new(t: N::Double, a: N::Double) -> Self {
         let zero = N::Double::lit(0.0);
         let sums = [t - a, t + a];
         let propagates = zero.lt(sums[0]) & zero.lt(sums[1]);
@@ -39,7 +39,7 @@ impl<N: Numbers> CellPosition<N> {
 
     /// Number of order `m` among the orders of the cell, and whether it propagates; number 0 where it does not.
     #[inline(always)]
-    pub fn outgoing(&self, m: N::Double) -> (N::Index, N::Mask) {
+    pub(super) fn outgoing(&self, m: N::Double) -> (N::Index, N::Mask) {
         let number = N::widen(N::real(self.incident)) + m;
         let propagates = N::Double::lit(0.0).le(number) & number.le(N::widen(N::real(self.cell)));
         let index = N::index_of_double(number.max(N::Double::lit(0.0)));

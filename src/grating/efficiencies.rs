@@ -84,7 +84,7 @@ impl<N: Numbers> EfficiencyView<N> {
 
     /// The eight nodes around a position and a wavelength in nm, each with its weight in trilinear interpolation.
     #[inline(always)]
-    pub fn weighted_nodes(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> [(Node<N>, N::Real); 8] {
+    pub(super) fn weighted_nodes(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> [(Node<N>, N::Real); 8] {
         let one = N::Real::lit(1.0);
         let (nodes, fractions) = self.nodes(position, nm, active);
         let [p, q, to_longer] = fractions.map(|x| [one - x, x]);
@@ -93,7 +93,7 @@ impl<N: Numbers> EfficiencyView<N> {
 
     /// Rows of the incident order at a position, for a wavelength in nm.
     #[inline(always)]
-    pub fn row(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> Row<N> {
+    pub(super) fn row(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> Row<N> {
         let index = N::Index::lit;
         let (nodes, fractions) = self.nodes(position, nm, active);
         let cell = position.cell.min(index(self.layout.cells - 1));
@@ -108,13 +108,13 @@ impl<N: Numbers> EfficiencyView<N> {
 
     /// Sum of all efficiencies of the row: the entry after the last order's.
     #[inline(always)]
-    pub fn row_total(&self, row: &Row<N>, position: &CellPosition<N>, active: N::Mask) -> N::Real {
+    pub(super) fn row_total(&self, row: &Row<N>, position: &CellPosition<N>, active: N::Mask) -> N::Real {
         self.entry(row, position.cell + N::Index::lit(1), active)
     }
 
     /// Efficiency of an order, by its number among the cell's orders ([`CellPosition::outgoing`]).
     #[inline(always)]
-    pub fn entry(&self, row: &Row<N>, number: N::Index, active: N::Mask) -> N::Real {
+    pub(super) fn entry(&self, row: &Row<N>, number: N::Index, active: N::Mask) -> N::Real {
         let [p, q, to_longer] = row.fractions;
         let [shorter, longer] = row.offsets.map(|corners| {
             let [a, b, c, d] = corners.map(|offset| self.half_word(offset + number, active));

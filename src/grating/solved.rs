@@ -51,7 +51,7 @@ impl Meshes {
     ///
     /// # Errors
     /// More nodes than the solver accepts.
-    pub fn new(profile: &Profile, resolution: Resolution) -> Result<Self, GratingError> {
+    pub(super) fn new(profile: &Profile, resolution: Resolution) -> Result<Self, GratingError> {
         let first = Discretisation::new(profile, resolution)?;
         Ok(Self { profile: profile.clone(), resolution, first, finer: [const { OnceLock::new() }; DOUBLINGS] })
     }
@@ -79,7 +79,7 @@ pub(super) struct Solved<'a> {
 impl<'a> Solved<'a> {
     /// A profile in air above a medium of this index, `None` for a perfect conductor. A metal's response is tabulated
     /// at `wavelengths_nm`; other wavelengths are solved without tables.
-    pub fn new(
+    pub(super) fn new(
         meshes: &'a Meshes,
         index: Option<&'a SpectralIndex>,
         wavelengths_nm: &[f64],
@@ -144,7 +144,7 @@ impl<'a> Solved<'a> {
     ///
     /// # Errors
     /// A point that cannot be solved accurately enough.
-    pub fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<JonesShape>>, GratingError> {
+    pub(super) fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<JonesShape>>, GratingError> {
         self.at_wavelengths(t, b, wavelengths_nm, |amplitudes, ky_squared_ratio| {
             let orders = amplitudes.orders();
             let pairs = orders.iter().flat_map(|&incident| orders.iter().map(move |&outgoing| (outgoing, incident)));

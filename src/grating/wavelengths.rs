@@ -36,7 +36,7 @@ impl Spacing {
     ///
     /// # Errors
     /// A test point that cannot be solved.
-    pub fn choose(period_um: f64, orders: &impl OrderSolver, tolerance: f64) -> Result<Self, GratingError> {
+    pub(super) fn choose(period_um: f64, orders: &impl OrderSolver, tolerance: f64) -> Result<Self, GratingError> {
         let [coarser @ .., finest] = &STEPS_NM;
         let mut step_nm = *finest;
         for &step in coarser {

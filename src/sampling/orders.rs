@@ -1,8 +1,10 @@
-//! Orders drawn one by one by what each of them reflects; for surfaces of few orders.
+//! Sampler order by order, for surfaces of few orders (symbols: `mod.rs`).
 //!
-//! The weight of the order `j` is `P_j(κ_j)·O·cosθi·cosθo/cosθo` in the direction of its middle, times the part of its Gaussian
-//! that is above the horizon. All orders that may propagate are gone through, by density and by sample.
+//! Every order that may propagate has a weight: the power `P·O` that it takes, in the direction of its centre, times
+//! the fraction of its Gaussian above the horizon. A sample chooses an order by weight and then a point of its
+//! Gaussian; a density sums the weights of all orders.
 
+use super::{BELOW_ONE, direction_above};
 use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Obliquity;
@@ -10,47 +12,51 @@ use crate::table::{KernelKind, LatticeAxis, NodeCurve, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Intervals in κ between which powers are linear, at least and at most.
-const INTERVALS: (usize, usize) = (32, 128);
-/// Places in an interval where its powers are read.
-const POINTS: usize = 8;
-/// How far beyond the horizon orders are drawn from, in standard deviations. At two, weights reach 8000.
+/// Least number of intervals in κ between which powers are linear.
+const INTERVALS_MIN: usize = 32;
+/// Most intervals in κ: half a kilobyte an order.
+const INTERVALS_MAX: usize = 128;
+/// Points of an interval at which its powers are read.
+const POINTS_PER_INTERVAL: usize = 8;
+/// Standard deviations beyond the horizon up to which orders are drawn. At 2 instead of 5, weights reach 8000.
 const REACH: f64 = 5.0;
-/// How wide the step is that an order takes as it crosses the horizon: the square of a width of cos²θ in standard deviations of the
-/// order. It is algebraic, since there are many orders to go through.
-const ROUNDING: f64 = 12.0;
-/// cos²θ of what an order across the horizon has above it, in standard deviations of the order.
-const HEIGHT: f64 = 0.25;
+/// Square of the width of an order's transition through the horizon, in cos²θ, over the variance of the order. The
+/// transition is algebraic, since it is evaluated for every order.
+const TRANSITION: f64 = 12.0;
+/// Least cos²θ of an order's visible part, in standard deviations of the order: that of an order which straddles the
+/// horizon.
+const COS_SQUARED_MIN: f64 = 0.25;
+/// Least outgoing cosine that Stam's factor is divided by.
 const COS_MIN: f64 = 1e-4;
-/// Power of an order below which it is not drawn. Much smaller numbers slow processors down.
+/// Least power of an order that is drawn. Chosen: far above subnormal numbers, which slow processors down.
 const POWER_MIN: f64 = 1e-15;
-/// Standard deviations from an order within which it is drawn: a normal quantile ends at 5.4.
+/// Standard deviations around an order within which its samples lie: [`normal_quantile`] ends at 5.4.
 const NEAR: f64 = 5.5;
 
-/// Where the words of orders have what, in plain numbers.
+/// Layout of the powers of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrdersLayout {
-    /// Along x and y.
+    /// The lattice along x and y.
     pub axes: [OrdersAxis; 2],
-    /// Intervals in κ. A word has the powers at both ends of one, the lower half first, each as the upper half of a number of
-    /// single precision, `[order along y][order along x][interval]`.
+    /// Number of intervals in κ. The data are `[order along y][order along x][interval]`, a word each: the powers at
+    /// both ends of the interval, lower end in the lower half, as the upper 16 bits of single-precision numbers.
     pub intervals: u32,
-    /// Intervals of the records for each rad/µm of κ.
+    /// Intervals per rad/µm of κ.
     pub intervals_per_kappa: f64,
-    /// The obliquity factor that weighs orders.
+    /// Obliquity factor of the weights.
     pub obliquity: Obliquity,
 }
 
 /// One axis of the lattice of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrdersAxis {
-    /// The period along the axis, in µm.
+    /// Period along the axis in µm.
     pub period_um: f64,
-    /// Number of the order at the origin, counted from the first.
+    /// Index of order 0.
     pub origin: u32,
-    /// Orders along the axis.
+    /// Number of orders along the axis.
     pub nodes: u32,
-    /// Standard deviation of an order's Gaussian in nodes.
+    /// Standard deviation of an order's Gaussian, in orders.
     pub sigma: f64,
 }
 
@@ -59,24 +65,26 @@ impl OrdersAxis {
         Self { period_um: axis.period_um, origin: axis.reach as u32, nodes: axis.nodes() as u32, sigma }
     }
 
-    /// Most orders that are gone through at a wavelength.
+    /// Largest number of orders that a query at a wavelength visits.
     pub(super) fn propagating(&self, wavelength_um: f64) -> f64 {
         (2.0 * self.period_um / wavelength_um + 2.0 * REACH * self.sigma + 1.0).min(f64::from(self.nodes))
     }
 }
 
+/// Both axes of a table's lattice.
 pub(super) fn axes(table: &SpectralTable) -> [OrdersAxis; 2] {
     let (lattice, (sx, sy)) = (table.lattice(), table.power_sigma());
     [OrdersAxis::new(&lattice.x, sx), OrdersAxis::new(&lattice.y, sy)]
 }
 
-/// The layout and the words of a table's orders.
+/// Builds layout and data from a table.
 pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayout, Vec<u32>) {
     let axes = axes(table);
-    let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS.0, INTERVALS.1);
+    let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
     let step = table.kappa_max() / intervals as f64;
+    let points = POINTS_PER_INTERVAL;
     let curves: Vec<NodeCurve> =
-        (0..intervals * POINTS).map(|i| NodeCurve::new(table, (i as f64 + 0.5) / POINTS as f64 * step)).collect();
+        (0..intervals * points).map(|i| NodeCurve::new(table, (i as f64 + 0.5) / points as f64 * step)).collect();
     let mut words = vec![0u32; intervals * (axes[0].nodes * axes[1].nodes) as usize];
     for (jx, jy, record) in table.kept_nodes() {
         let f = [jx as f64 / axes[0].period_um, jy as f64 / axes[1].period_um];
@@ -88,13 +96,13 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
             KernelKind::Amplitude => curve.amplitude(record).norm_sqr(),
         };
         let powers: Vec<f64> = curves.iter().map(power).collect();
-        // Means about each end of an interval, over as much as an interval to either side.
+        // The power at an end of an interval is a mean with tent weights over the intervals on both sides.
         let ends: Vec<f64> = (0..=intervals)
             .map(|end| {
                 let (mut sum, mut weights) = (0.0, 0.0);
-                let middle = end * POINTS;
-                for (i, power) in powers.iter().enumerate().take(middle + POINTS).skip(middle.saturating_sub(POINTS)) {
-                    let weight = 1.0 - ((i as f64 + 0.5 - middle as f64) / POINTS as f64).abs();
+                let middle = end * points;
+                for (i, power) in powers.iter().enumerate().take(middle + points).skip(middle.saturating_sub(points)) {
+                    let weight = 1.0 - ((i as f64 + 0.5 - middle as f64) / points as f64).abs();
                     sum += weight * power;
                     weights += weight;
                 }
@@ -112,77 +120,83 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
     (OrdersLayout { axes, intervals: intervals as u32, intervals_per_kappa, obliquity }, words)
 }
 
-/// Orders to be read by one family of numbers.
+/// The sampler over one family of numbers.
 #[derive(Clone, Copy)]
 pub(super) struct OrdersView<N: Numbers> {
     pub layout: OrdersLayout,
     pub words: N::Words,
 }
 
-/// What does not depend on the order.
+/// Quantities of an incidence and wavelength that all orders share, and the range of orders to visit.
 #[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
     wi: [N::Real; 3],
-    per_um: N::Real,
-    /// Direction cosines per order.
+    /// 1/λ in 1/µm.
+    wavenumber: N::Real,
+    /// Direction cosines per order, along x and y.
     step: [N::Real; 2],
-    /// [`ROUNDING`] and [`HEIGHT`] by the variance and the standard deviation of an order in direction cosines.
-    rounding: N::Real,
-    least_squared: N::Real,
-    /// Orders gone through, counted from the first; along either axis from the one to before the other.
+    /// [`TRANSITION`] times the variance of an order in direction cosines.
+    transition: N::Real,
+    /// [`COS_SQUARED_MIN`] times the standard deviation of an order in direction cosines.
+    cos_squared_min: N::Real,
+    /// Indices of the first orders along x and y.
     low: [N::Index; 2],
+    /// Indices after the last orders along x and y.
     high: [N::Index; 2],
 }
 
 impl<N: Numbers> OrdersView<N> {
     /// See [`super::SamplerView::pdf`].
     #[inline(always)]
-    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
+    pub(super) fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, wavelength_nm);
+        let incidence = self.incidence(wi, wavelength_nm);
         let nm = N::widen(wavelength_nm);
-        // The whole and the fractional part of the position, so that distances from orders keep their digits.
-        let position = [0, 1].map(|i| {
+        // Frequency of the pair in orders, as integer and fractional part: single precision then resolves the distance
+        // from an order of any index.
+        let frequency = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let f = (N::widen(wi[i]) + N::widen(wo[i])) / nm;
-            let position = f * N::Double::lit(1e3 * axis.period_um);
-            let whole = position.floor();
-            (N::narrow(whole), N::narrow(position - whole))
+            let orders = f * N::Double::lit(1e3 * axis.period_um);
+            let whole = orders.floor();
+            (N::narrow(whole), N::narrow(orders - whole))
         });
-        let all = (at.low, lit(0.0));
         let (_, total) = N::while_loop(
             c"Sum over orders",
-            all,
-            |(j, _)| at.more(j, active),
-            |(j, total)| (at.next(j), total + self.weight(&at, j, self.about_origin(j), at.more(j, active))),
+            (incidence.low, lit(0.0)),
+            |(j, _)| incidence.has(j, active),
+            |(j, total)| {
+                let weight = self.weight(&incidence, j, self.order(j), incidence.has(j, active));
+                (incidence.next(j), total + weight)
+            },
         );
-        let near = at.near(&self.layout.axes, position);
-        let (_, hit) = N::while_loop(
+        let near = incidence.near(&self.layout.axes, frequency);
+        let (_, sum) = N::while_loop(
             c"Density of orders",
             (near.low, lit(0.0)),
-            |(j, _)| near.more(j, active),
-            |(j, hit)| {
-                let from = self.about_origin(j);
-                let weight = self.weight(&near, j, from, near.more(j, active));
+            |(j, _)| near.has(j, active),
+            |(j, sum)| {
+                let order = self.order(j);
+                let weight = self.weight(&near, j, order, near.has(j, active));
                 let squared = [0, 1].map(|i| {
-                    let (whole, fraction) = position[i];
-                    let t = ((whole - from[i]) + fraction) * lit(1.0 / self.layout.axes[i].sigma);
+                    let (whole, fraction) = frequency[i];
+                    let t = ((whole - order[i]) + fraction) * lit(1.0 / self.layout.axes[i].sigma);
                     t * t
                 });
                 let exponent = (squared[0] + squared[1]) * lit(-0.5 * LOG2_E);
-                (near.next(j), weight.fma(exponent.exp2(), hit))
+                (near.next(j), weight.fma(exponent.exp2(), sum))
             },
         );
         let [x, y] = &self.layout.axes;
         let norm = 1e6 * x.period_um * y.period_um / (TAU * x.sigma * y.sigma);
-        let some = lit(0.0).lt(total) & active;
+        let is_lit = lit(0.0).lt(total) & active;
         let per_area = lit(norm) / (wavelength_nm * wavelength_nm);
-        N::Real::select(some, wo[2] * per_area * hit / N::Real::select(some, total, lit(1.0)), lit(0.0))
+        N::Real::select(is_lit, wo[2] * per_area * sum / N::Real::select(is_lit, total, lit(1.0)), lit(0.0))
     }
 
     /// See [`super::SamplerView::sample`].
     #[inline(always)]
-    pub fn sample(
+    pub(super) fn sample(
         &self,
         wi: [N::Real; 3],
         wavelength_nm: N::Real,
@@ -190,116 +204,122 @@ impl<N: Numbers> OrdersView<N> {
         active: N::Mask,
     ) -> [N::Real; 3] {
         let lit = N::Real::lit;
-        let at = self.incidence(wi, wavelength_nm);
-        // Each order takes the place of what was chosen before it by its share in all up to it. That takes one pass, and
-        // what is left of the random number is in [0, 1) always.
-        let start = (at.low, at.low, [lit(0.0), u]);
+        let incidence = self.incidence(wi, wavelength_nm);
+        // Reservoir sampling in one pass: each order replaces the chosen one with the probability of its weight over
+        // the sum so far. The random number is rescaled to [0, 1) after each decision.
+        let start = (incidence.low, incidence.low, [lit(0.0), u]);
         let (_, chosen, [total, u]) = N::while_loop(
             c"Choice of an order",
             start,
-            |(j, _, _)| at.more(j, active),
+            |(j, _, _)| incidence.has(j, active),
             |(j, chosen, [total, u])| {
-                let weight = self.weight(&at, j, self.about_origin(j), at.more(j, active));
+                let weight = self.weight(&incidence, j, self.order(j), incidence.has(j, active));
                 let sum = total + weight;
-                let place = u * sum;
-                let taken = place.lt(weight);
-                // An order of little weight moves the number by little, so that rounding does not add up.
-                let of = N::Real::select(taken, weight, total);
-                let part = N::Real::select(taken, place, (lit(1.0) - u) * weight);
-                let quotient = part / N::Real::select(lit(0.0).lt(of), of, lit(1.0));
-                let u = N::Real::select(taken, quotient, u - quotient).clip(lit(0.0), lit(super::BELOW_ONE));
-                let chosen = [0, 1].map(|i| N::Index::select(taken, j[i], chosen[i]));
-                (at.next(j), chosen, [sum, u])
+                let target = u * sum;
+                let is_taken = target.lt(weight);
+                // The difference to the old number is computed, so that orders of little weight add little rounding.
+                let divisor = N::Real::select(is_taken, weight, total);
+                let dividend = N::Real::select(is_taken, target, (lit(1.0) - u) * weight);
+                let quotient = dividend / N::Real::select(lit(0.0).lt(divisor), divisor, lit(1.0));
+                let u = N::Real::select(is_taken, quotient, u - quotient).clip(lit(0.0), lit(BELOW_ONE));
+                let chosen = [0, 1].map(|i| N::Index::select(is_taken, j[i], chosen[i]));
+                (incidence.next(j), chosen, [sum, u])
             },
         );
-        let some = lit(0.0).lt(total) & active;
-        let (from, u) = (self.about_origin(chosen), [u, v]);
+        let is_lit = lit(0.0).lt(total) & active;
+        let (order, u) = (self.order(chosen), [u, v]);
         let nm = N::widen(wavelength_nm);
-        let place = [0, 1].map(|i| {
+        let cosines = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
-            let by = normal_quantile(u[i]) * lit(axis.sigma);
-            let position = (N::widen(from[i]) + N::widen(by)) * N::Double::lit(1e-3 / axis.period_um);
-            N::narrow(position.fma(nm, -N::widen(wi[i])))
+            let offset = normal_quantile(u[i]) * lit(axis.sigma);
+            let frequency = (N::widen(order[i]) + N::widen(offset)) * N::Double::lit(1e-3 / axis.period_um);
+            N::narrow(frequency.fma(nm, -N::widen(wi[i])))
         });
-        super::direction_above::<N>(place, some)
+        direction_above::<N>(cosines, is_lit)
     }
 
+    /// Prepares an incidence and wavelength.
     #[inline(always)]
     fn incidence(&self, wi: [N::Real; 3], wavelength_nm: N::Real) -> Incidence<N> {
         let lit = N::Real::lit;
         let [x, y] = &self.layout.axes;
-        let per_um = lit(1e3) / wavelength_nm;
+        let wavenumber = lit(1e3) / wavelength_nm;
         let um = wavelength_nm * lit(1e-3);
-        let edge = |i: usize, q: f64, by: f64| {
+        // Index of the first order from the frequency `(wi + cosine)/λ` on, and `sigmas` standard deviations.
+        let edge = |i: usize, cosine: f64, sigmas: f64| {
             let axis = &self.layout.axes[i];
-            let place =
-                ((wi[i] + lit(q)) * per_um).fma(lit(axis.period_um), lit(f64::from(axis.origin) + by * axis.sigma));
-            place.ceil().clip(lit(0.0), lit(f64::from(axis.nodes)))
+            let index = ((wi[i] + lit(cosine)) * wavenumber)
+                .fma(lit(axis.period_um), lit(f64::from(axis.origin) + sigmas * axis.sigma));
+            index.ceil().clip(lit(0.0), lit(f64::from(axis.nodes)))
         };
         let low = [0, 1].map(|i| edge(i, -1.0, -REACH));
         let high = [0, 1].map(|i| edge(i, 1.0, REACH));
-        // Nothing at all, where one axis has nothing.
-        let any = low[0].lt(high[0]) & low[1].lt(high[1]);
-        let high = [high[0], N::Real::select(any, high[1], low[1])];
+        // An empty range along either axis empties both.
+        let has_any = low[0].lt(high[0]) & low[1].lt(high[1]);
+        let high = [high[0], N::Real::select(has_any, high[1], low[1])];
         let sigma = um * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
         Incidence {
             wi,
-            per_um,
+            wavenumber,
             step: [um * lit(1.0 / x.period_um), um * lit(1.0 / y.period_um)],
-            rounding: lit(ROUNDING) * sigma * sigma,
-            least_squared: lit(HEIGHT) * sigma,
+            transition: lit(TRANSITION) * sigma * sigma,
+            cos_squared_min: lit(COS_SQUARED_MIN) * sigma,
             low: low.map(N::index),
             high: high.map(N::index),
         }
     }
 
+    /// Order along x and y, from its indices.
     #[inline(always)]
-    fn about_origin(&self, j: [N::Index; 2]) -> [N::Real; 2] {
+    fn order(&self, j: [N::Index; 2]) -> [N::Real; 2] {
         [0, 1].map(|i| N::real(j[i]) - N::Real::lit(f64::from(self.layout.axes[i].origin)))
     }
 
-    /// The weight of an order.
+    /// Weight of an order with the indices `j`; not normalised.
     #[inline(always)]
-    fn weight(&self, at: &Incidence<N>, j: [N::Index; 2], from: [N::Real; 2], active: N::Mask) -> N::Real {
+    fn weight(&self, at: &Incidence<N>, j: [N::Index; 2], order: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
-        let [ax, ay] = [0, 1].map(|i| from[i] * at.step[i]);
-        let (x, y) = (ax - at.wi[0], ay - at.wi[1]);
-        // cos²θo of the order's middle.
-        let squared = lit(1.0) - x * x - y * y;
-        // The part beyond the horizon of an order above it, and the other way round: `(1 − s/√(s² + r))/2` without cancellation.
-        let root = squared.fma(squared, at.rounding).sqrt();
-        let least = lit(0.5) * at.rounding / (root * (root + squared.abs()));
-        let share = N::Real::select(lit(0.0).lt(squared), lit(1.0) - least, least);
-        let part = share * share * (lit(3.0) - share - share);
-        let cos_o = squared.max(at.least_squared).sqrt();
+        let [u, v] = [0, 1].map(|i| order[i] * at.step[i]);
+        let (x, y) = (u - at.wi[0], v - at.wi[1]);
+        // cos²θo of the order's centre, negative beyond the horizon.
+        let cos_squared = lit(1.0) - x * x - y * y;
+        // Fraction above the horizon: (1 + s/√(s² + r))/2 for s = cos²θ and r the transition, made steeper by a
+        // smoothstep. The smaller of the fractions above and below is computed without cancellation.
+        let root = cos_squared.fma(cos_squared, at.transition).sqrt();
+        let smaller = lit(0.5) * at.transition / (root * (root + cos_squared.abs()));
+        let fraction = N::Real::select(lit(0.0).lt(cos_squared), lit(1.0) - smaller, smaller);
+        let visible = fraction * fraction * (lit(3.0) - fraction - fraction);
+        let cos_o = cos_squared.max(at.cos_squared_min).sqrt();
         let w = at.wi[2] + cos_o;
-        let place = w * at.per_um * lit(TAU * self.layout.intervals_per_kappa);
-        let interval = place.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
+        let kappa = w * at.wavenumber * lit(TAU * self.layout.intervals_per_kappa);
+        let interval = kappa.floor().clip(lit(0.0), lit(f64::from(self.layout.intervals) - 1.0));
         let row = j[1] * N::Index::lit(self.layout.axes[0].nodes) + j[0];
         let index = row * N::Index::lit(self.layout.intervals) + N::index(interval);
         let [word] = N::gather::<1>(self.words, index, active);
         let [low, high] = bf16_pair::<N>(word);
-        let t = (place - interval).clip(lit(0.0), lit(1.0));
-        let power = (high - low).fma(t, low) * part;
+        let t = (kappa - interval).clip(lit(0.0), lit(1.0));
+        let power = (high - low).fma(t, low) * visible;
         match self.layout.obliquity {
             Obliquity::Unit | Obliquity::SmallSlope => power,
             Obliquity::Stam => {
                 let w_squared = w * w;
-                let sum = ax * ax + ay * ay + w_squared;
-                power * sum * sum / (w_squared * cos_o.max(lit(COS_MIN)))
+                let q_squared = u * u + v * v + w_squared;
+                power * q_squared * q_squared / (w_squared * cos_o.max(lit(COS_MIN)))
             }
         }
     }
 }
 
 impl<N: Numbers> Incidence<N> {
-    /// The same with those orders alone that are drawn at a position, which is a whole number and a fraction along each axis.
+    /// The incidence with its range cut to the orders whose Gaussians reach a frequency, given in orders as integer and
+    /// fractional part along x and y.
     #[inline(always)]
-    fn near(&self, axes: &[OrdersAxis; 2], position: [(N::Real, N::Real); 2]) -> Self {
+    fn near(&self, axes: &[OrdersAxis; 2], frequency: [(N::Real, N::Real); 2]) -> Self {
         let lit = N::Real::lit;
-        let edge = |i: usize, by: f64| {
-            let place = position[i].0 + (position[i].1 + lit(by)).ceil() + lit(f64::from(axes[i].origin));
-            N::index(place.clip(lit(0.0), lit(f64::from(axes[i].nodes))))
+        let edge = |i: usize, distance: f64| {
+            let (whole, fraction) = frequency[i];
+            let index = whole + (fraction + lit(distance)).ceil() + lit(f64::from(axes[i].origin));
+            N::index(index.clip(lit(0.0), lit(f64::from(axes[i].nodes))))
         };
         let low = [0, 1].map(|i| self.low[i].max(edge(i, -NEAR * axes[i].sigma)));
         let high = [0, 1].map(|i| self.high[i].min(edge(i, NEAR * axes[i].sigma)));
@@ -307,17 +327,17 @@ impl<N: Numbers> Incidence<N> {
         Self { low, high, ..*self }
     }
 
-    /// Whether an order is among those gone through.
+    /// Whether the range has the order with the indices `j`, in the sequence of [`Incidence::next`].
     #[inline(always)]
-    fn more(&self, j: [N::Index; 2], active: N::Mask) -> N::Mask {
+    fn has(&self, j: [N::Index; 2], active: N::Mask) -> N::Mask {
         j[1].lt(self.high[1]) & active
     }
 
-    /// The next order: row by row.
+    /// Indices of the next order, row by row.
     #[inline(always)]
     fn next(&self, [x, y]: [N::Index; 2]) -> [N::Index; 2] {
         let one = N::Index::lit(1);
-        let within = (x + one).lt(self.high[0]);
-        [N::Index::select(within, x + one, self.low[0]), N::Index::select(within, y, y + one)]
+        let is_within_row = (x + one).lt(self.high[0]);
+        [N::Index::select(is_within_row, x + one, self.low[0]), N::Index::select(is_within_row, y, y + one)]
     }
 }
