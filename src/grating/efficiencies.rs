@@ -84,7 +84,12 @@ impl<N: Numbers> EfficiencyView<N> {
 
     /// The eight nodes around a position and a wavelength in nm, each with its weight in trilinear interpolation.
     #[inline(always)]
-    pub(super) fn weighted_nodes(&self, position: &CellPosition<N>, nm: N::Real, active: N::Mask) -> [(Node<N>, N::Real); 8] {
+    pub(super) fn weighted_nodes(
+        &self,
+        position: &CellPosition<N>,
+        nm: N::Real,
+        active: N::Mask,
+    ) -> [(Node<N>, N::Real); 8] {
         let one = N::Real::lit(1.0);
         let (nodes, fractions) = self.nodes(position, nm, active);
         let [p, q, to_longer] = fractions.map(|x| [one - x, x]);
