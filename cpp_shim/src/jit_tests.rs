@@ -1,4 +1,4 @@
-//! What tests of tracing need beside `jit`.
+//! Functions of Dr.Jit that the tests of tracing need beside `jit`.
 
 pub use ffi::*;
 

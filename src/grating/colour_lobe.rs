@@ -14,7 +14,7 @@ use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, PROPOSED, TAU_SCALE
 use super::efficiencies::EfficiencyView;
 use super::lobe::{GratingLayout, REACH};
 use super::polarisation::JonesView;
-use crate::lobe::{Gamut, LinearSrgb, Lobe, are_above, desaturated, luminance, mixture_density, sample_mixture};
+use crate::lobe::{Gamut, InColour, are_above, luminance};
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Number, Numbers, Real};
 use crate::sampling::{BELOW_ONE, TYPICAL_WAVELENGTH_UM};
@@ -37,7 +37,8 @@ struct OrderColour<'a, N: Numbers> {
     colour: [N::Real; 3],
 }
 
-/// The lobe of a [`GratingColourSurface`](super::GratingColourSurface) over its table data (see [`Lobe`]). The
+/// The lobe of a [`GratingColourSurface`](super::GratingColourSurface) over its table data (see
+/// [`Lobe`](crate::lobe::Lobe)). The
 /// material's reflectance is included.
 #[derive(Clone, Copy)]
 pub struct GratingColourLobe<N: Numbers> {
@@ -139,7 +140,65 @@ impl<N: Numbers> GratingColourLobe<N> {
         sum.map(|value| N::Real::select(active, value * scale, zero))
     }
 
-    /// Density of [`GratingColourLobe::draw`] in 1/sr.
+    /// The line of a pair of directions.
+    #[inline(always)]
+    fn line(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Line<N> {
+        let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
+        let q = [0, 1].map(|c| N::narrow(N::widen(wi[c]) + N::widen(wo[c])));
+        let length = q[0].fma(q[0], q[1] * q[1]).sqrt();
+        let is_mirror = length.lt(real(LENGTH_MIN));
+        let inverse = one / length.max(real(LENGTH_MIN));
+        let direction =
+            [N::Real::select(is_mirror, one, q[0] * inverse), N::Real::select(is_mirror, zero, q[1] * inverse)];
+        let (spacing, sigma) = (1.0 / self.layout.period_um, self.layout.sigma_per_um);
+        // Orders with m·spacing·|u|/ρ in [ν_min·ρ − REACH·σ, ν_max·ρ + REACH·σ].
+        let per_order = (direction[0].abs() * real(spacing)).max(real(LENGTH_MIN));
+        let reach = real(REACH * sigma);
+        let most = real(f64::from(self.tables.orders));
+        let low = (length * real(NU_MIDDLE - NU_HALF) - reach) / per_order;
+        let high = (length * real(NU_MIDDLE + NU_HALF) + reach) / per_order;
+        Line {
+            length,
+            direction,
+            spacing,
+            sigma,
+            first: low.ceil().clip(-most, most + one),
+            last: high.floor().clip(-most - one, most),
+            sign: N::Real::select(direction[0].lt(zero), -one, one),
+        }
+    }
+
+    /// `∫ weight(1/ν) exp(−(ν − nu)²/2τ²) dν` for the three channels.
+    #[inline(always)]
+    fn weights(&self, nu: N::Real, tau: N::Real, active: N::Mask) -> [N::Real; 3] {
+        let real = N::Real::lit;
+        let centre = (nu - real(NU_MIDDLE)) / tau.fma(real(REACH), real(NU_HALF));
+        let width = tau / (tau + real(TAU_SCALE));
+        let is_met = active & centre.abs().lt(real(1.0));
+        let weights = self.tables.weights::<N>(self.words[1], width, (centre + real(1.0)) * real(0.5), is_met);
+        weights.map(|weight| N::Real::select(is_met, weight * width, real(0.0)))
+    }
+
+    /// Colour of order 0 between directions whose half difference is (x, y).
+    #[inline(always)]
+    fn order_zero(&self, x: N::Real, y: N::Real, active: N::Mask) -> [N::Real; 3] {
+        let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
+        let of_plane = (one - y * y).max(zero);
+        let in_plane = (one - x * x / of_plane.max(real(1e-12))).max(zero);
+        self.tables.order_zero::<N>(self.words[1], in_plane.sqrt(), of_plane.sqrt(), active)
+    }
+}
+
+impl<N: Numbers> InColour<N> for GratingColourLobe<N> {
+    fn gamut(&self) -> Gamut {
+        self.gamut
+    }
+
+    #[inline(always)]
+    fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        self.sum_orders(wi, wo, active, |order, _| order.colour, |colour, _| colour)
+    }
+
     #[inline(always)]
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
@@ -213,89 +272,6 @@ impl<N: Numbers> GratingColourLobe<N> {
         let z_squared = one - x * x - y * y;
         let is_above = is_drawn & zero.lt(z_squared);
         [x, y, z_squared.max(zero).sqrt()].map(|c| N::Real::select(is_above, c, zero))
-    }
-
-    /// The line of a pair of directions.
-    #[inline(always)]
-    fn line(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Line<N> {
-        let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
-        let q = [0, 1].map(|c| N::narrow(N::widen(wi[c]) + N::widen(wo[c])));
-        let length = q[0].fma(q[0], q[1] * q[1]).sqrt();
-        let is_mirror = length.lt(real(LENGTH_MIN));
-        let inverse = one / length.max(real(LENGTH_MIN));
-        let direction =
-            [N::Real::select(is_mirror, one, q[0] * inverse), N::Real::select(is_mirror, zero, q[1] * inverse)];
-        let (spacing, sigma) = (1.0 / self.layout.period_um, self.layout.sigma_per_um);
-        // Orders with m·spacing·|u|/ρ in [ν_min·ρ − REACH·σ, ν_max·ρ + REACH·σ].
-        let per_order = (direction[0].abs() * real(spacing)).max(real(LENGTH_MIN));
-        let reach = real(REACH * sigma);
-        let most = real(f64::from(self.tables.orders));
-        let low = (length * real(NU_MIDDLE - NU_HALF) - reach) / per_order;
-        let high = (length * real(NU_MIDDLE + NU_HALF) + reach) / per_order;
-        Line {
-            length,
-            direction,
-            spacing,
-            sigma,
-            first: low.ceil().clip(-most, most + one),
-            last: high.floor().clip(-most - one, most),
-            sign: N::Real::select(direction[0].lt(zero), -one, one),
-        }
-    }
-
-    /// `∫ weight(1/ν) exp(−(ν − nu)²/2τ²) dν` for the three channels.
-    #[inline(always)]
-    fn weights(&self, nu: N::Real, tau: N::Real, active: N::Mask) -> [N::Real; 3] {
-        let real = N::Real::lit;
-        let centre = (nu - real(NU_MIDDLE)) / tau.fma(real(REACH), real(NU_HALF));
-        let width = tau / (tau + real(TAU_SCALE));
-        let is_met = active & centre.abs().lt(real(1.0));
-        let weights = self.tables.weights::<N>(self.words[1], width, (centre + real(1.0)) * real(0.5), is_met);
-        weights.map(|weight| N::Real::select(is_met, weight * width, real(0.0)))
-    }
-
-    /// Colour of order 0 between directions whose half difference is (x, y).
-    #[inline(always)]
-    fn order_zero(&self, x: N::Real, y: N::Real, active: N::Mask) -> [N::Real; 3] {
-        let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
-        let of_plane = (one - y * y).max(zero);
-        let in_plane = (one - x * x / of_plane.max(real(1e-12))).max(zero);
-        self.tables.order_zero::<N>(self.words[1], in_plane.sqrt(), of_plane.sqrt(), active)
-    }
-}
-
-impl<N: Numbers> Lobe<N, LinearSrgb> for GratingColourLobe<N> {
-    type Value = [N::Real; 3];
-
-    #[inline(always)]
-    fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> [N::Real; 3] {
-        let colour = self.sum_orders(wi, wo, active, |order, _| order.colour, |colour, _| colour);
-        match self.gamut {
-            Gamut::Keep => colour,
-            Gamut::Desaturate => desaturated(colour),
-        }
-    }
-
-    #[inline(always)]
-    fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> N::Real {
-        let active = active & are_above::<N>(wi, wo);
-        mixture_density::<N, 1>([self.density(wi, wo, active)], active)
-    }
-
-    #[inline(always)]
-    fn eval_pdf(
-        &self,
-        wi: [N::Real; 3],
-        wo: [N::Real; 3],
-        carried: LinearSrgb,
-        active: N::Mask,
-    ) -> ([N::Real; 3], N::Real) {
-        (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
-    }
-
-    #[inline(always)]
-    fn sample(&self, wi: [N::Real; 3], _: LinearSrgb, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        sample_mixture::<N, 1>(wi, u, active, |_, u, active| self.draw(wi, u, active))
     }
 }
 

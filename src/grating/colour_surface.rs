@@ -9,6 +9,21 @@ use crate::scattering::Vec3;
 use serde::{Deserialize, Serialize};
 
 /// A grating of the rigorous theory in linear sRGB, from tables.
+///
+/// ```
+/// use sunbeam::grating::{GratingColourSurface, GratingSurface, Profile};
+/// use sunbeam::table::Progress;
+///
+/// // A perfectly conducting sinusoid of 0.6 µm, 0.1 µm high.
+/// let profile = Profile::sinusoid(0.6, 0.1)?;
+/// let grating = GratingSurface::new(&profile, None, 20.0, 1.0, &Progress::none())?;
+/// let colours = GratingColourSurface::new(grating);
+///
+/// // At normal incidence, order 1 of 450 nm leaves at a sine of 0.75.
+/// let [red, _, blue] = colours.eval([0.0, 0.0, 1.0], [0.75, 0.0, (1.0_f64 - 0.75 * 0.75).sqrt()]);
+/// assert!(blue > red);
+/// # Ok::<(), sunbeam::grating::GratingError>(())
+/// ```
 #[derive(Debug, Serialize, Deserialize)]
 pub struct GratingColourSurface {
     grating: GratingSurface,

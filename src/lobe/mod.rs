@@ -14,8 +14,10 @@
 //! double-precision sum.
 
 mod by_value;
-mod colour;
+mod colour_lobe;
+mod colour_surface;
 mod exact;
+mod in_colour;
 mod mixture;
 mod per_wavelength;
 mod spectral;
@@ -23,10 +25,11 @@ mod surface;
 
 pub use by_value::{Answer, Sample};
 pub(crate) use by_value::{eval, eval_pdf, pdf, sample, sample_direction};
-#[cfg(feature = "rigorous")]
-pub(crate) use colour::desaturated;
-pub use colour::{ColourFactors, ColourLobe, ColourSurface, ColourSurfaceReport, Gamut, luminance};
+pub use colour_lobe::{ColourFactors, ColourLobe};
+pub use colour_surface::{ColourSurface, ColourSurfaceReport};
 pub use exact::Exact;
+pub(crate) use in_colour::InColour;
+pub use in_colour::{Gamut, luminance};
 pub use mixture::UNIFORM_FRACTION;
 pub(crate) use mixture::{are_above, mixture_density, sample_mixture};
 pub(crate) use per_wavelength::PerWavelength;
@@ -40,7 +43,24 @@ use crate::numeric::Numbers;
 /// `C` is what a query carries: `[N::Real; L]` for `L` wavelengths in nm, or [`LinearSrgb`]. Directions are unit
 /// vectors in the relief's frame and point away from the surface. Where one of them lies below the surface, or the mask
 /// is false, answers are zero.
-pub trait Lobe<N: Numbers, C> {
+///
+/// ```
+/// use sunbeam::lobe::Lobe;
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let field = Preset::Blazed.build(None, None)?;
+/// let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
+/// let surface = Surface::new(&field, &options)?;
+///
+/// // Two wavelengths at once, in single precision.
+/// let lobe = surface.lobe::<f32>();
+/// let (wi, nm) = ([0.0, 0.0, 1.0], [450.0, 650.0]);
+/// let wo = lobe.sample(wi, nm, [0.5, 0.3, 0.6], true);
+/// let ([blue, red], pdf) = lobe.eval_pdf(wi, wo, nm, true);
+/// assert!(blue >= 0.0 && red >= 0.0 && pdf > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub trait Lobe<N: Numbers, C: Copy> {
     /// Reflectance in 1/sr: `[N::Real; L]` at the wavelengths, or the three channels of linear sRGB.
     type Value;
 
@@ -51,8 +71,11 @@ pub trait Lobe<N: Numbers, C> {
     /// Density of [`Lobe::sample`] per solid angle, in 1/sr: the mean over the wavelengths carried.
     fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> N::Real;
 
-    /// [`Lobe::eval`] and [`Lobe::pdf`], which share their look-ups.
-    fn eval_pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> (Self::Value, N::Real);
+    /// [`Lobe::eval`] and [`Lobe::pdf`]. Lobes at wavelengths share their loop.
+    #[inline(always)]
+    fn eval_pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], carried: C, active: N::Mask) -> (Self::Value, N::Real) {
+        (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
+    }
 
     /// A direction `wo` from three random numbers in [0, 1). The first chooses between the uniform part and the
     /// wavelengths, then, for gratings, the order. The zero vector where the draw falls below the horizon.

@@ -1,3 +1,5 @@
+//! A surface at wavelengths: its tables and their build.
+
 use super::spectral::{SpectralLayout, SpectralLobe};
 use super::{Answer, Sample};
 use crate::energy::lobes::Lobes;
@@ -10,10 +12,24 @@ use crate::table::{Built, Model, PackedTable, Progress, SpectralTable, TableErro
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
-/// Share of a build that is taken to be its first table's.
-const TABLE_SHARE: f64 = 0.5;
+/// Fraction of a build's progress at the end of its first table. Progress is for display only.
+const TABLE_DONE: f64 = 0.5;
 
-/// A diffracting surface that answers from tables.
+/// A diffracting surface at wavelengths, from tables.
+///
+/// ```
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let field = Preset::Blazed.build(None, None)?;
+/// let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
+/// let surface = Surface::new(&field, &options)?;
+///
+/// // Swapping the directions changes nothing.
+/// let (a, b) = ([0.6, 0.0, 0.8], [-0.36, 0.48, 0.8]);
+/// let (there, back) = (surface.eval(a, b, 550.0), surface.eval(b, a, 550.0));
+/// assert!((there - back).abs() <= 1e-9 * there.max(back));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Serialize, Deserialize)]
 pub struct Surface {
     options: Options,
@@ -22,21 +38,21 @@ pub struct Surface {
     sampler: Sampler,
     albedo_table: Option<Arc<AlbedoTable>>,
     report: SurfaceReport,
-    /// For [`Surface::albedo`] alone.
+    /// The table for [`Surface::albedo`], unpacked at its first call.
     #[serde(skip)]
     unpacked: OnceLock<SpectralTable>,
 }
 
-/// What building a surface took and gave.
+/// Size, build time and measured error of a surface's tables.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SurfaceReport {
-    /// Of the power spectrum.
+    /// Report of the power spectrum's table.
     pub table: TableReport,
     /// Bytes of all tables: spectrum, sampler and albedo.
     pub bytes: usize,
-    /// How much conserving energy changes, where that is asked for.
+    /// Albedos before and after the division by them; `None` where energy is not conserved.
     pub energy: Option<AlbedoReport>,
-    /// Seconds for everything.
+    /// Build time in seconds.
     pub build_seconds: f64,
 }
 
@@ -45,12 +61,12 @@ impl Surface {
     ///
     /// # Errors
     /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than
-    /// its limit allows ([`BuildDemand::check`]), which is told at once.
+    /// its limit allows ([`BuildDemand::check`](crate::table::BuildDemand::check)), which is checked first.
     pub fn new(field: &HeightField, options: &Options) -> Result<Self, TableError> {
         Self::watched(field, options, &Progress::none())
     }
 
-    /// As [`Surface::new`], telling `progress` how far it has come.
+    /// [`Surface::new`] with reports of its progress.
     ///
     /// # Errors
     /// As [`Surface::new`].
@@ -60,17 +76,17 @@ impl Surface {
         TableError::unless_in("tolerance", options.tolerance, 1e-6..=0.1, "1e-6 to 0.1")?;
         options.demand(field).check(options.build_limit)?;
         let Built { table, packed, report: table_report } =
-            build_table(field, options, &progress.part(0.0, TABLE_SHARE))?;
+            build_table(field, options, &progress.part(0.0, TABLE_DONE))?;
         let sampler = Sampler::new(&table, options);
-        let rest = progress.part(TABLE_SHARE, 1.0);
+        let rest = progress.part(TABLE_DONE, 1.0);
         let albedo = match (options.conserve_energy, options.model) {
             (false, _) => None,
             (true, Model::Ensemble) => AlbedoTable::build(&table, options, &rest),
-            // A patch is one member of the ensemble; its albedo is taken to be that of the mean.
+            // A patch is one member of the ensemble, and takes the ensemble's albedo.
             (true, Model::Patch) => {
                 let ensemble = Options { model: Model::Ensemble, ..options.clone() };
-                let mean = build_table(field, &ensemble, &rest.part(0.0, TABLE_SHARE))?.table;
-                AlbedoTable::build(&mean, options, &rest.part(TABLE_SHARE, 1.0))
+                let mean = build_table(field, &ensemble, &rest.part(0.0, TABLE_DONE))?.table;
+                AlbedoTable::build(&mean, options, &rest.part(TABLE_DONE, 1.0))
             }
         };
         let (albedo_table, energy) = albedo.unzip();
@@ -93,43 +109,43 @@ impl Surface {
         Ok(Self { options: options.clone(), layout, table: packed, sampler, albedo_table, report, unpacked })
     }
 
-    /// The options it was built with.
+    /// Options that the surface was built with.
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// What building took and gave.
+    /// Size, build time and measured error of the tables.
     pub fn report(&self) -> &SurfaceReport {
         &self.report
     }
 
-    /// The table of `S`.
+    /// Table of the power spectrum `S(f; κ)`.
     pub fn table(&self) -> &PackedTable {
         &self.table
     }
 
-    /// What directions are drawn from.
+    /// The sampler.
     pub fn sampler(&self) -> &Sampler {
         &self.sampler
     }
 
-    /// What the reflectance is divided by to conserve energy, `None` where nothing is.
+    /// Albedos that the reflectance is divided by; `None` where it is not limited.
     pub fn albedo_table(&self) -> Option<&Arc<AlbedoTable>> {
         self.albedo_table.as_ref()
     }
 
-    /// Everything about the lobe but the words of its tables.
+    /// Everything of the lobe but the table data.
     pub fn layout(&self) -> &SpectralLayout {
         &self.layout
     }
 
-    /// The words of the tables, in the order of the layout.
+    /// Table data: power spectrum, sampler, albedos.
     pub fn words(&self) -> [&[u32]; 3] {
         let albedo = self.albedo_table.as_ref().map_or(&[] as &[u32], |table| table.words());
         [self.table.words(), self.sampler.words(), albedo]
     }
 
-    /// The lobe by value, in `f32` or `f64`.
+    /// The lobe over plain numbers, in `f32` or `f64`.
     pub fn lobe<F>(&self) -> SpectralLobe<'_, Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -169,8 +185,8 @@ impl Surface {
         super::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out (the small slope's factor is
-    /// in it), every node of the table integrated over its Gaussian. `None` for a patch.
+    /// Albedo `∫ f_r cosθo dωo` over the upper hemisphere, by integrating every node of the table over its Gaussian. It
+    /// includes the small-slope factor, not the Fresnel reflectance. `None` for a patch.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());

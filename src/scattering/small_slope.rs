@@ -25,6 +25,15 @@ const TINY: f64 = 1e-18;
 ///
 /// `s = z × k` and `p = k × s`, with `k` the direction of travel. The time dependence is `exp(−iωt)`, so an absorbing
 /// index is `eta + ik`.
+///
+/// ```
+/// use sunbeam::scattering::{ComplexIndex, fresnel_unpolarised, small_slope_amplitudes};
+///
+/// // At the mirror direction they are Fresnel's.
+/// let (wi, wo, keratin) = ([0.6, 0.0, 0.8], [-0.6, 0.0, 0.8], ComplexIndex { eta: 1.56, k: 0.0 });
+/// let amplitudes = small_slope_amplitudes(wi, wo, Some(keratin));
+/// assert!((amplitudes.unpolarised() - fresnel_unpolarised(0.8, keratin)).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Amplitudes {
     /// From s to s.
@@ -80,8 +89,7 @@ pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -
 }
 
 /// The small-slope factor Q for unpolarised light, from the scattering vector `wi + wo` and the two cosines, which are
-/// at least
-/// [`COSINE_MIN`]. Without an index that of a perfect conductor.
+/// at least [`COSINE_MIN`]. Without an index that of a perfect conductor.
 #[inline(always)]
 pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<ComplexIndex>) -> R {
     let lit = R::lit;

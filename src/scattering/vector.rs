@@ -4,16 +4,20 @@
 //! `f = (u, v)/λ` in cycles/µm and `κ = 2πw/λ` in rad/µm. Kinds differ in `q` and in the factor before `S/λ²`:
 //! reflection by a bare relief has `q = wi + wo` and `R·O·M` (docs/model.md#the-reflectance).
 
-use super::{Obliquity, angular_factor, floored_cosines};
+use super::{ComplexIndex, Obliquity, angular_factor, floored_cosines, fresnel_of_family, small_slope};
 use crate::numeric::{Numbers, Real};
 use std::f64::consts::TAU;
 
-/// Scattering vector `q`, with the factor that depends on directions alone.
+/// Scattering vector `q` of a pair of directions, with the factors that depend on directions alone.
 pub(crate) struct Scattering<N: Numbers> {
-    /// `(u, v)`. In double precision, since an order may be narrower than single precision resolves.
-    pub tangential: [N::Double; 2],
+    /// `(u, v)` in double precision: an order may be narrower than single precision resolves.
+    tangential: [N::Double; 2],
     /// `w`.
-    pub normal: N::Real,
+    normal: N::Real,
+    /// Cosines with the normal of both directions, at least [`COSINE_MIN`](super::COSINE_MIN).
+    cosines: [N::Real; 2],
+    /// `q` with the sum of [`Scattering::cosines`] as w, for factors and tables that divide by w.
+    pub q: [N::Real; 3],
     /// `O·M`: obliquity and shadowing, without the interface's factor.
     pub factor: N::Real,
 }
@@ -27,6 +31,8 @@ impl<N: Numbers> Scattering<N> {
         Self {
             tangential: [0, 1].map(|axis| N::widen(wi[axis]) + N::widen(wo[axis])),
             normal: wi[2] + wo[2],
+            cosines,
+            q,
             factor: angular_factor(kind, shadowing, q, cosines),
         }
     }
@@ -37,5 +43,24 @@ impl<N: Numbers> Scattering<N> {
         let wavelength_um = nm * N::Real::lit(1e-3);
         let wavenumber = N::Double::lit(1e3) / N::widen(nm);
         (self.tangential.map(|q| q * wavenumber), self.normal * N::Real::lit(TAU) / wavelength_um)
+    }
+
+    /// `|q|²`, at most 4 for unit vectors.
+    #[inline(always)]
+    pub(crate) fn length_squared(&self) -> N::Real {
+        let [u, v, w] = self.q;
+        w.fma(w, u.fma(u, v * v))
+    }
+
+    /// The interface's factor for unpolarised light: the Fresnel reflectance R at the half vector, or the small-slope
+    /// factor Q.
+    #[inline(always)]
+    pub(crate) fn interface(&self, index: ComplexIndex, kind: Obliquity) -> N::Real {
+        match kind {
+            Obliquity::SmallSlope => small_slope(self.q, self.cosines, Some(index)),
+            Obliquity::Stam | Obliquity::Unit => {
+                fresnel_of_family(self.length_squared().sqrt() * N::Real::lit(0.5), index)
+            }
+        }
     }
 }

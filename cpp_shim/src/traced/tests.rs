@@ -4,8 +4,8 @@ use crate::scope::{TraceError, trace};
 use std::sync::{Mutex, MutexGuard};
 use sunbeam::numeric::{Plain, math};
 
-/// The backend without a GPU; the tests change Dr.Jit's flags and count its variables, so one at a time. `None` where
-/// there is no libLLVM, which is said.
+/// The LLVM backend, for one test at a time, since tests change Dr.Jit's flags and count its variables. `None`, with a
+/// message, without libLLVM.
 fn llvm() -> Option<(u32, MutexGuard<'static, ()>)> {
     static ONE: Mutex<()> = Mutex::new(());
     let one = ONE.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -41,7 +41,7 @@ impl Drop for Array {
     }
 }
 
-/// Numbers of single precision as words, and their array as numbers.
+/// An array of words as single-precision numbers.
 fn reals<'s>(scope: Scope<'s>, array: &Array) -> Var<'s, f32> {
     Traced::from_bits(Var::borrowed(scope, array.0))
 }
@@ -50,7 +50,7 @@ fn bits(values: &[f32]) -> Vec<u32> {
     values.iter().map(|x| x.to_bits()).collect()
 }
 
-/// What `trace` gives as owned variables, computed.
+/// Evaluates the variables that `trace` returned.
 fn computed<const R: usize>(results: [Owned; R], count: usize) -> [Vec<f32>; R] {
     results.map(|owned| {
         let array = Array(owned.into_index());
@@ -62,8 +62,8 @@ const NODES: u32 = 64;
 const WORDS: u32 = 16;
 const SIGMA: f64 = 0.6;
 
-/// Like the look-ups of a table: Gaussian taps about a place, each times a spline through its record, which is read in
-/// packets. The place is in double precision.
+/// A look-up like a table's: Gaussian taps around a position in double precision, each times a spline over its record,
+/// which is read in packets.
 struct Lookup<N: Numbers>(N::Words);
 
 impl<N: Numbers> Lookup<N> {
@@ -116,7 +116,7 @@ fn queries(count: usize) -> [Vec<f32>; 2] {
     [column(0.618_033_988_7, f64::from(NODES)), column(0.754_877_666_2, f64::from(WORDS))]
 }
 
-/// Rounding of single precision through a dozen operations; the value's logarithm is of order one.
+/// Rounding of single precision through a dozen operations; the logarithm is of order one.
 const SINGLE: f32 = 4e-6;
 
 fn lookup_agrees(backend: u32) {
@@ -141,12 +141,12 @@ fn lookup_agrees(backend: u32) {
         }
         spread = [spread[0].min(wanted[0]), spread[1].max(wanted[0])];
     }
-    // Not a constant.
+    // The look-up depends on its input.
     assert!(spread[1] - spread[0] > 0.1, "{spread:?}");
 }
 
 #[test]
-fn traced_lookups_agree_with_those_by_value() {
+fn traced_lookups_match_plain() {
     let Some((backend, _one)) = llvm() else { return };
     lookup_agrees(backend);
     dr::set_symbolic_loops(false);
@@ -154,7 +154,7 @@ fn traced_lookups_agree_with_those_by_value() {
 }
 
 #[test]
-fn every_operation_agrees_with_its_value() {
+fn traced_operations_match_plain() {
     let Some((backend, _one)) = llvm() else { return };
     fn all<N: Numbers>(a: N::Real, b: N::Real) -> [N::Real; 21] {
         let (lit, int) = (N::Real::lit, N::Index::lit);
@@ -185,7 +185,7 @@ fn every_operation_agrees_with_its_value() {
             math::normal_quantile(lit(0.5) + a * lit(0.1)),
         ]
     }
-    // No product or quotient here is near a whole number, where rounding would decide.
+    // Products and quotients are not near integers, where rounding would decide.
     let a: Vec<f32> = (0..300).map(|i| -4.0 + 0.027_18 * i as f32 + 1e-3).collect();
     let b: Vec<f32> = (0..300).map(|i| 3.0 - 0.019_73 * i as f32 + 3e-3).collect();
     let inputs = [&a, &b].map(|column| Array::words(backend, &bits(column)));
@@ -209,7 +209,7 @@ fn every_operation_agrees_with_its_value() {
 }
 
 #[test]
-fn lanes_are_looped_over_and_masked_ones_stay_zero() {
+fn each_lane_loops_and_leaves_masked_lanes_zero() {
     let Some((backend, _one)) = llvm() else { return };
     let column = [0.25f32, 1.5, f32::NAN, 3.0];
     for symbolic in [true, false] {
@@ -229,7 +229,7 @@ fn lanes_are_looped_over_and_masked_ones_stay_zero() {
     }
 }
 
-/// Fails a step of a loop within a loop.
+/// Traces a loop within a loop, whose inner step calls `fail`.
 fn failing(backend: u32, input: u32, fail: &dyn Fn()) -> Result<Owned, TraceError> {
     trace(backend, |scope| {
         let int = Var::<u32>::lit;
@@ -256,7 +256,7 @@ fn failing(backend: u32, input: u32, fail: &dyn Fn()) -> Result<Owned, TraceErro
 }
 
 #[test]
-fn failures_are_told_and_leave_nothing_behind() {
+fn failures_are_reported_and_release_all_variables() {
     let Some((backend, _one)) = llvm() else { return };
     let variables = || dr::all_variables().lines().count();
     let input = Array::words(backend, &[1, 2, 3]);
@@ -279,7 +279,7 @@ fn failures_are_told_and_leave_nothing_behind() {
         let nested = trace(backend, |_| failing(backend, input.0, &|| ()).map(drop));
         assert_eq!(nested, Ok(Err(TraceError::Nested)));
         assert_eq!((variables(), dr::references(input.0)), (before, references), "symbolic {symbolic}");
-        // And the next question is answered.
+        // The next call succeeds.
         let sum = Array(failing(backend, input.0, &|| ()).unwrap().into_index());
         assert_eq!(sum.to_words(3), [5, 6, 7], "symbolic {symbolic}");
     }
@@ -287,7 +287,7 @@ fn failures_are_told_and_leave_nothing_behind() {
 }
 
 #[test]
-fn outside_of_a_scope_there_are_no_variables() {
+fn variables_outside_a_scope_are_empty() {
     let Some((backend, _one)) = llvm() else { return };
     let stray = Var::<'static, f32>::lit(1.0);
     assert_eq!(stray.index, 0);

@@ -1,0 +1,73 @@
+//! Lobes that answer in linear sRGB: gamut and defensive mixture, written once.
+
+use super::{LinearSrgb, Lobe, are_above, mixture_density, sample_mixture};
+use crate::numeric::{Numbers, Real};
+
+/// A lobe's own answers in linear sRGB. Implementing it makes a type a [`Lobe`] over [`LinearSrgb`].
+pub(crate) trait InColour<N: Numbers> {
+    /// Treatment of negative channels.
+    fn gamut(&self) -> Gamut;
+
+    /// `f_r` in 1/sr as linear sRGB, before the gamut's treatment. Zero unless both directions lie above the surface.
+    fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
+
+    /// Density of [`InColour::draw`] in 1/sr.
+    fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real;
+
+    /// A direction from three random numbers in [0, 1), the zero vector where it falls below the horizon. Samplers that
+    /// need two random numbers ignore the first.
+    fn draw(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3];
+}
+
+impl<N: Numbers, T: InColour<N>> Lobe<N, LinearSrgb> for T {
+    type Value = [N::Real; 3];
+
+    #[inline(always)]
+    fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> [N::Real; 3] {
+        let colour = self.value(wi, wo, active);
+        match self.gamut() {
+            Gamut::Keep => colour,
+            Gamut::Desaturate => desaturated(colour),
+        }
+    }
+
+    #[inline(always)]
+    fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> N::Real {
+        let active = active & are_above::<N>(wi, wo);
+        mixture_density::<N, 1>([self.density(wi, wo, active)], active)
+    }
+
+    #[inline(always)]
+    fn sample(&self, wi: [N::Real; 3], _: LinearSrgb, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        sample_mixture::<N, 1>(wi, u, active, |_, u, active| self.draw(wi, u, active))
+    }
+}
+
+/// Treatment of colours outside sRGB, one or two of whose channels are negative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Gamut {
+    /// Negative channels are returned. Sums of such colours are the colours of the summed spectra.
+    Keep,
+    /// Grey of equal luminance is mixed in until no channel is negative, for renderers that reject negative channels.
+    /// Cutting channels off at zero would add light: a sixth of red on a grating.
+    Desaturate,
+}
+
+/// A colour in linear sRGB, mixed with grey of its luminance until no channel is negative.
+#[inline(always)]
+fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
+    let zero = R::lit(0.0);
+    let grey = luminance(colour).max(zero);
+    let least = colour[0].min(colour[1]).min(colour[2]);
+    let is_outside = least.lt(zero);
+    let saturation = grey / (grey - least);
+    // Rounding may leave a channel just below zero.
+    colour.map(|channel| R::select(is_outside, (channel - grey).fma(saturation, grey).max(zero), channel))
+}
+
+/// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC
+/// 61966-2-1.
+#[inline(always)]
+pub fn luminance<R: Real>([r, g, b]: [R; 3]) -> R {
+    r.fma(R::lit(0.212_672_9), g.fma(R::lit(0.715_152_2), b * R::lit(0.072_175)))
+}
