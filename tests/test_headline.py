@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from conftest import use_variant
 
-from docs.figures import bsdf_calls, headline, rgb_against_spectral, sampling, time_to_error
+from docs.figures import bsdf_calls, headline, rgb_against_spectral, time_to_error
 from docs.figures.benchmark_scenes import REFERENCE, scenes
 
 NOISE = 0.1
@@ -169,16 +169,6 @@ def test_calls_take_time():
     use_variant("llvm_ad_rgb")
     bsdf = bsdf_of(scenes()[0])
     assert bsdf_calls.call_ns({"it": bsdf}, "sample")["it"] > bsdf_calls.per_element_ns(0, 0, 1)
-
-
-def test_what_was_before_stands_beside_the_same_of_now():
-    def cell(scene, seconds):
-        ways = [{"name": name, "seconds_to_error": seconds} for name in ("blazed", REFERENCE)]
-        return {"scene": scene, "variant": "llvm_ad_rgb", "ways": ways}
-
-    found = sampling.beside([cell("sphere", 100.0), cell("gone", 1.0)], [cell("disc", 3.0), cell("sphere", 2.0)])
-    assert [(each["scene"], each["name"]) for each in found] == [("sphere", "blazed")]
-    assert (found[0]["before"]["seconds_to_error"], found[0]["now"]["seconds_to_error"]) == (100.0, 2.0)
 
 
 def test_the_report_has_a_line_for_each_figure():

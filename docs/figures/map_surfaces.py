@@ -69,8 +69,8 @@ class Surfaces:
             print(f"NOT SHOWN: no scan at {SCANS[name]}, so there are no maps of the measured {name}", flush=True)
             return []
         heights, pixel_um = read_heights("--height-field", SCANS[name])
-        # The coherence window is centred on pixel (0, 0), so the middle of the scan is moved there. Its edges, where it does not
-        # go on, come where the window has all but ended.
+        # The middle of the scan moves to pixel (0, 0), the centre of the coherence window. The window is negligible at
+        # the scan's edges.
         heights = np.rot90(heights, -1)
         heights = np.roll(heights, [n // 2 for n in heights.shape], axis=(0, 1))
         extent_um = len(heights) * pixel_um

@@ -197,7 +197,7 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
 
 
 def relief_sizes(folder: Path) -> dict:
-    """Sizes of the reliefs, the largest relative difference of rms heights and slopes, and values outside the crops'."""
+    """Sizes of the reliefs, the largest relative difference of rms heights and slopes, and outliers."""
     rows = size_rows(folder)
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
     missed = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]

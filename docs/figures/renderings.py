@@ -44,8 +44,8 @@ PIGMENT_BRIGHTER = 10
 # Figure 2.17: the widest field of view, the magnification from picture to picture, and the number of pictures.
 WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
 ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
-# Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999), which
-# is no unit vector; the steps of the others give an x near 0.
+# Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999),
+# which is no unit vector; the steps of the others give an x near 0.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
 # Centre and half side of the insets' box, in pixels.

@@ -72,9 +72,9 @@ def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
 def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     """Figures of two converged pictures, each given as two halves (2, rows, columns, 3) of linear sRGB.
 
-    `delta_e_mean` and `delta_e_p95` are over pixels, after one exposure for both. `noise_delta_e_mean` estimates the mean
-    by noise alone: halves of a picture differ twice as much as the picture from its limit. `energy_ratio` is the ratio
-    of sums over pixels and channels, `channel_ratios` of sums over pixels, RGB over spectral.
+    `delta_e_mean` and `delta_e_p95` are over pixels, after one exposure for both. `noise_delta_e_mean` estimates the
+    mean by noise alone: halves of a picture differ twice as much as the picture from its limit. `energy_ratio` is the
+    ratio of sums over pixels and channels, `channel_ratios` of sums over pixels, RGB over spectral.
     """
     exposure = GREY / (spectral.mean(axis=0) @ XYZ_OF_SRGB[1]).mean()
     rgb, spectral = rgb * exposure, spectral * exposure

@@ -56,7 +56,7 @@ def points(scene: mi.Scene, light: Light, view: View) -> Points:
 
 
 def _hit(scene: mi.Scene, light: Light, place: mi.Point2f) -> tuple:
-    """Of one ray: hit or not, distance, local directions to camera and sun, normal, and shadowed or not."""
+    """Data of one ray: hit or not, distance, local directions to camera and sun, normal, shadowed or not."""
     ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, place, mi.Point2f(0.5))
     si = scene.ray_intersect(ray)
     to_sun = mi.Vector3f(*light.to_sun().tolist())
