@@ -13,20 +13,19 @@ fn main() {
     }
 }
 
-/// A release of Mitsuba whose wheel the plugin can be compiled against. The layout of Mitsuba's classes is no interface
-/// and changes between releases, so versions are exact.
+/// A release of Mitsuba whose wheel the plugin can be compiled against. Layouts of Mitsuba's classes change between
+/// releases, so versions are exact.
 struct Release {
     mitsuba: &'static str,
     drjit: &'static str,
-    /// What the wheel was compiled for. Dr.Jit turns small arrays into SIMD registers where the instruction set allows it,
-    /// which changes layouts and the calling convention: without the wheel's `-march` the plugin loads and renders
-    /// garbage.
+    /// Instruction set of the wheel. Dr.Jit turns small arrays into SIMD registers where it allows them, which changes
+    /// layouts and the calling convention: without the wheel's `-march` the plugin loads and renders garbage.
     march: &'static str,
-    /// Whether `std::string` is that of C++11; the wheels for manylinux2014 have the older one.
+    /// Whether the wheel uses the `std::string` of C++11; wheels for manylinux2014 use the older one.
     cxx11_strings: bool,
 }
 
-/// The newest first, as messages name them.
+/// Supported releases, the newest first.
 const RELEASES: [Release; 4] = [
     Release { mitsuba: "3.9.1", drjit: "1.5.0", march: "x86-64-v3", cxx11_strings: true },
     Release { mitsuba: "3.9.0", drjit: "1.4.0", march: "x86-64-v3", cxx11_strings: true },
@@ -34,7 +33,7 @@ const RELEASES: [Release; 4] = [
     Release { mitsuba: "3.7.1", drjit: "1.2.0", march: "ivybridge", cxx11_strings: false },
 ];
 
-/// Of nanobind, the plugin uses the reference counter alone, which has been the same since 2.0.
+/// Version of nanobind. The plugin uses its reference counter alone, which has not changed since 2.0.
 const NANOBIND: &str = "2.14.0";
 
 const PACKAGES: [&str; 3] = ["mitsuba", "drjit", "nanobind"];
@@ -51,13 +50,13 @@ const SOURCES: [&str; 9] = [
     "variants_scalar.cpp",
 ];
 
-/// The Rust files that declare what crosses the boundary.
-const BRIDGES: [&str; 3] = ["src/bridge.rs", "src/jit.rs", "src/jit_tests.rs"];
+/// Rust files with a cxx bridge.
+const BRIDGES: [&str; 4] = ["src/bridge.rs", "src/jit.rs", "src/jit_tests.rs", "src/log.rs"];
 
 const FLAGS: [&str; 4] =
     ["-fno-strict-aliasing", "-fno-math-errno", "-fvisibility=hidden", "-fvisibility-inlines-hidden"];
 
-/// The backends that the wheel was built with; they decide on members of its classes.
+/// Backends that the wheel was built with; they add members to its classes.
 const BACKENDS: [&str; 4] = ["MI_ENABLE_CUDA", "MI_ENABLE_LLVM", "MI_ENABLE_EMBREE", "MI_ENABLE_AUTODIFF"];
 
 fn build() -> Result<(), String> {
@@ -81,7 +80,7 @@ fn build() -> Result<(), String> {
     let mut shim = cxx_build::bridges(BRIDGES);
     shim.std("c++17").opt_level(2).debug(false).warnings(true).define("NDEBUG", None);
     shim.includes(["."]);
-    // As system headers: their warnings are not ours to mend.
+    // System headers, whose warnings the compiler leaves out.
     for dir in [
         mitsuba.join("include"),
         drjit.join("include"),
@@ -109,9 +108,9 @@ fn build() -> Result<(), String> {
         println!("cargo:rustc-link-search=native={}", dir.display());
         println!("cargo:rustc-link-lib=dylib={library}");
     }
-    // Mitsuba unloads plugins at exit, when threads of ours may still run.
+    // Mitsuba unloads plugins at exit, when the plugin's threads may still run.
     println!("cargo:rustc-cdylib-link-arg=-Wl,-z,nodelete");
-    // A foreign Mitsuba may lack functions; resolve them late, so that the version check speaks first.
+    // Another Mitsuba may lack functions. Lazy binding lets the version check report first.
     println!("cargo:rustc-cdylib-link-arg=-Wl,-z,lazy");
     Ok(())
 }
@@ -162,7 +161,7 @@ fn find_wheels() -> Result<(&'static Release, [PathBuf; 3]), String> {
     Ok((release, [0, 1, 2].map(|package: usize| PathBuf::from(found[package].1))))
 }
 
-/// The interpreter whose packages count: `SUNBEAM_PYTHON`, the checkout's `.venv`, or `python3`.
+/// The interpreter that has the packages: `SUNBEAM_PYTHON`, the checkout's `.venv`, or `python3`.
 fn find_python() -> PathBuf {
     if let Some(python) = env::var_os("SUNBEAM_PYTHON") {
         return python.into();

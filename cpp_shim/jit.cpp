@@ -12,25 +12,26 @@
 namespace sunbeam::jit {
 namespace {
 
-/// Of fixed size, since there may be no memory left when it is written.
+/// Message of the first error. Of fixed size, since no memory may be left when it is written.
 thread_local char first_error[1024] = "";
 
+/// Keeps a message unless one is kept.
 void keep(const char *message) {
     if (!*first_error)
         std::snprintf(first_error, sizeof first_error, "%s", *message ? message : "an error without a message");
 }
 
-/// Leaves Dr.Jit's frames when a callback of a loop has failed on the other side, which knows why.
+/// Unwinds Dr.Jit's frames after a loop's callback has failed in Rust, which has kept the reason.
 struct Abandoned : std::exception {
     const char *what() const noexcept override { return "a loop's body failed"; }
 };
 
-/// Runs `call`; a failure becomes `failed`.
+/// Runs `call`; returns `failed` if it throws.
 template <typename T, typename Call> T guarded(T failed, const Call &call) noexcept {
     try {
         return call();
     } catch (const Abandoned &) {
-        // Its reason is known already, or is a panic that the caller resumes.
+        // Rust has kept the reason, or resumes its panic.
     } catch (const std::exception &error) {
         keep(error.what());
     } catch (...) {
@@ -39,7 +40,7 @@ template <typename T, typename Call> T guarded(T failed, const Call &call) noexc
     return failed;
 }
 
-/// A function of variables; 0 unless all of them are there.
+/// Result of a Dr.Jit function of variables; 0 if it throws or an index is 0.
 template <typename Function, typename... Index> uint32_t traced(Function function, Index... indices) noexcept {
     if (((indices == 0) || ...)) {
         keep("an operand is no variable");
@@ -48,10 +49,12 @@ template <typename Function, typename... Index> uint32_t traced(Function functio
     return guarded(0u, [&] { return function(indices...); });
 }
 
+/// Conversion of values, or with `bits` of their representation.
 uint32_t cast(uint32_t index, VarType type, bool bits) noexcept {
     return traced([&](uint32_t i) { return jit_var_cast(i, type, bits); }, index);
 }
 
+/// Abandons a loop whose callback has failed.
 void proceed(bool done) {
     if (!done || *first_error)
         throw Abandoned();
@@ -79,73 +82,23 @@ uint32_t constant_bool(uint32_t backend, bool value) noexcept {
     return guarded(0u, [&] { return jit_var_bool(JitBackend(backend), value); });
 }
 
-uint32_t add(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_add, a, b);
-}
-uint32_t sub(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_sub, a, b);
-}
-uint32_t mul(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_mul, a, b);
-}
-uint32_t div(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_div, a, b);
-}
-uint32_t min(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_min, a, b);
-}
-uint32_t max(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_max, a, b);
-}
-uint32_t fma(uint32_t a, uint32_t b, uint32_t c) noexcept {
-    return traced(jit_var_fma, a, b, c);
-}
-uint32_t neg(uint32_t a) noexcept {
-    return traced(jit_var_neg, a);
-}
-uint32_t abs(uint32_t a) noexcept {
-    return traced(jit_var_abs, a);
-}
-uint32_t sqrt(uint32_t a) noexcept {
-    return traced(jit_var_sqrt, a);
-}
-uint32_t floor(uint32_t a) noexcept {
-    return traced(jit_var_floor, a);
-}
-uint32_t ceil(uint32_t a) noexcept {
-    return traced(jit_var_ceil, a);
-}
-uint32_t exp2(uint32_t a) noexcept {
-    return traced(jit_var_exp2, a);
-}
-uint32_t log2(uint32_t a) noexcept {
-    return traced(jit_var_log2, a);
-}
-
-uint32_t lt(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_lt, a, b);
-}
-uint32_t le(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_le, a, b);
-}
-uint32_t bit_and(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_and, a, b);
-}
-uint32_t bit_or(uint32_t a, uint32_t b) noexcept {
-    return traced(jit_var_or, a, b);
-}
-uint32_t bit_not(uint32_t a) noexcept {
-    return traced(jit_var_not, a);
-}
-uint32_t shl(uint32_t a, uint32_t by) noexcept {
-    return traced(jit_var_shl, a, by);
-}
-uint32_t shr(uint32_t a, uint32_t by) noexcept {
-    return traced(jit_var_shr, a, by);
-}
-uint32_t select(uint32_t mask, uint32_t yes, uint32_t no) noexcept {
-    return traced(jit_var_select, mask, yes, no);
-}
+// Definitions of the operations that jit.h declares.
+#define UNARY(name, function)                                                                                          \
+    uint32_t name(uint32_t a) noexcept {                                                                               \
+        return traced(function, a);                                                                                    \
+    }
+#define BINARY(name, function)                                                                                         \
+    uint32_t name(uint32_t a, uint32_t b) noexcept {                                                                   \
+        return traced(function, a, b);                                                                                 \
+    }
+#define TERNARY(name, function)                                                                                        \
+    uint32_t name(uint32_t a, uint32_t b, uint32_t c) noexcept {                                                       \
+        return traced(function, a, b, c);                                                                              \
+    }
+SUNBEAM_JIT_OPERATIONS(UNARY, BINARY, TERNARY)
+#undef UNARY
+#undef BINARY
+#undef TERNARY
 
 uint32_t to_f32(uint32_t a) noexcept {
     return cast(a, VarType::Float32, false);
@@ -175,7 +128,7 @@ void gather(uint32_t source, uint32_t at, uint32_t mask, rust::Slice<uint32_t> i
 }
 
 bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
-    // Detached, so that the loop ends within this call, and with it the need for `loop`.
+    // Not differentiable, so that Dr.Jit does not keep `loop` beyond this call.
     constexpr bool DIFFERENTIABLE = false;
     const auto read               = [](void *payload, drjit::vector<uint64_t> &indices) {
         rust::Vec<uint32_t> state;
@@ -183,7 +136,7 @@ bool run_loop(uint32_t backend, const char *name, Loop &loop) noexcept {
         for (uint32_t index : state)
             indices.push_back(index);
     };
-    // Also called while Dr.Jit clears up after an exception, so it does not fail.
+    // Does not throw: Dr.Jit also calls it while it unwinds.
     const auto write = [](void *payload, const drjit::vector<uint64_t> &indices, bool) {
         rust::Vec<uint32_t> state;
         for (size_t i = 0; i < indices.size(); ++i)

@@ -33,17 +33,17 @@ public:
     /// Value times cosθo, differentiable by both directions.
     UnpolarizedSpectrum eval(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
                              const Mask &active) const {
-        return value(ask(Question::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
+        return value(evaluate(Part::Value, wi, wo, wavelengths, active), wo) + first_order(wi, wo, wavelengths, active);
     }
 
     /// Density of `sample` in 1/sr. Not differentiable, since it is no part of the integrand.
     Float pdf(const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths, const Mask &active) const {
-        return ask(Question::Density, wi, wo, wavelengths, active)[4];
+        return evaluate(Part::Density, wi, wo, wavelengths, active)[4];
     }
 
     std::pair<UnpolarizedSpectrum, Float> eval_pdf(const Vector3f &wi, const Vector3f &wo,
                                                    const Wavelength &wavelengths, const Mask &active) const {
-        const Answer answer = ask(Question::ValueAndDensity, wi, wo, wavelengths, active);
+        const Answer answer = evaluate(Part::ValueAndDensity, wi, wo, wavelengths, active);
         return { value(answer, wo) + first_order(wi, wo, wavelengths, active), answer[4] };
     }
 
@@ -51,7 +51,7 @@ public:
     /// frames of reference have the grooves' direction, made transverse to the light, as first axis. Not
     /// differentiable.
     Spectrum matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths, const Mask &active) const {
-        const auto elements = ask_matrix(from, to, wavelengths, active);
+        const auto elements = evaluate_matrix(from, to, wavelengths, active);
         Spectrum matrix;
         for (size_t i = 0; i < 4; ++i)
             for (size_t j = 0; j < 4; ++j)
@@ -63,8 +63,12 @@ public:
     Vector3f sample(const Vector3f &wi, const Wavelength &wavelengths, const Float &sample1, const Point2f &sample2,
                     const Mask &active) const {
         const Vector3f variates(sample1, sample2.x(), sample2.y());
-        const Answer answer = ask(Question::Direction, wi, variates, wavelengths, active);
-        return { answer[0], answer[1], answer[2] };
+        std::array<Float, 3> wo;
+        if constexpr (Traces)
+            wo = owned(m_surface->trace_sample(query(wi, wavelengths, active), indices(variates)));
+        else
+            wo = m_surface->sample(by_value(wi), by_value(variates), by_value(wavelengths));
+        return { wo[0], wo[1], wo[2] };
     }
 
     const Surface &surface() const { return *m_surface; }
@@ -100,42 +104,42 @@ private:
             return {};
     }
 
-    /// Dr.Jit variables of a traced call.
-    Traced arguments(const Vector3f &wi, const Vector3f &other, [[maybe_unused]] const Wavelength &wavelengths,
-                     const Mask &active) const {
-        Traced arguments{};
-        arguments.backend = uint32_t(dr::backend_v<Float>);
-        for (size_t i = 0; i < 3; ++i) {
-            arguments.wi[i]    = wi[i].index();
-            arguments.other[i] = other[i].index();
-        }
-        arguments.active = active.index();
-        arguments.words  = m_buffers.indices();
+    /// Dr.Jit variables of a traced call, but for its second vector.
+    TracedQuery query(const Vector3f &wi, [[maybe_unused]] const Wavelength &wavelengths, const Mask &active) const {
+        TracedQuery query{};
+        query.backend = uint32_t(dr::backend_v<Float>);
+        query.wi      = indices(wi);
+        query.active  = active.index();
+        query.words   = m_buffers.indices();
         if constexpr (IsSpectral)
             for (size_t i = 0; i < 4; ++i)
-                arguments.wavelengths_nm[i] = wavelengths[i].index();
-        return arguments;
+                query.wavelengths_nm[i] = wavelengths[i].index();
+        return query;
     }
 
-    Answer ask(Question question, const Vector3f &wi, const Vector3f &other, const Wavelength &wavelengths,
-               [[maybe_unused]] const Mask &active) const {
+    static std::array<uint32_t, 3> indices(const Vector3f &w) {
+        return { w.x().index(), w.y().index(), w.z().index() };
+    }
+
+    Answer evaluate(Part part, const Vector3f &wi, const Vector3f &wo, const Wavelength &wavelengths,
+                    [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
-            return taken(m_surface->trace(question, arguments(wi, other, wavelengths, active)));
+            return owned(m_surface->trace_evaluate(part, query(wi, wavelengths, active), indices(wo)));
         else
-            return m_surface->ask(question, by_value(wi), by_value(other), by_value(wavelengths));
+            return m_surface->evaluate(part, by_value(wi), by_value(wo), by_value(wavelengths));
     }
 
     /// Matrix elements in the bridge's order: the four wavelengths of an element lie side by side.
-    auto ask_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
-                    [[maybe_unused]] const Mask &active) const {
+    auto evaluate_matrix(const Vector3f &from, const Vector3f &to, const Wavelength &wavelengths,
+                         [[maybe_unused]] const Mask &active) const {
         if constexpr (Traces)
-            return taken(m_surface->trace_matrix(arguments(from, to, wavelengths, active)));
+            return owned(m_surface->trace_matrix(query(from, wavelengths, active), indices(to)));
         else
-            return m_surface->ask_matrix(by_value(from), by_value(to), by_value(wavelengths));
+            return m_surface->evaluate_matrix(by_value(from), by_value(to), by_value(wavelengths));
     }
 
     /// Takes ownership of variables that the bridge returned.
-    template <size_t N> static std::array<Float, N> taken(const std::array<uint32_t, N> &indices) {
+    template <size_t N> static std::array<Float, N> owned(const std::array<uint32_t, N> &indices) {
         std::array<Float, N> answer;
         std::transform(indices.begin(), indices.end(), answer.begin(), [](uint32_t i) { return Float::steal(i); });
         return answer;
@@ -174,13 +178,13 @@ private:
                         const Float here = from[c / 3][c % 3];
                         // A quarter of the cosine at most, so that the step does not cross the horizon.
                         const Float step =
-                            c % 3 < 2 ? Float(steps.across[c % 3]) : dr::minimum(steps.along, .25f * here);
+                            c % 3 < 2 ? Float(steps.tangential[c % 3]) : dr::minimum(steps.normal, .25f * here);
                         const auto moves = (i >> 1) == c;
                         to[c / 3][c % 3] += dr::select(moves, sign * step, 0.f);
                         // The difference of the two positions as rounded to single precision.
                         distance = dr::select(moves, (here + step) - (here - step), distance);
                     }
-                    const auto there = value(ask(Question::Value, to[0], to[1], wavelengths, active), to[1]);
+                    const auto there = value(evaluate(Part::Value, to[0], to[1], wavelengths, active), to[1]);
                     for (uint32_t c = 0; c < 6; ++c)
                         slopes[c] += dr::select((i >> 1) == c, there * (sign / distance), 0.f);
                     i += 1;

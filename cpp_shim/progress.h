@@ -1,4 +1,4 @@
-// Lines for Mitsuba's log while tables are built.
+// Lines for Mitsuba's log (src/log.rs).
 #pragma once
 
 #include "rust/cxx.h"

@@ -1,20 +1,19 @@
-//! What C++ asks of a surface. Every function that C++ calls runs inside [`guard()`]: an error or a panic becomes an
-//! `Err`, which cxx throws as a C++ exception and the plugin rethrows as one of Mitsuba's.
+//! The functions that C++ calls on a surface.
+//!
+//! Each runs inside [`guard()`]: an error or a panic becomes an `Err`, which cxx throws as a C++ exception and the
+//! plugin rethrows as Mitsuba's.
 
 mod answer;
 mod index;
 mod surface;
 
 use super::describe;
-use super::scope::{Owned, TraceError, trace};
-use super::traced::Traced;
-use answer::Arguments;
-use ffi::Question;
-pub use ffi::{log_info, log_warn};
+use super::scope::{Owned, Scope, TraceError, trace};
+use super::traced::Var;
+use ffi::Part;
 use std::f64::consts::TAU;
 use sunbeam::config::{BuildError, ObliquityChoice, Theory};
 use sunbeam::lobe::Gamut;
-use sunbeam::numeric::Plain;
 use sunbeam::scattering::SpectralIndexError;
 use sunbeam::table::WAVELENGTH_MIN_NM;
 use sunbeam_guard::{Panic, guard};
@@ -22,43 +21,41 @@ use surface::{Recipe, Surface, Tables};
 
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
-    /// What of the lobe is asked for. Answers are five numbers: four of value, and the density in 1/sr last.
-    enum Question {
-        /// `f_r` in 1/sr at each wavelength, or as red, green, blue and luminance.
+    /// Part of an evaluation that is computed; the other is zero.
+    enum Part {
+        /// `f_r` in 1/sr at each of four wavelengths, or as red, green, blue and luminance.
         Value,
-        /// The density of sampled directions, the mean over the wavelengths carried.
+        /// Density of samples in 1/sr, the mean over the wavelengths carried.
         Density,
         /// Both.
         ValueAndDensity,
-        /// A direction, whose components come first; the zero vector where there is none.
-        Direction,
     }
 
-    /// Dr.Jit variables, borrowed, of a question to a traced evaluator. The first three arrays are of `f32`.
-    struct Traced {
+    /// Indices of borrowed Dr.Jit variables for a traced call. Vectors and wavelengths are of `f32`.
+    struct TracedQuery {
         /// A `JitBackend`.
         backend: u32,
         wi: [u32; 3],
-        /// `wo`, or three random numbers where a direction is asked for.
-        other: [u32; 3],
-        /// Of surfaces that are not in colours.
+        /// In nm; not read for surfaces in colours.
         wavelengths_nm: [u32; 4],
+        /// Mask of the lanes to compute.
         active: u32,
-        /// Arrays of `u32`: the surface's words in the backend's memory.
+        /// Arrays of `u32`: the surface's table data in the backend's memory.
         words: [u32; 3],
     }
 
-    /// Steps of a difference quotient over which the value changes by little: tangential components of either
-    /// direction, along x and y, and their cosines.
+    /// Steps of difference quotients, a small part of the scale on which values change.
     struct Steps {
-        across: [f32; 2],
-        along: f32,
+        /// Of the direction cosines along x and y.
+        tangential: [f32; 2],
+        /// Of the cosines with the normal.
+        normal: f32,
     }
 
-    /// A complex index by wavelength: each part at wavelengths in nm of its own, or one value for all of them. Without values
-    /// everything is reflected.
+    /// Complex index by wavelength in nm. A part has samples at wavelengths of its own, or one value for all. No
+    /// values: a perfect reflector.
     struct IndexSamples {
-        /// False where a texture or a colour gives it, which has no wavelengths.
+        /// False for a texture or a colour, which have no wavelengths.
         known: bool,
         eta_nm: Vec<f64>,
         eta: Vec<f64>,
@@ -70,68 +67,67 @@ mod ffi {
         /// A surface with its tables.
         type Surface;
 
-        /// Builds a surface from a JSON object whose keys are the plugin's parameters, for variants that carry wavelengths;
-        /// `polarised` where they carry Stokes vectors.
+        /// Builds a surface for variants that carry wavelengths, from a JSON object of the plugin's parameters.
+        /// `polarised` is set for variants that carry Stokes vectors.
         fn new_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
-        /// The same for variants that carry colours, with what the interface does to light inside if the index is known and has
-        /// samples.
+        /// Builds a surface for RGB and mono variants. Its colours include the interface's factor if the index is known
+        /// and has samples.
         fn new_colour_surface(config_json: &str, index: &IndexSamples, polarised: bool) -> Result<Box<Surface>>;
-        /// The same surface with another coherence length.
+        /// A copy with another coherence length in µm.
         fn with_coherence_length(self: &Surface, coherence_length_um: f32) -> Result<Box<Surface>>;
-        /// The same surface without what the interface does to light inside.
+        /// A copy whose colours leave out the interface's factor.
         fn without_index(self: &Surface) -> Result<Box<Surface>>;
 
-        /// Whether the orders are those of Maxwell's equations, with what the material reflects inside.
+        /// Whether orders have efficiencies by Maxwell's equations, which include the material's reflectance.
         fn is_rigorous(self: &Surface) -> bool;
-        /// Whether the interface does to light what the small-slope factor says, in place of the Fresnel reflectance.
+        /// Whether the interface's factor is the small-slope factor instead of the Fresnel reflectance.
         fn is_small_slope(self: &Surface) -> bool;
         /// The coherence length in µm.
         fn coherence_length_um(self: &Surface) -> f32;
-        /// One line that tells the surface, its tables and their error, for `str(bsdf)`.
+        /// One line on the surface, its tables and their error, for `str(bsdf)`.
         fn describe(self: &Surface) -> Result<String>;
 
-        /// The same number for surfaces that share their tables, and no other in this process.
+        /// A number that identifies the tables within this process; copies that share tables share it.
         fn identity(self: &Surface) -> u64;
-        /// The array of words of that number, below three: table, sampler, albedo; or efficiencies, colours, polarisation. It may
-        /// be empty.
+        /// Table data number `which`, below three: spectrum, sampler, albedo; or efficiencies, colours, Jones matrices.
+        /// May be empty.
         fn words(self: &Surface, which: usize) -> &[u32];
-        /// See [`Steps`].
+        /// Steps for derivatives by directions.
         fn steps(self: &Surface) -> Steps;
 
-        /// Answers by value. The wavelengths do not matter to a surface in colours, whose values are red, green, blue and
-        /// luminance.
-        fn ask(
+        /// Value and density by value: four values, then the density. Surfaces in colours ignore the wavelengths.
+        fn evaluate(
             self: &Surface,
-            question: Question,
+            part: Part,
             wi: &[f32; 3],
-            other: &[f32; 3],
+            wo: &[f32; 3],
             wavelengths_nm: &[f32; 4],
         ) -> Result<[f32; 5]>;
-        /// Answers by tracing: variables that the caller owns.
-        fn trace(self: &Surface, question: Question, arguments: &Traced) -> Result<[u32; 5]>;
-        /// `f_r` as Mueller matrices of light from `wi` to `other`, in frames of reference whose first axis is the grooves', made
-        /// transverse: an element at four wavelengths, then the next of the row; or of the luminance, four times. Only of rigorous
-        /// surfaces that were made polarised.
-        fn ask_matrix(self: &Surface, wi: &[f32; 3], other: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 64]>;
-        /// The same by tracing.
-        fn trace_matrix(self: &Surface, arguments: &Traced) -> Result<[u32; 64]>;
+        /// A direction from three random numbers in [0, 1), by value; the zero vector where it falls below the horizon.
+        fn sample(self: &Surface, wi: &[f32; 3], u: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 3]>;
+        /// Mueller matrices in 1/sr of light from `from` to `to`, by value, in frames of reference whose first axis is
+        /// the grooves' direction made transverse. Row by row, each element at four wavelengths; of the luminance, four
+        /// times alike. Only of rigorous surfaces made polarised.
+        fn evaluate_matrix(
+            self: &Surface,
+            from: &[f32; 3],
+            to: &[f32; 3],
+            wavelengths_nm: &[f32; 4],
+        ) -> Result<[f32; 64]>;
 
-        /// Refuses to run in a Mitsuba (`running`, empty when unknown) that was not compiled against (`compiled`).
+        /// Traces [`Surface::evaluate`]; the caller owns the variables returned.
+        fn trace_evaluate(self: &Surface, part: Part, query: &TracedQuery, wo: &[u32; 3]) -> Result<[u32; 5]>;
+        /// Traces [`Surface::sample`].
+        fn trace_sample(self: &Surface, query: &TracedQuery, u: &[u32; 3]) -> Result<[u32; 3]>;
+        /// Traces [`Surface::evaluate_matrix`], with `from` as the query's `wi`.
+        fn trace_matrix(self: &Surface, query: &TracedQuery, to: &[u32; 3]) -> Result<[u32; 64]>;
+
+        /// Refuses a running Mitsuba (`running`, empty if unknown) other than the version compiled against.
         fn check_version(compiled: &str, running: &str) -> Result<()>;
-    }
-
-    // SAFETY: the function takes a line by value and keeps nothing of it.
-    unsafe extern "C++" {
-        include!("progress.h");
-
-        /// Writes a line to Mitsuba's log at the level Info.
-        fn log_info(line: &str) -> Result<()>;
-        /// Writes a line to Mitsuba's log at the level Warn.
-        fn log_warn(line: &str) -> Result<()>;
     }
 }
 
-/// Why a call across the boundary failed.
+/// Reason that a call across the boundary failed.
 #[derive(Debug, thiserror::Error)]
 enum PluginError {
     #[error(transparent)]
@@ -144,11 +140,11 @@ enum PluginError {
     #[error("parameters \"eta\" and \"k\": {0}")]
     Index(#[from] SpectralIndexError),
     #[error(
-        "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or colours, \
-         and not changed later; {other:?} does not"
+        "parameter {parameter:?} is {value:?}, which needs \"eta\" and \"k\" as numbers or spectra, not as textures or \
+         colours, and not changed later; {other:?} does not"
     )]
     UnknownIndex { parameter: &'static str, value: &'static str, other: &'static str },
-    #[error("the surface was made without what its orders do to polarised light")]
+    #[error("the surface has no Jones matrices: it is not rigorous, or was built for an unpolarised variant")]
     NoMatrix,
     #[error(transparent)]
     Trace(#[from] TraceError),
@@ -156,9 +152,9 @@ enum PluginError {
     Panic(#[from] Panic),
 }
 
-/// Part of the width of an order and of a knot that derivatives are differences over. The tables are smooth on that scale:
-/// this is off by 4e-4 of the slope.
-const STEP: f64 = 0.05;
+/// Step of difference quotients, as a fraction of an order's width and of the distance of knots. The tables are smooth
+/// on that scale: the quotient is off by 4e-4 of the slope.
+const STEP_FRACTION: f64 = 0.05;
 
 impl Surface {
     fn is_rigorous(&self) -> bool {
@@ -175,7 +171,8 @@ impl Surface {
 
     fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
         guard(|| {
-            // The decimal number that was meant, not the binary neighbour of it.
+            // The shortest decimal of this single-precision number, which the user gave, instead of its binary
+            // neighbour.
             let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
             let mut recipe = self.recipe.clone();
             recipe.config.coherence_length = coherence_length;
@@ -187,9 +184,15 @@ impl Surface {
     }
 
     fn without_index(&self) -> Result<Box<Self>, PluginError> {
-        let recipe = Recipe { inside: false, ..self.recipe.clone() };
+        let recipe = Recipe { includes_interface: false, ..self.recipe.clone() };
         guard(|| match &self.tables {
-            Tables::Spectral(_) => Self::spectral(recipe),
+            // These tables never include it.
+            Tables::Spectral(tables) => Ok(Box::new(Self {
+                recipe,
+                tables: Tables::Spectral(tables.clone()),
+                jones: None,
+                identity: self.identity,
+            })),
             Tables::Colours(_) => Self::colours(recipe),
             Tables::Grating(_) | Tables::GratingColours(_) => {
                 Err(PluginError::UnknownIndex { parameter: "theory", value: "rigorous", other: "scalar" })
@@ -223,12 +226,12 @@ impl Surface {
 
     fn steps(&self) -> ffi::Steps {
         let shortest_um = WAVELENGTH_MIN_NM * 1e-3;
-        // The width of an order in direction cosines, and of a knot in a cosine.
-        let (across, along) = match &self.tables {
+        // Width of an order in direction cosines, and distance of knots in a cosine.
+        let (order, knot) = match &self.tables {
             Tables::Spectral(tables) => {
                 let layout = &tables.0.layout().table;
-                let across = [0, 1].map(|axis| shortest_um * layout.sigma[axis] / layout.period_um[axis]);
-                (across, shortest_um * layout.kappa_step / TAU)
+                let order = [0, 1].map(|axis| shortest_um * layout.sigma[axis] / layout.period_um[axis]);
+                (order, shortest_um * layout.kappa_step / TAU)
             }
             Tables::Colours(tables) => {
                 let table = tables.0.table();
@@ -238,54 +241,78 @@ impl Surface {
             Tables::Grating(tables) => ([shortest_um * tables.0.layout().sigma_per_um; 2], 1.0),
             Tables::GratingColours(tables) => ([shortest_um * tables.0.grating().layout().sigma_per_um; 2], 1.0),
         };
-        ffi::Steps { across: across.map(|width| (STEP * width) as f32), along: (STEP * along.min(1.0)) as f32 }
+        ffi::Steps {
+            tangential: order.map(|width| (STEP_FRACTION * width) as f32),
+            normal: (STEP_FRACTION * knot.min(1.0)) as f32,
+        }
     }
 
-    fn ask(
+    fn evaluate(
         &self,
-        question: Question,
+        part: Part,
         wi: &[f32; 3],
-        other: &[f32; 3],
+        wo: &[f32; 3],
         wavelengths_nm: &[f32; 4],
     ) -> Result<[f32; 5], PluginError> {
-        guard(|| {
-            #[cfg(target_arch = "x86_64")]
-            if is_x86_feature_detected!("avx2") {
-                // SAFETY: the processor has what the function is compiled for.
-                return Ok(unsafe { self.by_value_avx2(question, [*wi, *other], *wavelengths_nm) });
-            }
-            Ok(self.by_value(question, [*wi, *other], *wavelengths_nm))
-        })
+        guard(|| Ok(with_avx2(|| self.answer_by_value(part, *wi, *wo, *wavelengths_nm))))
     }
 
-    fn trace(&self, question: Question, arguments: &ffi::Traced) -> Result<[u32; 5], PluginError> {
-        guard(|| {
-            let owned = trace(arguments.backend, |scope| {
-                let Arguments { words, directions, nm, active } = self.arguments(scope, arguments);
-                self.answer::<Traced>(words, Gamut::Keep, question, directions, nm, active)
-                    .map(|variable| variable.owned(scope))
-            })?;
-            Ok(owned.map(Owned::into_index))
-        })
+    fn sample(&self, wi: &[f32; 3], u: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 3], PluginError> {
+        guard(|| Ok(with_avx2(|| self.direction(self.by_value(*wi, *u, *wavelengths_nm)))))
     }
 
-    fn ask_matrix(&self, wi: &[f32; 3], other: &[f32; 3], wavelengths_nm: &[f32; 4]) -> Result<[f32; 64], PluginError> {
+    fn evaluate_matrix(
+        &self,
+        from: &[f32; 3],
+        to: &[f32; 3],
+        wavelengths_nm: &[f32; 4],
+    ) -> Result<[f32; 64], PluginError> {
         guard(|| {
             let jones = self.jones()?;
-            Ok(self.matrix::<Plain<f32>>(jones, self.all_words(), [*wi, *other], *wavelengths_nm, true))
+            Ok(with_avx2(|| self.matrix(jones, self.by_value(*from, *to, *wavelengths_nm))))
         })
     }
 
-    fn trace_matrix(&self, arguments: &ffi::Traced) -> Result<[u32; 64], PluginError> {
-        guard(|| {
-            let jones = self.jones()?;
-            let owned = trace(arguments.backend, |scope| {
-                let Arguments { words, directions, nm, active } = self.arguments(scope, arguments);
-                self.matrix::<Traced>(jones, words, directions, nm, active).map(|variable| variable.owned(scope))
-            })?;
-            Ok(owned.map(Owned::into_index))
-        })
+    fn trace_evaluate(&self, part: Part, query: &ffi::TracedQuery, wo: &[u32; 3]) -> Result<[u32; 5], PluginError> {
+        traced(query.backend, |scope| self.answer(part, Gamut::Keep, self.traced(scope, query, *wo)))
     }
+
+    fn trace_sample(&self, query: &ffi::TracedQuery, u: &[u32; 3]) -> Result<[u32; 3], PluginError> {
+        traced(query.backend, |scope| self.direction(self.traced(scope, query, *u)))
+    }
+
+    fn trace_matrix(&self, query: &ffi::TracedQuery, to: &[u32; 3]) -> Result<[u32; 64], PluginError> {
+        let jones = self.jones()?;
+        traced(query.backend, |scope| self.matrix(jones, self.traced(scope, query, *to)))
+    }
+}
+
+/// Traces `body` for a backend and hands its variables to the caller.
+fn traced<const K: usize>(
+    backend: u32,
+    body: impl for<'s> FnOnce(Scope<'s>) -> [Var<'s, f32>; K],
+) -> Result<[u32; K], PluginError> {
+    guard(|| {
+        let owned = trace(backend, |scope| body(scope).map(|variable| variable.owned(scope)))?;
+        Ok(owned.map(Owned::into_index))
+    })
+}
+
+/// Runs `body` compiled for AVX2 where the processor has it; rounding is then one instruction instead of a call.
+#[inline(always)]
+fn with_avx2<R>(body: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    {
+        #[target_feature(enable = "avx2")]
+        fn compiled<R>(body: impl FnOnce() -> R) -> R {
+            body()
+        }
+        if is_x86_feature_detected!("avx2") {
+            // SAFETY: the processor has AVX2.
+            return unsafe { compiled(body) };
+        }
+    }
+    body()
 }
 
 fn new_surface(config_json: &str, index: &ffi::IndexSamples, polarised: bool) -> Result<Box<Surface>, PluginError> {

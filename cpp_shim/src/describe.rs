@@ -1,11 +1,11 @@
-//! One line that tells a surface, for `str(bsdf)`.
+//! One-line descriptions of a surface, for `str(bsdf)`.
 
 use sunbeam::cache::Origin;
 use sunbeam::config::{Source, SurfaceConfig, Theory};
 use sunbeam::grating::GratingSurface;
 use sunbeam::lobe::{ColourSurface, SurfaceReport};
 
-/// The configuration.
+/// Parameters.
 pub fn config(config: &SurfaceConfig) -> String {
     let source = match config.source() {
         Source::Preset(preset) => {
@@ -17,7 +17,7 @@ pub fn config(config: &SurfaceConfig) -> String {
     if config.theory == Theory::Rigorous {
         return format!("{source}; theory rigorous, over {} µm, level {}", config.coherence_length, config.level());
     }
-    // The parameters' own spelling.
+    // Parameters' values as users write them.
     let name = |choice: &dyn std::fmt::Debug| format!("{choice:?}").to_lowercase();
     format!(
         "{source}; {} over {} µm, {} tiling, {} obliquity, level {}, conserve_energy {}, shadowing {}, tolerance {:e}",
@@ -32,7 +32,7 @@ pub fn config(config: &SurfaceConfig) -> String {
     )
 }
 
-/// The tables of a surface and their error.
+/// Tables of a surface in spectral variants, and their error.
 pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     let table = &report.table;
     let scaled = report.energy.map_or(String::new(), |energy| {
@@ -42,7 +42,8 @@ pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
         )
     });
     format!(
-        "tables of {:.2} MB, {origin} ({:.2} s to build), {} x {} look-ups of {} nodes with {} knots, relative error {:.1e}{scaled}",
+        "tables of {:.2} MB, {origin} ({:.2} s to build), {} x {} look-ups of {} nodes with {} knots, relative error \
+         {:.1e}{scaled}",
         report.bytes as f64 / 1e6,
         report.build_seconds,
         table.taps.0,
@@ -53,14 +54,14 @@ pub fn tables(report: &SurfaceReport, origin: &Origin) -> String {
     )
 }
 
-/// The tables of a surface in colours.
+/// Tables of a surface in RGB and mono variants.
 pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     let report = surface.report();
     let bytes = report.table_bytes + report.sampler_bytes + report.albedo_bytes;
-    let inside = if surface.reference().is_some() { "inside" } else { "apart" };
+    let included = if surface.reference().is_some() { "included" } else { "applied per sample" };
     format!(
-        "tables of colours of {:.2} MB, {origin} ({:.2} s to build), {} rings over {} µm of coherence, relative error {:.1e} of the \
-         spectra, Fresnel reflectance {inside}",
+        "tables of colours of {:.2} MB, {origin} ({:.2} s to build), {} rings over {} µm of coherence, relative error \
+         {:.1e} of the spectra, Fresnel reflectance {included}",
         bytes as f64 / 1e6,
         report.build_seconds,
         surface.table().report().rings,
@@ -69,11 +70,12 @@ pub fn colours(surface: &ColourSurface, origin: &Origin) -> String {
     )
 }
 
-/// The table of a grating by Maxwell's equations.
+/// Tables of a grating of the rigorous theory.
 pub fn grating(grating: &GratingSurface, bytes: usize, origin: &Origin) -> String {
     let report = grating.report();
     format!(
-        "Maxwell's orders in tables of {:.2} MB, {origin} ({:.2} s to build), {} places solved, an order off by {:.1e} in root mean square",
+        "orders by Maxwell's equations in tables of {:.2} MB, {origin} ({:.2} s to build), {} incidences solved, root \
+         mean square error of an order {:.1e}",
         bytes as f64 / 1e6,
         report.build_seconds,
         report.solved,

@@ -1,7 +1,7 @@
-//! The functions of Dr.Jit that tracing needs, as `cpp_shim/jit.h` gives them: indices in, indices out, nothing throws.
+//! Dr.Jit's functions for tracing (`cpp_shim/jit.h`): indices in, indices out, nothing throws.
 //!
-//! cxx compiles both sides from the declarations here and in the header, so that a mismatch does not build. What a loop
-//! calls back is here too; a panic in it does not enter C++, but waits in [`Loop::panicked`] until C++ has left.
+//! cxx checks these declarations against the header when it compiles. Loops call back into [`Steps`]; a panic there
+//! does not enter C++, but waits in [`Loop::panicked`] until C++ has returned.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -62,18 +62,18 @@ mod ffi {
 
     extern "Rust" {
         type Loop<'a>;
-        /// Appends new references to the state's variables.
+        /// Appends a new reference to each variable of the state.
         unsafe fn read<'a>(self: &Loop<'a>, indices: &mut Vec<u32>);
-        /// Replaces the state's variables by these, which are borrowed.
+        /// Replaces the state's variables by borrowed ones.
         unsafe fn write<'a>(self: &mut Loop<'a>, indices: &[u32]);
-        /// The variable that says whether there is another step, borrowed; 0 if that failed.
+        /// The borrowed mask of lanes that take another step; 0 on failure.
         unsafe fn condition<'a>(self: &mut Loop<'a>) -> u32;
-        /// Takes a step; false if that failed.
+        /// Takes a step; false on failure.
         unsafe fn body<'a>(self: &mut Loop<'a>) -> bool;
     }
 }
 
-/// What a loop does with its state.
+/// State of a loop and its operations.
 pub trait Steps {
     fn read(&self, visit: &mut dyn FnMut(u32));
     fn write(&mut self, indices: &[u32]);
@@ -81,7 +81,7 @@ pub trait Steps {
     fn step(&mut self);
 }
 
-/// A loop that C++ runs.
+/// A loop under way in C++.
 pub struct Loop<'a> {
     steps: &'a mut dyn Steps,
     panic: Option<Box<dyn Any + Send>>,
@@ -117,7 +117,7 @@ impl<'a> Loop<'a> {
     }
 
     fn caught<T>(&mut self, failed: T, call: impl FnOnce(&mut dyn Steps) -> T) -> T {
-        // After a panic the state is not used again: the loop ends, and the panic goes on.
+        // After a panic the loop ends and the state is not used again, so it may be inconsistent.
         catch_unwind(AssertUnwindSafe(|| call(self.steps))).unwrap_or_else(|payload| {
             self.panic = Some(payload);
             failed

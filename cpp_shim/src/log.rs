@@ -1,6 +1,6 @@
 //! Messages for Mitsuba's log: progress while tables are built, and the library's warnings.
 
-use super::bridge::{log_info, log_warn};
+use ffi::{log_info, log_warn};
 use log::{LevelFilter, Log, Metadata, Record};
 use std::collections::HashSet;
 use std::panic::resume_unwind;
@@ -11,18 +11,33 @@ use std::thread;
 use std::time::Duration;
 use sunbeam::table::Progress;
 
-/// Between two lines of Mitsuba's log, and before the first.
+#[cxx::bridge(namespace = "sunbeam")]
+mod ffi {
+    // SAFETY: the functions take a line by value and keep nothing of it.
+    unsafe extern "C++" {
+        include!("progress.h");
+
+        /// Writes a line to Mitsuba's log at the level Info.
+        fn log_info(line: &str) -> Result<()>;
+        /// Writes a line to Mitsuba's log at the level Warn.
+        fn log_warn(line: &str) -> Result<()>;
+    }
+}
+
+/// Time between two progress lines, and before the first.
 const LOG_INTERVAL: Duration = Duration::from_secs(2);
 
-/// Warnings that wait for a thread that may call Mitsuba, and all that were ever told: each is told once.
+/// Warnings of the library. Each is written once.
 struct Warnings {
+    /// Warnings that wait for a thread that may call Mitsuba.
     waiting: Vec<String>,
+    /// Every warning so far.
     told: Option<HashSet<String>>,
 }
 
 static WARNINGS: Mutex<Warnings> = Mutex::new(Warnings { waiting: Vec::new(), told: None });
 
-/// The library's logger: keeps its warnings.
+/// Logger that keeps the library's warnings.
 struct Keep;
 
 impl Log for Keep {
@@ -43,17 +58,17 @@ impl Log for Keep {
     fn flush(&self) {}
 }
 
-/// Hands the warnings to Mitsuba's log.
+/// Writes the waiting warnings to Mitsuba's log.
 fn tell_warnings() {
     let waiting = std::mem::take(&mut WARNINGS.lock().unwrap_or_else(PoisonError::into_inner).waiting);
     for line in waiting {
-        // A logger that refuses a line is no reason not to build.
+        // Building goes on if the logger refuses a line.
         let _ = log_warn(&line);
     }
 }
 
-/// Runs `build` and tells Mitsuba's log how far it has come and what the library warns of, from this thread alone: others
-/// must not call Mitsuba.
+/// Runs `build` on another thread, and writes its progress and the library's warnings to Mitsuba's log from this one.
+/// Threads that Mitsuba did not start must not call it.
 pub fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
     if log::set_logger(&Keep).is_ok() {
         log::set_max_level(LevelFilter::Warn);
@@ -64,9 +79,9 @@ pub fn logged<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
 }
 
 fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
-    // Bits of a share. Those of positive floats are in the order of their values.
-    let share = Arc::new(AtomicU64::new(0));
-    let told = share.clone();
+    // Bits of the fraction done: positive floats and their bits have one order.
+    let fraction = Arc::new(AtomicU64::new(0));
+    let told = fraction.clone();
     let progress = Progress::new(move |done| {
         told.fetch_max(done.max(0.0).to_bits(), Ordering::Relaxed);
     });
@@ -78,8 +93,8 @@ fn with_progress<T: Send>(build: impl FnOnce(&Progress) -> T + Send) -> T {
             built
         });
         while ended.recv_timeout(LOG_INTERVAL) == Err(RecvTimeoutError::Timeout) {
-            let percent = 100.0 * f64::from_bits(share.load(Ordering::Relaxed));
-            // A logger that refuses a line is no reason not to build.
+            let percent = 100.0 * f64::from_bits(fraction.load(Ordering::Relaxed));
+            // Building goes on if the logger refuses a line.
             let _ = log_info(&format!("diffraction: building tables, {percent:.0} %"));
         }
         builder.join().unwrap_or_else(|panic| resume_unwind(panic))

@@ -1,10 +1,10 @@
-//! Who owns the variables that tracing makes.
+//! Ownership of the variables that tracing creates.
 
 use super::jit;
 use std::cell::RefCell;
 use std::marker::PhantomData;
 
-/// Why nothing was traced.
+/// Reason that tracing failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TraceError {
     #[error("Dr.Jit could not trace the surface: {0}")]
@@ -13,24 +13,24 @@ pub enum TraceError {
     Nested,
 }
 
-/// Ties a handle to the scope that owns its variable; a lifetime that neither shrinks nor grows, and of one thread.
+/// Ties a handle to the scope that owns its variable: an invariant lifetime, on one thread.
 pub type Brand<'s> = PhantomData<(fn(&'s ()) -> &'s (), *mut ())>;
 
-/// Leave to trace. What is traced meanwhile, the scope releases when it ends.
+/// An open scope. It owns all variables created while it is open, and releases them when it ends.
 #[derive(Clone, Copy)]
 pub struct Scope<'s>(Brand<'s>);
 
-/// A reference to a variable that outlives the scope.
+/// A reference to a variable that survives the scope.
 #[derive(Debug)]
 pub struct Owned(u32);
 
 impl Owned {
-    /// A reference of its own to a variable.
+    /// Takes a new reference to a variable.
     pub fn of(_: Scope<'_>, index: u32) -> Self {
         Self(if index == 0 { 0 } else { jit::retain(index) })
     }
 
-    /// The index; the reference is the caller's from now on.
+    /// Passes the reference on to the caller.
     pub fn into_index(mut self) -> u32 {
         std::mem::take(&mut self.0)
     }
@@ -50,15 +50,15 @@ struct Open {
 }
 
 thread_local! {
-    // The traits in `sunbeam::numeric` make constants from nothing but a number, so the scope cannot come as an argument.
+    // Thread-local, since `sunbeam::numeric::Real::lit` makes constants without a scope argument.
     static OPEN: RefCell<Option<Open>> = const { RefCell::new(None) };
 }
 
-/// Runs `body`, which may trace for a backend (a `JitBackend`). Handles cannot leave it: their type has the scope's
-/// lifetime, which `R` cannot name. A panic in `body` goes on when its variables are released.
+/// Runs `body` in a scope for a backend (a `JitBackend`). Handles cannot leave the scope, because `R` cannot name its
+/// lifetime. A panic in `body` continues after the variables are released.
 ///
 /// # Errors
-/// The first message of Dr.Jit, or a call within another.
+/// Dr.Jit's first error message, or a call inside another scope.
 pub fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) -> Result<R, TraceError> {
     struct Close;
     impl Drop for Close {
@@ -76,7 +76,7 @@ pub fn trace<R>(backend: u32, body: impl for<'s> FnOnce(Scope<'s>) -> R) -> Resu
         }
     })?;
     let close = Close;
-    // What an abandoned scope left.
+    // Clears an error that an abandoned scope left.
     jit::take_error();
     let result = body(Scope(PhantomData));
     drop(close);
@@ -89,7 +89,7 @@ pub fn backend() -> Option<u32> {
     OPEN.with_borrow(|open| open.as_ref().map(|open| open.backend))
 }
 
-/// Gives a variable to the open scope.
+/// Passes a variable to the open scope; without one, releases it and returns 0.
 pub fn own(index: u32) -> u32 {
     if index == 0 {
         return 0;
@@ -106,12 +106,12 @@ pub fn own(index: u32) -> u32 {
     })
 }
 
-/// How many variables the open scope owns.
+/// Number of variables that the open scope owns.
 pub fn owned() -> usize {
     OPEN.with_borrow(|open| open.as_ref().map_or(0, |open| open.owned.len()))
 }
 
-/// Releases the variables that the open scope took over as these.
+/// Releases the variables at these positions in the scope's list.
 pub fn release(range: std::ops::Range<usize>) {
     OPEN.with_borrow_mut(|open| {
         if let Some(open) = open {

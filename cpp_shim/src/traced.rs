@@ -1,7 +1,6 @@
-//! Numbers that Dr.Jit records: what an evaluator computes from them becomes part of a kernel.
+//! Numbers that Dr.Jit records: evaluators generic over [`Numbers`] become part of a kernel.
 //!
-//! A handle is an index and can be copied; the [`Scope`] that it was made in owns the variable. Nothing is
-//! differentiable.
+//! A handle is an index and can be copied; the [`Scope`] that created it owns the variable. Nothing is differentiable.
 
 use super::jit;
 use super::scope::{self, Brand, Owned, Scope};
@@ -11,7 +10,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 use std::panic::resume_unwind;
 use sunbeam::numeric::{Index, Mask, Number, Numbers, Real, State};
 
-/// The numbers of one scope.
+/// The family of traced numbers of one scope.
 #[derive(Clone, Copy)]
 pub struct Traced<'s>(Brand<'s>);
 
@@ -22,11 +21,11 @@ pub struct Var<'s, T> {
     brand: Brand<'s>,
 }
 
-/// An array of words in the backend's memory, to be gathered from.
+/// An array of 32-bit table data in the backend's memory.
 #[derive(Clone, Copy)]
 pub struct WordsVar<'s>(u32, Brand<'s>);
 
-/// The elements that a variable may have.
+/// Element types of variables.
 pub trait Element: Copy {
     fn constant(backend: u32, value: Self) -> u32;
 }
@@ -51,8 +50,7 @@ impl<T> Clone for Var<'_, T> {
 impl<T> Copy for Var<'_, T> {}
 
 impl<'s, T: Element> Var<'s, T> {
-    /// A variable that the caller keeps until the scope has ended, and whose elements are `T`. Index 0 is an error of
-    /// the scope's.
+    /// A variable of elements `T` that the caller keeps alive until the scope ends. Index 0 becomes the scope's error.
     pub fn borrowed(_: Scope<'s>, index: u32) -> Self {
         if index == 0 {
             jit::keep_error("an argument is an empty array");
@@ -60,7 +58,7 @@ impl<'s, T: Element> Var<'s, T> {
         Self { index, kind: PhantomData, brand: PhantomData }
     }
 
-    /// A reference that outlives the scope.
+    /// A reference that survives the scope.
     pub fn owned(self, scope: Scope<'s>) -> Owned {
         Owned::of(scope, self.index)
     }
@@ -75,7 +73,7 @@ impl<'s, T: Element> Var<'s, T> {
 }
 
 impl<'s> WordsVar<'s> {
-    /// An array of `u32` that the caller keeps until the scope has ended. One that is never read may be 0.
+    /// An array of `u32` that the caller keeps alive until the scope ends. An array that is never read may be 0.
     pub fn borrowed(_: Scope<'s>, index: u32) -> Self {
         Self(index, PhantomData)
     }
@@ -252,7 +250,7 @@ impl<'s> Numbers for Traced<'s> {
             let zero = Self::Real::lit(0.0);
             return function(lanes[0]).map(|value| [Self::Real::select(active, value, zero); L]);
         }
-        // Of unsigned integers, so `k` is lane `i` where it is neither below nor above.
+        // Equality of unsigned integers.
         let is = |k: Self::Index, i: usize| k.le(index(i as u32)) & index(i as u32).le(k);
         let zeros = [[Self::Real::lit(0.0); L]; R];
         let (_, results) = Self::while_loop(
@@ -278,7 +276,8 @@ struct Run<S, C, B> {
     state: S,
     go_on: C,
     step: B,
-    /// What the scope owned before the loop: the rest is the last step's, and is released when the state is replaced.
+    /// Number of variables that the scope owned before the loop. Later ones belong to the last step and are released
+    /// when the state is replaced.
     first: usize,
 }
 

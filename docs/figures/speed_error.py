@@ -97,7 +97,7 @@ def label(entry: dict) -> str:
     words = []
     for name, value in entry["parameters"].items():
         if name == "lambda_step_nm":
-            words.append(f"{value:g} nm" if isinstance(value, (int, float)) else f"{value} steps")
+            words.append(f"{value:g} nm")
         elif name == "terms":
             words.append(f"{value} terms")
         elif name == "neighbourhood":

@@ -16,6 +16,7 @@ mod exposure;
 mod observer;
 mod srgb;
 mod tone;
+mod wavelength_weights;
 mod weights;
 
 pub use difference::{ciede2000, linear_srgb_to_lab, xyz_to_lab};
@@ -23,4 +24,5 @@ pub use exposure::automatic_exposure;
 pub use observer::{OBSERVER_RANGE_NM, cie_xyz, d65};
 pub use srgb::{linear_srgb_to_xyz, srgb_bytes, srgb_decode, srgb_encode, xyz_to_linear_srgb};
 pub use tone::tone_map;
+pub use wavelength_weights::WavelengthWeights;
 pub use weights::{ColourError, SpectralToRgb};

@@ -190,7 +190,7 @@ mod words {
                 f.write_str("bytes of whole words")
             }
             fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u32>, E> {
-                if !bytes.len().is_multiple_of(4) {
+                if bytes.len() % 4 != 0 {
                     return Err(E::invalid_length(bytes.len(), &self));
                 }
                 Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())

@@ -4,7 +4,7 @@ use super::build::{Fineness, Group, Source};
 use super::grid::{GridPlace, place};
 use super::lobes::Lobes;
 use super::{AlbedoLayout, bf16_above};
-use crate::lobe::WavelengthWeights;
+use crate::colour::WavelengthWeights;
 use crate::numeric::math::{bf16_pair, lerp};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
 use crate::scattering::Options;

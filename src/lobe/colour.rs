@@ -1,21 +1,20 @@
 //! The reflectance in linear sRGB, for renderers that carry colours instead of wavelengths.
 //!
-//! `f_r = ∫ R·O·M·S/λ² · weight(λ) dλ = O·M·F`, with `F` out of a [`ColourTable`]. What the interface reflects depends on the
-//! wavelength, so it belongs inside the integral: gold times a rainbow is not the product of two colours. The table holds it
-//! relative to the reflectance for one index, [`ColourSurface::reference`], which is multiplied in exactly: a constant index then
-//! costs no accuracy, and what is left of another is smooth up to grazing incidence.
+//! `f_r = ∫ R·O·M·S/λ² · weight(λ) dλ = O·M·F`, with `F` out of a [`ColourTable`]. What the interface reflects depends
+//! on the wavelength, so it belongs inside the integral: gold times a rainbow is not the product of two colours. The
+//! table holds it relative to the reflectance for one index, [`ColourSurface::reference`], which is multiplied in
+//! exactly: a constant index then costs no accuracy, and what is left of another is smooth up to grazing incidence.
 
-use super::mixture::UNIFORM_SHARE;
+use super::{LinearSrgb, Lobe, are_above, mixture_density, sample_mixture};
 use crate::clock::Instant;
 use crate::colour_table::{ColourTable, ColourTableError, ColourTableOptions, ColourView, SUM_SQUARED_MAX};
 use crate::energy::{ColourAlbedoTable, ColourAlbedoView};
 use crate::height_field::HeightField;
-use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Plain, Real};
 use crate::sampling::{ColourSampler, ColourSamplerView};
 use crate::scattering::{
-    COSINE_MIN, ComplexIndex, Obliquity, Options, SpectralIndex, Vec3, build_table, fresnel_of_family,
-    fresnel_unpolarised, obliquity, shadowing, small_slope,
+    ComplexIndex, Obliquity, Options, SpectralIndex, Vec3, angular_factor, build_table, floored_cosines,
+    fresnel_of_family, fresnel_unpolarised, small_slope,
 };
 use crate::table::{Model, Progress};
 use serde::{Deserialize, Serialize};
@@ -198,10 +197,10 @@ impl ColourSurface {
         ColourFactors { reference: self.reference, obliquity, shadowing, gamut: Gamut::Keep }
     }
 
-    /// `f_r` in 1/sr as linear sRGB: as [`Surface::eval`](super::Surface::eval), and with the Fresnel reflectance of the index that
-    /// it was built for; see [`ColourLobe::eval`].
+    /// `f_r` in 1/sr as linear sRGB: as [`Surface::eval`](super::Surface::eval), and with the Fresnel reflectance of
+    /// the index that it was built for; see [`Lobe::eval`].
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
-        self.lobe::<f64>().eval(wi, wo, true)
+        self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }
 }
 
@@ -251,68 +250,66 @@ pub struct ColourLobe<N: Numbers> {
 }
 
 impl<N: Numbers> ColourLobe<N> {
-    /// `f_r` in 1/sr as linear sRGB, without the cosine, the Fresnel reflectance inside if the surface was built with an index.
-    /// Zero unless both directions lie above the surface.
+    /// `f_r` in linear sRGB, whatever the lobe's gamut.
     #[inline(always)]
-    pub fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+    fn value(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
-        let active = active & lit(0.0).lt(wi[2]) & lit(0.0).lt(wo[2]);
-        let (cos_i, cos_o) = (wi[2].max(lit(COSINE_MIN)), wo[2].max(lit(COSINE_MIN)));
-        let (u, v, w) = (wi[0] + wo[0], wi[1] + wo[1], cos_i + cos_o);
+        let active = active & are_above::<N>(wi, wo);
+        let cosines = floored_cosines(wi, wo);
+        let (u, v, w) = (wi[0] + wo[0], wi[1] + wo[1], cosines[0] + cosines[1]);
         let length_squared = w.fma(w, u.fma(u, v * v));
-        // Nothing that is not finite passes.
+        // False for NaN and infinities.
         let active = active & length_squared.le(lit(SUM_SQUARED_MAX.into()));
         let colour = self.table.relief_rgb(u, v, w, active);
-        let mut factor = obliquity(self.factors.obliquity, [u, v, w], [cos_i, cos_o]);
-        if self.factors.shadowing {
-            factor = factor * shadowing([u, v, w], [cos_i, cos_o]);
-        }
+        let mut factor = angular_factor(self.factors.obliquity, self.factors.shadowing, [u, v, w], cosines);
         if let Some(index) = self.factors.reference {
             factor = factor
                 * match self.factors.obliquity {
-                    Obliquity::SmallSlope => small_slope([u, v, w], [cos_i, cos_o], Some(index)),
+                    Obliquity::SmallSlope => small_slope([u, v, w], cosines, Some(index)),
                     Obliquity::Stam | Obliquity::Unit => fresnel_of_family(length_squared.sqrt() * lit(0.5), index),
                 };
         }
-        let conserving = match &self.albedo {
+        let divisor = match &self.albedo {
             Some(albedo) => albedo.factor(wi, wo, active),
             None => [lit(1.0); 3],
         };
-        let colour: [N::Real; 3] = array::from_fn(|c| colour[c] * factor * conserving[c]);
+        let colour: [N::Real; 3] = array::from_fn(|c| colour[c] * factor * divisor[c]);
         let colour = match self.factors.gamut {
             Gamut::Keep => colour,
             Gamut::Desaturate => desaturated(colour),
         };
         colour.map(|channel| N::Real::select(active, channel, lit(0.0)))
     }
+}
 
-    /// Density of [`ColourLobe::sample`] in 1/sr.
+impl<N: Numbers> Lobe<N, LinearSrgb> for ColourLobe<N> {
+    type Value = [N::Real; 3];
+
     #[inline(always)]
-    pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
-        let lit = N::Real::lit;
-        let active = active & lit(0.0).lt(wi[2]) & lit(0.0).lt(wo[2]);
-        let proposed = self.sampler.pdf(wi, wo, active);
-        let pdf = proposed.fma(lit(1.0 - UNIFORM_SHARE), lit(UNIFORM_SHARE * SQUARE_PDF));
-        N::Real::select(active, pdf, lit(0.0))
+    fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> [N::Real; 3] {
+        self.value(wi, wo, active)
     }
 
-    /// [`ColourLobe::eval`] and [`ColourLobe::pdf`].
     #[inline(always)]
-    pub fn eval_pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> ([N::Real; 3], N::Real) {
-        (self.eval(wi, wo, active), self.pdf(wi, wo, active))
+    fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> N::Real {
+        let active = active & are_above::<N>(wi, wo);
+        mixture_density::<N, 1>([self.sampler.pdf(wi, wo, active)], active)
     }
 
-    /// A direction from three random numbers in [0, 1), of which the first picks the even share; zeros where there is none above
-    /// the surface.
     #[inline(always)]
-    pub fn sample(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
-        let lit = N::Real::lit;
-        let active = active & lit(0.0).lt(wi[2]);
-        let evenly = u[0].lt(lit(UNIFORM_SHARE));
-        let drawn = self.sampler.sample(wi, [u[1], u[2]], active & !evenly);
-        let (even, there) = square_to_hemisphere::<N>([u[1], u[2]]);
-        let there = there & active & evenly;
-        array::from_fn(|c| N::Real::select(there, even[c], drawn[c]))
+    fn eval_pdf(
+        &self,
+        wi: [N::Real; 3],
+        wo: [N::Real; 3],
+        carried: LinearSrgb,
+        active: N::Mask,
+    ) -> ([N::Real; 3], N::Real) {
+        (self.eval(wi, wo, carried, active), self.pdf(wi, wo, carried, active))
+    }
+
+    #[inline(always)]
+    fn sample(&self, wi: [N::Real; 3], _: LinearSrgb, u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
+        sample_mixture::<N, 1>(wi, u, active, |_, u, active| self.sampler.sample(wi, [u[1], u[2]], active))
     }
 }
 
@@ -328,7 +325,8 @@ pub(crate) fn desaturated<R: Real>(colour: [R; 3]) -> [R; 3] {
     colour.map(|channel| R::select(outside, (channel - grey).fma(share, grey).max(zero), channel))
 }
 
-/// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC 61966-2-1.
+/// Luminance of a colour in linear sRGB, for renderers that carry one number: the second row of the matrix of IEC
+/// 61966-2-1.
 #[inline(always)]
 pub fn luminance<R: Real>([r, g, b]: [R; 3]) -> R {
     r.fma(R::lit(0.212_672_9), g.fma(R::lit(0.715_152_2), b * R::lit(0.072_175)))

@@ -1,3 +1,5 @@
+//! The oracle: the reflectance by the direct double-precision sum.
+
 use crate::energy::AlbedoTable;
 use crate::height_field::HeightField;
 use crate::scattering::{Options, Pair, Vec3};
@@ -7,12 +9,22 @@ use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// The oracle: the reflectance by the direct sum of docs/model.md#the-reflectance in double precision, with no table and no
-/// truncated window.
+/// Reflectance by the direct sum of docs/model.md#the-reflectance, without tables and without a truncated window.
 ///
-/// Where the tile repeats, all of its orders are summed with their Gaussians. A scan that stands alone is summed over
-/// the lags of its autocorrelation (ensemble) or over its pixels (patch), which involves no lattice of orders at all.
-/// One evaluation costs a transform of the tile and a pass over it.
+/// A periodic tile is summed over all its orders with their Gaussians. An aperiodic scan is summed over the lags of its
+/// autocorrelation (ensemble) or over its pixels (patch). One evaluation costs a transform of the tile and a pass over
+/// it.
+///
+/// ```
+/// use sunbeam::lobe::Exact;
+/// use sunbeam::{Options, Preset};
+///
+/// let options = Options { coherence_length_um: 20.0, ..Options::default() };
+/// let exact = Exact::new(&Preset::Flat.build(None, None)?, &options, None);
+/// let (wi, mirror) = ([0.6, 0.0, 0.8], [-0.6, 0.0, 0.8]);
+/// assert!(exact.eval(wi, mirror, 550.0) > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Exact {
     transform: OrderTransform,
     options: Options,
@@ -20,12 +32,12 @@ pub struct Exact {
     pixel_um: (f64, f64),
     tapers: Option<(Vec<f64>, Vec<f64>)>,
     albedo: Option<Arc<AlbedoTable>>,
-    /// κ and data of the last query, which neighbouring queries often share.
+    /// κ and data of the last query; consecutive queries often share κ.
     last: Mutex<Option<(f64, Arc<Vec<Complex64>>)>>,
 }
 
 impl Exact {
-    /// The oracle of `field`. `albedo` is what the surface divides by to conserve energy, `None` for nothing.
+    /// The oracle of `field`. `albedo` divides the reflectance to conserve energy; `None` leaves it undivided.
     pub fn new(field: &HeightField, options: &Options, albedo: Option<Arc<AlbedoTable>>) -> Self {
         let (nx, ny) = field.size();
         Self {
@@ -39,8 +51,8 @@ impl Exact {
         }
     }
 
-    /// `f_r` in 1/sr, with and without the same as [`Surface::eval`](super::Surface::eval); zero unless both directions lie above the surface and the
-    /// wavelength is positive.
+    /// `f_r` in 1/sr, with the factors of [`Surface::eval`](super::Surface::eval). Zero unless both directions lie
+    /// above the surface and the wavelength (nm) is positive.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo).filter(|_| wavelength_nm > 0.0) else { return 0.0 };
         let wavelength_um = wavelength_nm * 1e-3;
@@ -54,7 +66,7 @@ impl Exact {
     pub fn power_density(&self, f: [f64; 2], kappa: f64) -> f64 {
         let s = self.options.coherence_length_um / 4.0;
         let (nx, ny) = self.transform.size();
-        // Pixels say nothing of frequencies above half their rate; the sums over them would repeat there.
+        // Above half the sampling rate the sums over pixels would only repeat.
         let beyond = 2.0 * f[0].abs() * self.pixel_um.0 > 1.0 || 2.0 * f[1].abs() * self.pixel_um.1 > 1.0;
         if self.tapers.is_some() && beyond {
             return 0.0;
@@ -100,14 +112,14 @@ impl Exact {
         density.max(0.0)
     }
 
-    /// What the sums run over at one κ, row-major: order powers, order amplitudes, autocorrelation, or phase screen.
+    /// Summands at one κ, row-major: order powers, order amplitudes, autocorrelation, or phase screen.
     fn data(&self, kappa: f64) -> Arc<Vec<Complex64>> {
-        // A poisoned lock only means that another query panicked; what it holds is still whole.
+        // The cached pair is consistent even if another query panicked with the lock held.
         let lock = || self.last.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some((_, data)) = lock().as_ref().filter(|(at, _)| *at == kappa) {
             return data.clone();
         }
-        // Not locked meanwhile: the transforms run on the rayon pool, whose waiting threads take up other queries.
+        // Unlocked during the transform: rayon's waiting threads may run other queries.
         let data = Arc::new(match (self.options.model, &self.tapers) {
             (Model::Ensemble, None) => {
                 self.transform.amplitudes(kappa).into_iter().map(|c| c.norm_sqr().into()).collect()
@@ -121,16 +133,16 @@ impl Exact {
     }
 }
 
-/// Kernel of every order along one axis, FFT order, at the frequency `f`; the bin at half the sampling rate of an even
-/// size stands for both signs, each with `share`.
-fn order_kernel(n: usize, extent_um: f64, f: f64, share: f64, kernel: impl Fn(f64) -> f64) -> Vec<Complex64> {
+/// Kernel of every order along one axis at the frequency `f`, in FFT order. The Nyquist bin of an even size stands for
+/// both signs, each with the weight `nyquist`.
+fn order_kernel(n: usize, extent_um: f64, f: f64, nyquist: f64, kernel: impl Fn(f64) -> f64) -> Vec<Complex64> {
     (0..n as i64)
         .map(|i| {
             let at = |j: i64| kernel(f - j as f64 / extent_um);
             let n = n as i64;
             let value = match (2 * i).cmp(&n) {
                 std::cmp::Ordering::Less => at(i),
-                std::cmp::Ordering::Equal => share * (at(i) + at(-i)),
+                std::cmp::Ordering::Equal => nyquist * (at(i) + at(-i)),
                 std::cmp::Ordering::Greater => at(i - n),
             };
             value.into()
@@ -143,7 +155,7 @@ fn separable(data: &[Complex64], ex: &[Complex64], ey: &[Complex64]) -> Complex6
     data.chunks(ex.len()).zip(ey).map(|(row, ey)| ey * row.iter().zip(ex).map(|(d, e)| d * e).sum::<Complex64>()).sum()
 }
 
-/// Autocorrelation of the tapered screen on a grid where it does not wrap.
+/// Autocorrelation of the tapered screen, on a grid large enough that lags do not wrap.
 fn autocorrelation(screen: &[Complex64], tx: &[f64], ty: &[f64]) -> Vec<Complex64> {
     let (gx, gy) = lag_grid(tx.len(), ty.len());
     let mut grid = vec![Complex64::new(0.0, 0.0); gx * gy];

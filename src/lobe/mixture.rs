@@ -1,23 +1,56 @@
-//! The defensive mixture: a small uniform part beside each lobe's own density.
+//! The defensive mixture of every lobe: a small uniform part over the hemisphere beside the lobe's own sampler.
 
-use crate::numeric::math::SQUARE_PDF;
+use crate::numeric::math::{SQUARE_PDF, square_to_hemisphere};
 use crate::numeric::{Number, Numbers, Real};
+use std::array;
 
-/// Fraction of samples drawn uniformly over the hemisphere ([`crate::numeric::math::square_to_hemisphere`]). It bounds the
-/// weight where the lobe's own density is far below the reflectance.
-pub const UNIFORM_SHARE: f64 = 0.02;
+/// Fraction of samples drawn uniformly over the hemisphere ([`square_to_hemisphere`]). It bounds the weight where the
+/// lobe's own density is far below the reflectance.
+pub const UNIFORM_FRACTION: f64 = 0.02;
 
-/// The mean of the wavelengths' densities with the even share.
+/// Density of the mixture in 1/sr, from the lobe's own density at each of the `L` wavelengths carried.
 #[inline(always)]
-pub(crate) fn mixed<N: Numbers, const L: usize>(densities: [N::Real; L], active: N::Mask) -> N::Real {
+pub(crate) fn mixture_density<N: Numbers, const L: usize>(own: [N::Real; L], active: N::Mask) -> N::Real {
     let lit = N::Real::lit;
-    let sum = densities.into_iter().fold(lit(0.0), |sum, density| sum + density);
-    let density = sum.fma(lit((1.0 - UNIFORM_SHARE) / L as f64), lit(UNIFORM_SHARE * SQUARE_PDF));
+    let sum = own.into_iter().fold(lit(0.0), |sum, density| sum + density);
+    let density = sum.fma(lit((1.0 - UNIFORM_FRACTION) / L as f64), lit(UNIFORM_FRACTION * SQUARE_PDF));
     N::Real::select(active, density, lit(0.0))
+}
+
+/// A direction from the mixture, for `L` wavelengths.
+///
+/// `draw(k, u, active)` is the lobe's own sampler: `k` is the number of the chosen wavelength as a real in `[0, L)`,
+/// rounded down by the callee's comparisons, and `u` are three fresh random numbers in [0, 1). Returns the zero vector
+/// where nothing is drawn.
+#[inline(always)]
+pub(crate) fn sample_mixture<N: Numbers, const L: usize>(
+    wi: [N::Real; 3],
+    u: [N::Real; 3],
+    active: N::Mask,
+    draw: impl FnOnce(N::Real, [N::Real; 3], N::Mask) -> [N::Real; 3],
+) -> [N::Real; 3] {
+    let lit = N::Real::lit;
+    let active = active & is_above::<N>(wi);
+    let is_uniform = u[0].lt(lit(UNIFORM_FRACTION));
+    let rest = (u[0] - lit(UNIFORM_FRACTION)).max(lit(0.0)) * lit(L as f64 / (1.0 - UNIFORM_FRACTION));
+    let fresh = rest - rest.floor().min(lit(L as f64 - 1.0));
+    let drawn = draw(rest, [fresh, u[1], u[2]], active & !is_uniform);
+    let (uniform, is_inside) = square_to_hemisphere::<N>([u[1], u[2]]);
+    let zero = lit(0.0);
+    array::from_fn(|c| {
+        let wo = N::Real::select(is_uniform, N::Real::select(is_inside, uniform[c], zero), drawn[c]);
+        N::Real::select(active, wo, zero)
+    })
 }
 
 /// Whether a direction lies above the surface.
 #[inline(always)]
-pub(crate) fn above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
+pub(crate) fn is_above<N: Numbers>(w: [N::Real; 3]) -> N::Mask {
     N::Real::lit(0.0).lt(w[2])
+}
+
+/// Whether both directions lie above the surface.
+#[inline(always)]
+pub(crate) fn are_above<N: Numbers>(wi: [N::Real; 3], wo: [N::Real; 3]) -> N::Mask {
+    is_above::<N>(wi) & is_above::<N>(wo)
 }

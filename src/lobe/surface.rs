@@ -1,39 +1,17 @@
-use super::mixture::UNIFORM_SHARE;
 use super::spectral::{SpectralLayout, SpectralLobe};
+use super::{Answer, Sample};
 use crate::energy::lobes::Lobes;
 use crate::energy::{AlbedoReport, AlbedoTable};
 use crate::height_field::HeightField;
 use crate::numeric::{Numbers, Plain};
 use crate::sampling::Sampler;
-use crate::scattering::{Options, Pair, Vec3, build_table};
-use crate::table::{
-    Built, Model, PackedTable, Progress, SpectralTable, TableError, TableReport, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM,
-};
+use crate::scattering::{Options, Vec3, build_table};
+use crate::table::{Built, Model, PackedTable, Progress, SpectralTable, TableError, TableReport};
 use serde::{Deserialize, Serialize};
 use std::sync::{Arc, OnceLock};
 
 /// Share of a build that is taken to be its first table's.
 const TABLE_SHARE: f64 = 0.5;
-
-/// Value and density of one pair of directions at one wavelength.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Answer {
-    /// `f_r` in 1/sr, without the interface's factor ([`Pair::interface`]).
-    pub f: f64,
-    /// Density of [`Surface::sample`] per solid angle, 1/sr.
-    pub pdf: f64,
-}
-
-/// A sampled direction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
-    /// The direction, of unit length.
-    pub wo: Vec3,
-    /// Density per solid angle, the mean over the wavelengths carried.
-    pub pdf: f64,
-    /// `f_r cosθo / pdf` at the first wavelength.
-    pub weight: f64,
-}
 
 /// A diffracting surface that answers from tables.
 #[derive(Serialize, Deserialize)]
@@ -66,8 +44,8 @@ impl Surface {
     /// Builds the tables of `field`.
     ///
     /// # Errors
-    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than its
-    /// limit allows ([`BuildDemand::check`]), which is told at once.
+    /// A coherence length outside [1e-3, 1e5] µm, a tolerance outside [1e-6, 0.1], or a build that would take more than
+    /// its limit allows ([`BuildDemand::check`]), which is told at once.
     pub fn new(field: &HeightField, options: &Options) -> Result<Self, TableError> {
         Self::watched(field, options, &Progress::none())
     }
@@ -159,55 +137,40 @@ impl Surface {
         SpectralLobe { layout: &self.layout, words: self.words() }
     }
 
-    /// `f_r` in 1/sr: obliquity, shadowing and what conserves energy are in it, the interface's factor
-    /// ([`Pair::interface`]: the Fresnel reflectance, or the small slope's factor) and the cosine are not. Zero unless both
-    /// directions lie above the surface and the wavelength (nm) within the tables' range. Never negative, never NaN.
+    /// `f_r` in 1/sr, divided by the albedo where energy is conserved.
+    ///
+    /// Obliquity and shadowing are included. The interface's factor
+    /// ([`Pair::interface`](crate::scattering::Pair::interface): Fresnel reflectance or small-slope factor) and the
+    /// cosine are not. Zero unless both directions lie above the surface and the wavelength (nm) within the tables'
+    /// range. Never negative, never NaN.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
-        if !answers(wi, wo, wavelength_nm) {
-            return 0.0;
-        }
-        let [f] = self.lobe::<f64>().eval(wi, wo, [wavelength_nm], true);
-        f
+        super::eval(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
 
-    /// [`Surface::eval`] and the density of [`Surface::sample`], zero where that is.
+    /// [`Surface::eval`] and the density of [`Surface::sample`], in 1/sr.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Answer {
-        if !answers(wi, wo, wavelength_nm) {
-            return Answer::default();
-        }
-        let ([f], pdf) = self.lobe::<f64>().eval_pdf(wi, wo, [wavelength_nm], true);
-        Answer { f, pdf }
+        super::eval_pdf(&self.lobe::<f64>(), wi, wo, wavelength_nm)
     }
 
-    /// The density of a direction sampled for several wavelengths at once: the mean of each one's.
+    /// Density in 1/sr of a direction sampled for several wavelengths (nm): the mean of their densities.
     pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> f64 {
-        let density = |&nm: &f64| match answers(wi, wo, nm) {
-            true => self.lobe::<f64>().pdf(wi, wo, [nm], true),
-            false => 0.0,
-        };
-        wavelengths_nm.iter().map(density).sum::<f64>() / wavelengths_nm.len().max(1) as f64
+        super::pdf(&self.lobe::<f64>(), wi, wo, wavelengths_nm)
     }
 
-    /// Samples an outgoing direction for the wavelengths carried (at least one, nm), with its density and weight.
-    /// `None` as in [`Surface::sample_direction`]; such samples count as zero.
+    /// Samples a direction for at least one wavelength (nm) from three random numbers in [0, 1), with density and
+    /// weight. `None` as in [`Surface::sample_direction`]; such samples count as zero.
     pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
-        let wo = self.sample_direction(wi, wavelengths_nm, u)?;
-        let pdf = self.pdf(wi, wo, wavelengths_nm);
-        (pdf > 0.0).then(|| Sample { wo, pdf, weight: self.eval(wi, wo, wavelengths_nm[0]) * wo[2] / pdf })
+        super::sample(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// A direction from three random numbers in [0, 1): the first picks the even share or one of the wavelengths (nm), the
-    /// others a direction. `None` where that lies below the horizon, or `wi` does.
+    /// A direction from three random numbers in [0, 1); `None` where it falls below the horizon, or `wi` lies there.
+    /// The first number chooses the uniform part or one of the wavelengths (nm).
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
-        // The even share comes first, so that one wavelength, drawn by what is left of `u`, does for all.
-        let drawn = (u[0] - UNIFORM_SHARE) / (1.0 - UNIFORM_SHARE);
-        let hero = ((drawn.max(0.0) * wavelengths_nm.len() as f64) as usize).min(wavelengths_nm.len().checked_sub(1)?);
-        let wo = self.lobe::<f64>().sample(wi, [wavelengths_nm[hero]], u, wi[2] > 0.0);
-        (wo[2] > 0.0).then_some(wo)
+        super::sample_direction(&self.lobe::<f64>(), wi, wavelengths_nm, u)
     }
 
-    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out (the small slope's factor is in it),
-    /// every node of the table integrated over its Gaussian. `None` for a patch.
+    /// `∫ f_r cosθo dωo` over the upper hemisphere with the Fresnel reflectance left out (the small slope's factor is
+    /// in it), every node of the table integrated over its Gaussian. `None` for a patch.
     pub fn albedo(&self, wi: Vec3, wavelength_nm: f64) -> Option<f64> {
         let factor = |wo: Vec3| self.albedo_table.as_ref().map_or(1.0, |table| table.factor(wi, wo, wavelength_nm));
         let table = self.unpacked.get_or_init(|| self.table.unpacked());
@@ -216,9 +179,4 @@ impl Surface {
         lobes.visit::<Plain<f64>>(wi, wavelength_nm, |wo, part| albedo += part * factor(wo));
         Some(albedo)
     }
-}
-
-/// Whether the tables answer for such a question.
-fn answers(wi: Vec3, wo: Vec3, wavelength_nm: f64) -> bool {
-    Pair::new(wi, wo).is_some() && (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&wavelength_nm)
 }

@@ -1,21 +1,24 @@
+//! Fresnel reflectance of unpolarised light at a plane interface (Born & Wolf, section 14.2), in double precision and
+//! for every family of numbers.
+
+use super::ComplexIndex;
 use crate::numeric::Real;
-use serde::{Deserialize, Serialize};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Complex refractive index `eta + i k` relative to the outside.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ComplexIndex {
-    /// The real part; positive.
-    pub eta: f64,
-    /// The imaginary part; zero for a dielectric.
-    pub k: f64,
-}
-
-/// Unpolarised Fresnel reflectance at a plane interface for the cosine of the angle of incidence (docs/model.md#the-reflectance; Born &
-/// Wolf, section 14.2). `k = 0` is a dielectric. In [0, 1] for every index with `eta > 0`, `k ≥ 0` and cosine in [0, 1].
+/// Fresnel reflectance of unpolarised light, from the cosine of the angle of incidence.
+///
+/// In [0, 1] for every index with `eta > 0` and `k ≥ 0`; the cosine is clamped to [0, 1].
+///
+/// ```
+/// use sunbeam::scattering::{ComplexIndex, fresnel_unpolarised};
+///
+/// // Glass at normal incidence: ((n − 1)/(n + 1))².
+/// let glass = ComplexIndex { eta: 1.5, k: 0.0 };
+/// assert!((fresnel_unpolarised(1.0, glass) - 0.04).abs() < 1e-12);
+/// ```
 pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
     if index.eta == 1.0 && index.k == 0.0 {
-        // No interface; the formula would be 0/0 at grazing incidence.
+        // Equal media reflect nothing; the formula would be 0/0 at grazing incidence.
         return 0.0;
     }
     let cos = cos_theta.clamp(0.0, 1.0);
@@ -26,8 +29,8 @@ pub fn fresnel_unpolarised(cos_theta: f64, index: ComplexIndex) -> f64 {
     (0.5 * (s.norm_sqr() + p.norm_sqr())).clamp(0.0, 1.0)
 }
 
-/// [`fresnel_unpolarised`] of a given index for numbers of any family, without complex ones (Born & Wolf, section 14.2: the
-/// transmitted normal component is `a + ib`).
+/// [`fresnel_unpolarised`] for every family of numbers, in real arithmetic: `a + ib` is the transmitted normal
+/// component.
 #[inline(always)]
 pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let lit = R::lit;
@@ -36,7 +39,7 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     let sin_squared = lit(1.0) - cos_squared;
     let (a, b) = transmitted(sin_squared, index);
     let b_squared = b * b;
-    // Squares of differences rather than differences of squares, which would cancel for indices near one.
+    // Squares of differences: differences of squares would cancel for indices near one.
     let (less, more) = (cos - a, cos + a);
     let tiny = lit(1e-30);
     let s = less.fma(less, b_squared) / more.fma(more, b_squared).max(tiny);
@@ -46,98 +49,18 @@ pub fn fresnel_of_family<R: Real>(cos_theta: R, index: ComplexIndex) -> R {
     (s * lit(0.5)).fma(p_over_s, s * lit(0.5)).min(lit(1.0))
 }
 
-/// The transmitted normal component `√(ε − sin²θ)` as `(a, b)` of `a + ib`, neither of them negative.
+/// Transmitted normal component `√(ε − sin²θ) = a + ib` as `(a, b)`, both non-negative; ε is the squared index.
 #[inline(always)]
 pub(super) fn transmitted<R: Real>(sin_squared: R, ComplexIndex { eta, k }: ComplexIndex) -> (R, R) {
     let lit = R::lit;
-    // The square of a + ib has this real part, and 2·eta·k as its imaginary part.
+    // Real part of (a + ib)²; the imaginary part is 2·eta·k.
     let real = lit(eta * eta - k * k) - sin_squared;
     let length = real.fma(real, lit(4.0 * eta * eta * k * k)).sqrt();
-    // The larger of a and b by the sum that does not cancel, the other by their product.
+    // The larger of a and b from the sum that does not cancel, the smaller from their product.
     let larger = ((length + real.abs()) * lit(0.5)).sqrt();
     let smaller = lit(eta * k) / larger.max(lit(1e-15));
     let inverted = real.lt(lit(0.0));
     (R::select(inverted, smaller, larger), R::select(inverted, larger, smaller))
-}
-
-/// Largest `k/eta` of what counts as a dielectric.
-const DIELECTRIC_MAX: f64 = 0.1;
-
-impl ComplexIndex {
-    /// Whether the index is that of a dielectric, which may absorb a little: `k ≤ 0.1·eta`, and `eta > 0`.
-    pub fn is_dielectric(&self) -> bool {
-        self.eta > 0.0 && self.k <= DIELECTRIC_MAX * self.eta
-    }
-}
-
-/// A complex refractive index that may depend on the wavelength.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub enum SpectralIndex {
-    /// The same at every wavelength.
-    Constant(ComplexIndex),
-    /// Wavelengths in nm, rising, and the index at each; linear in between, and beyond the ends as at them.
-    Sampled(Vec<(f64, ComplexIndex)>),
-}
-
-/// Why samples are no index.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
-pub enum SpectralIndexError {
-    #[error("an index by wavelength needs at least one sample")]
-    Empty,
-    #[error("the wavelengths of an index must be finite and rise: {before_nm} nm is followed by {after_nm} nm")]
-    Order { before_nm: f64, after_nm: f64 },
-    #[error(
-        "the index at {wavelength_nm} nm is {eta} + {k}i; eta must be positive and finite, k finite and not negative"
-    )]
-    Value { wavelength_nm: f64, eta: f64, k: f64 },
-}
-
-impl SpectralIndex {
-    /// An index by samples `(wavelength in nm, index)`.
-    ///
-    /// # Errors
-    /// No samples, wavelengths that do not rise, or `eta ≤ 0`, `k < 0` or numbers that are not finite.
-    pub fn sampled(samples: Vec<(f64, ComplexIndex)>) -> Result<Self, SpectralIndexError> {
-        if samples.is_empty() {
-            return Err(SpectralIndexError::Empty);
-        }
-        let mut before_nm = f64::NEG_INFINITY;
-        for &(wavelength_nm, ComplexIndex { eta, k }) in &samples {
-            if !(wavelength_nm.is_finite() && wavelength_nm > before_nm) {
-                return Err(SpectralIndexError::Order { before_nm, after_nm: wavelength_nm });
-            }
-            if !(eta.is_finite() && eta > 0.0 && k.is_finite() && k >= 0.0) {
-                return Err(SpectralIndexError::Value { wavelength_nm, eta, k });
-            }
-            before_nm = wavelength_nm;
-        }
-        Ok(Self::Sampled(samples))
-    }
-
-    /// Whether it is that of a dielectric at all wavelengths ([`ComplexIndex::is_dielectric`]).
-    pub fn is_dielectric(&self) -> bool {
-        match self {
-            Self::Constant(index) => index.is_dielectric(),
-            Self::Sampled(samples) => samples.iter().all(|(_, index)| index.is_dielectric()),
-        }
-    }
-
-    /// The index at a wavelength in nm.
-    pub fn at(&self, wavelength_nm: f64) -> ComplexIndex {
-        let samples = match self {
-            Self::Constant(index) => return *index,
-            Self::Sampled(samples) => samples,
-        };
-        let above = samples.partition_point(|(nm, _)| *nm < wavelength_nm);
-        let (Some(&(low_nm, low)), Some(&(high_nm, high))) = (samples.get(above.wrapping_sub(1)), samples.get(above))
-        else {
-            let end = if above == 0 { samples.first() } else { samples.last() };
-            return end.map_or(ComplexIndex { eta: 1.0, k: 0.0 }, |(_, index)| *index);
-        };
-        let t = (wavelength_nm - low_nm) / (high_nm - low_nm);
-        ComplexIndex { eta: low.eta + t * (high.eta - low.eta), k: low.k + t * (high.k - low.k) }
-    }
 }
 
 #[cfg(test)]
@@ -145,8 +68,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_family_has_the_same_reflectance() {
-        // Single precision, some ten roundings; differences of nearly equal numbers cost more at indices near one.
+    fn real_arithmetic_matches_complex_arithmetic() {
+        // About ten roundings of single precision; differences of nearly equal numbers lose more at indices near one.
         const SINGLE: f64 = 3e-6;
         for (eta, k) in [(1.5, 0.0), (0.2, 3.4), (1.02, 0.0), (0.7, 0.0), (2.0, 80.0), (1.0, 0.3), (1e-3, 1e-3)] {
             let index = ComplexIndex { eta, k };
@@ -159,18 +82,6 @@ mod tests {
             }
         }
         assert_eq!(fresnel_of_family(0.0f32, ComplexIndex { eta: 1.0, k: 0.0 }), 0.0);
-    }
-
-    #[test]
-    fn indices_are_linear_between_samples() {
-        let sample = |nm, eta, k| (nm, ComplexIndex { eta, k });
-        let index = SpectralIndex::sampled(vec![sample(400.0, 1.0, 2.0), sample(500.0, 2.0, 4.0)]).unwrap();
-        for (nm, eta) in [(300.0, 1.0), (400.0, 1.0), (425.0, 1.25), (500.0, 2.0), (900.0, 2.0)] {
-            assert_eq!(index.at(nm), ComplexIndex { eta, k: 2.0 * eta });
-        }
-        assert_eq!(SpectralIndex::sampled(vec![]), Err(SpectralIndexError::Empty));
-        assert!(SpectralIndex::sampled(vec![sample(400.0, 1.0, 0.0); 2]).is_err());
-        assert!(SpectralIndex::sampled(vec![sample(400.0, 1.0, -1.0)]).is_err());
     }
 
     #[test]

@@ -1,4 +1,7 @@
-use super::fresnel::{ComplexIndex, fresnel_unpolarised};
+//! Directions, and the factors O (obliquity) and M (shadowing) of a pair of them (docs/model.md#the-reflectance).
+
+use super::ComplexIndex;
+use super::fresnel::fresnel_unpolarised;
 use super::small_slope::small_slope;
 use crate::numeric::Real;
 use serde::{Deserialize, Serialize};
@@ -6,12 +9,13 @@ use serde::{Deserialize, Serialize};
 /// A direction in the local frame (docs/model.md#conventions), of unit length.
 pub type Vec3 = [f64; 3];
 
-/// How far from 1 the length of a given direction may be: what is printed with four digits passes, and is normalised.
+/// Accepted deviation of a given direction's length from 1. Directions printed with four digits pass; all are
+/// normalised.
 pub const LENGTH_TOLERANCE: f64 = 1e-3;
 
-/// Why three numbers are not a direction; the message follows the name of what was given.
+/// Reason that three numbers are no direction. The message follows the parameter's name.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum DirectionError {
     #[error("is the zero vector; it must be a direction")]
     Zero,
@@ -19,7 +23,7 @@ pub enum DirectionError {
     Length { length: f64 },
 }
 
-/// A direction from its components, normalised.
+/// A normalised direction from its components.
 ///
 /// # Errors
 /// A length that is not 1 to [`LENGTH_TOLERANCE`], infinities and NaN included.
@@ -28,15 +32,15 @@ pub fn unit_vector(components: [f64; 3]) -> Result<Vec3, DirectionError> {
     if length == 0.0 {
         return Err(DirectionError::Zero);
     }
-    // Written so that infinity and NaN are refused as well.
+    // Refuses infinity and NaN, too.
     if length.is_nan() || (length - 1.0).abs() > LENGTH_TOLERANCE {
         return Err(DirectionError::Length { length });
     }
     Ok(components.map(|c| c / length))
 }
 
-/// The obliquity factor O (docs/model.md#the-reflectance), or what stands for it and for the Fresnel reflectance. All are
-/// reciprocal, and leave the Fresnel reflectance alone at the mirror direction.
+/// Choice of the obliquity factor O (docs/model.md#the-reflectance). All choices are reciprocal, and give the Fresnel
+/// reflectance at the mirror direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Obliquity {
@@ -45,15 +49,23 @@ pub enum Obliquity {
     Stam,
     /// 1.
     Unit,
-    /// O is 1, and the small-slope factor Q takes the place of the Fresnel reflectance.
+    /// The small-slope factor Q replaces R·O.
     SmallSlope,
 }
 
-/// Cosines are not taken below this, which is 0.000 006° from the horizon: products of their reciprocals then stay
-/// finite in single precision.
+/// Smallest cosine with the normal, 0.000 006° from the horizon. Products of reciprocal cosines stay finite in single
+/// precision.
 pub(crate) const COSINE_MIN: f64 = 1e-7;
 
-/// A pair of directions above the surface and what the model needs of it.
+/// A pair of directions above the surface: scattering vector `(u, v, w)` and cosines.
+///
+/// ```
+/// use sunbeam::scattering::{Obliquity, Pair};
+///
+/// // At the mirror direction Stam's factor is 1.
+/// let pair = Pair::new([0.6, 0.0, 0.8], [-0.6, 0.0, 0.8]).expect("above the surface");
+/// assert!((pair.obliquity(Obliquity::Stam) - 1.0).abs() < 1e-12);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
     /// `wi.x + wo.x`.
@@ -84,13 +96,13 @@ impl Pair {
         squared([self.u, self.v, self.w])
     }
 
-    /// Cosine of the angle of either direction with the half vector.
+    /// Cosine between either direction and the half vector.
     pub fn cos_half(&self) -> f64 {
         (0.5 * self.sum_squared().sqrt()).min(1.0)
     }
 
-    /// What the interface makes of unpolarised light: the Fresnel reflectance R at the half vector, 1 without an index; or the
-    /// small-slope factor Q, without an index that of a perfect conductor.
+    /// The interface's factor for unpolarised light: the Fresnel reflectance R at the half vector, or the small-slope
+    /// factor Q. Without an index R is 1, and Q is that of a perfect conductor.
     #[inline]
     pub fn interface(&self, index: Option<ComplexIndex>, kind: Obliquity) -> f64 {
         match kind {
@@ -115,9 +127,23 @@ impl Pair {
     }
 }
 
-/// The obliquity factor O of the scattering vector `q = wi + wo` and the two cosines (docs/model.md, the reflectance).
+/// `O·M`: the obliquity factor, times V-cavity shadowing and masking where that is on.
 #[inline(always)]
-pub(crate) fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
+pub(crate) fn angular_factor<R: Real>(kind: Obliquity, has_shadowing: bool, q: [R; 3], cosines: [R; 2]) -> R {
+    let factor = obliquity(kind, q, cosines);
+    if has_shadowing { factor * shadowing(q, cosines) } else { factor }
+}
+
+/// Cosines of two directions with the normal, at least [`COSINE_MIN`].
+#[inline(always)]
+pub(crate) fn floored_cosines<R: Real>(wi: [R; 3], wo: [R; 3]) -> [R; 2] {
+    let least = R::lit(COSINE_MIN);
+    [wi[2].max(least), wo[2].max(least)]
+}
+
+/// The obliquity factor O of the scattering vector `q = wi + wo` and the two cosines (docs/model.md#the-reflectance).
+#[inline(always)]
+fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) -> R {
     match kind {
         Obliquity::Unit | Obliquity::SmallSlope => R::lit(1.0),
         Obliquity::Stam => {
@@ -129,17 +155,17 @@ pub(crate) fn obliquity<R: Real>(kind: Obliquity, q: [R; 3], cosines: [R; 2]) ->
 
 /// V-cavity shadowing and masking M (Stam 1999, appendix): `min(1, 2 h·n wo·n / wo·h, 2 h·n wi·n / wo·h)`.
 #[inline(always)]
-pub(crate) fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
+fn shadowing<R: Real>(q: [R; 3], cosines: [R; 2]) -> R {
     (R::lit(4.0) * q[2] * cosines[0].min(cosines[1]) / squared(q)).min(R::lit(1.0))
 }
 
-/// `|wi + wo|² = 2(1 + wi·wo)`; summed this way nothing cancels at grazing forward directions.
+/// `|wi + wo|² = 2(1 + wi·wo)`, in the form that does not cancel for grazing directions opposite each other.
 #[inline(always)]
 pub(super) fn squared<R: Real>(q: [R; 3]) -> R {
     q[0] * q[0] + q[1] * q[1] + q[2] * q[2]
 }
 
-/// The mirror-symmetric unit vector above the plane with the given x and y, `None` outside the unit disc.
+/// The unit vector above the plane with the given x and y; `None` outside the unit disc.
 pub(crate) fn direction_above(x: f64, y: f64) -> Option<Vec3> {
     let z_squared = 1.0 - x * x - y * y;
     (z_squared > 0.0).then(|| [x, y, z_squared.sqrt()])

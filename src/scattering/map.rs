@@ -1,7 +1,9 @@
+//! Pixels of a map over the hemisphere.
+
 use super::Vec3;
 
-/// The direction at the middle of a pixel of a map over the hemisphere seen from above, `None` outside the disc: x right, y up, row
-/// 0 at the top, `size` pixels along each side.
+/// Direction at the centre of a pixel of a square map of the hemisphere seen from above: +x right, +y up, row 0 at the
+/// top, `size` pixels along each side. `None` outside the disc.
 pub fn map_direction(column: usize, row: usize, size: usize) -> Option<Vec3> {
     let place = |i: usize| (2 * i + 1) as f64 / size as f64 - 1.0;
     let (x, y) = (place(column), -place(row));

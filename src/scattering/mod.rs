@@ -1,16 +1,30 @@
-//! Pairs of directions and the factors that depend on them alone: scattering vector, obliquity, Fresnel, small slope.
+//! Factors of the reflectance that depend on directions and index alone, and the scattering vector that asks the
+//! relief.
+//!
+//! | file | contents |
+//! | --- | --- |
+//! | `vector.rs` | the scattering vector `q`: frequency `f` and phase rate `κ` of a query |
+//! | `geometry.rs` | pairs of directions, the obliquity factor O, V-cavity shadowing M |
+//! | `fresnel.rs`, `index.rs` | Fresnel reflectance R, refractive indices |
+//! | `small_slope.rs` | the small-slope factor Q, which replaces R·O |
+//! | `options.rs` | parameters of the model |
+//! | `map.rs` | directions of the pixels of a hemispherical map |
 
 mod fresnel;
 mod geometry;
+mod index;
 mod map;
 mod options;
 mod small_slope;
+mod vector;
 
-pub use fresnel::{ComplexIndex, SpectralIndex, SpectralIndexError, fresnel_of_family, fresnel_unpolarised};
-pub(crate) use geometry::{COSINE_MIN, direction_above, obliquity, shadowing};
+pub use fresnel::{fresnel_of_family, fresnel_unpolarised};
+pub(crate) use geometry::{COSINE_MIN, angular_factor, direction_above, floored_cosines};
 pub use geometry::{DirectionError, LENGTH_TOLERANCE, Obliquity, Pair, Vec3, unit_vector};
+pub use index::{ComplexIndex, SpectralIndex, SpectralIndexError};
 pub use map::map_direction;
 pub use options::Options;
 pub(crate) use options::build_table;
 pub(crate) use small_slope::small_slope;
 pub use small_slope::{Amplitudes, small_slope_amplitudes};
+pub(crate) use vector::Scattering;

@@ -1,4 +1,6 @@
-use super::geometry::{obliquity, shadowing};
+//! Parameters of the model, and the build of the spectral table from them.
+
+use super::geometry::angular_factor;
 use super::small_slope::small_slope;
 use super::{ComplexIndex, Obliquity, Pair, SpectralIndex};
 use crate::height_field::HeightField;
@@ -8,7 +10,14 @@ use crate::table::{
 };
 use serde::{Deserialize, Serialize};
 
-/// What of the model is asked for (docs/model.md#the-reflectance); the defaults are those of the plugin for a preset.
+/// Parameters of the model (docs/model.md#the-reflectance). The defaults are the plugin's for a preset.
+///
+/// ```
+/// use sunbeam::Options;
+///
+/// let options = Options { coherence_length_um: 20.0, tolerance: 1e-2, ..Options::default() };
+/// assert!(options.conserve_energy);
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Options {
     /// Four standard deviations of the coherence window, in µm.
@@ -19,16 +28,16 @@ pub struct Options {
     pub tiling: Tiling,
     /// The obliquity factor.
     pub obliquity: Obliquity,
-    /// The index that the small-slope factor of the albedo is taken for, `None` for a perfect conductor's. Other obliquity
-    /// factors leave it out: their albedo knows no index.
+    /// Index of the small-slope factor in the albedo; `None` for a perfect conductor. Other obliquity factors ignore
+    /// it, since their albedo leaves the Fresnel reflectance out.
     pub index: Option<SpectralIndex>,
-    /// Scale so that the albedo is at most one.
+    /// Whether the reflectance is divided so that the albedo is at most one.
     pub conserve_energy: bool,
     /// V-cavity shadowing and masking.
     pub shadowing: bool,
-    /// Relative error the tables are built to.
+    /// Relative error that tables are built to.
     pub tolerance: f64,
-    /// Factor on what building may take in memory and time, at least 1; no part of what is built.
+    /// Factor on the limits of memory and time of a build, at least 1. Tables do not depend on it.
     #[serde(skip, default = "one")]
     pub build_limit: f64,
 }
@@ -54,7 +63,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// What building a surface of `field` with these options takes, told without doing any of it.
+    /// Estimate of memory and time to build a surface of `field`, without building it.
     pub fn demand(&self, field: &HeightField) -> BuildDemand {
         let (low, high) = field.range_um();
         BuildDemand {
@@ -74,7 +83,8 @@ impl Options {
         self.angular([pair.u, pair.v, pair.w], [pair.cos_i, pair.cos_o])
     }
 
-    /// What the albedo weighs the relief's power with, of `wi + wo` and the cosines: `O·M`, or `Q·M` of the small slope of an index.
+    /// Factor before the relief's power in the albedo, from `q = wi + wo` and the cosines: `O·M`, or `Q·M` with the
+    /// small slope.
     #[inline(always)]
     pub(crate) fn albedo_factor<R: Real>(&self, q: [R; 3], cosines: [R; 2], index: Option<ComplexIndex>) -> R {
         match self.obliquity {
@@ -85,12 +95,11 @@ impl Options {
 
     #[inline(always)]
     fn angular<R: Real>(&self, q: [R; 3], cosines: [R; 2]) -> R {
-        let factor = obliquity(self.obliquity, q, cosines);
-        if self.shadowing { factor * shadowing(q, cosines) } else { factor }
+        angular_factor(self.obliquity, self.shadowing, q, cosines)
     }
 
-    /// The obliquity factor that samplers weigh directions with. The small slope's is bounded for dielectrics, and grows
-    /// towards the horizon as Stam's does for conductors.
+    /// Obliquity factor of the sampler's density. Q is bounded for dielectrics; for conductors it grows towards the
+    /// horizon as Stam's does.
     pub(crate) fn proposed(&self) -> Obliquity {
         match (self.obliquity, &self.index) {
             (Obliquity::SmallSlope, Some(index)) if index.is_dielectric() => Obliquity::Unit,
@@ -100,6 +109,7 @@ impl Options {
     }
 }
 
+/// Builds the table of `S(f; κ)` for every wavelength of the tables' range.
 pub(crate) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Result<Built, TableError> {
     let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
     let s_um = options.coherence_length_um / 4.0;

@@ -1,8 +1,12 @@
 //! The small-slope factor Q and its four amplitudes (docs/model.md#the-small-slope-factor): the first-order small-slope
 //! approximation (Voronovich 1985), whose kernel is Rice's first-order perturbation (Rice 1951).
 //!
-//! [`small_slope`] is written once for all families of numbers and needs unpolarised light alone; [`small_slope_amplitudes`] is
-//! the same in complex double precision, with the phases.
+//! Symbols, in units of the wave number in air: `q0`, `q` are the cosines of `wi` and `wo`, `k0`, `k` the lengths of
+//! their tangential parts (`sines` is `k·k0`), `cos` and `sin` those of the azimuth between the light's tangential
+//! directions, `w = q + q0`, and ε the squared index.
+//!
+//! [`small_slope`] computes Q for every family of numbers; [`small_slope_amplitudes`] the complex amplitudes in double
+//! precision.
 
 use super::fresnel::transmitted;
 use super::geometry::{COSINE_MIN, squared};
@@ -10,17 +14,17 @@ use super::{ComplexIndex, Vec3};
 use crate::numeric::Real;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// The azimuth's cosine is a quotient by the product of both sines, which is not taken below this. Nearer to the normal nothing
-/// depends on the azimuth between the directions, which is lost to rounding there.
+/// Smallest product of the sines in the quotient that gives the azimuth's cosine. Nearer to the normal the azimuth is
+/// lost to rounding and does not matter.
 const SINES_MIN: f64 = 1e-6;
-/// Smallest divisor, so that nothing overflows in single precision.
+/// Smallest divisor; reciprocals stay finite in single precision.
 const TINY: f64 = 1e-18;
 
-/// What becomes of the two linear states at an interface, as square roots of power: the first letter is the state of the
-/// light that leaves, the second of the light that arrives.
+/// Amplitudes between the linear states s and p, as square roots of power. The first letter is the outgoing state, the
+/// second the incident state.
 ///
-/// s is perpendicular to the plane of the light's own direction and the normal: `z × k`, with `k` where the light travels to.
-/// p is `k × s`. Time goes as `exp(−iωt)`, so that an index that absorbs is `eta + ik`.
+/// `s = z × k` and `p = k × s`, with `k` the direction of travel. The time dependence is `exp(−iωt)`, so an absorbing
+/// index is `eta + ik`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Amplitudes {
     /// From s to s.
@@ -34,20 +38,21 @@ pub struct Amplitudes {
 }
 
 impl Amplitudes {
-    /// What becomes of unpolarised light: the factor Q.
+    /// The factor Q of unpolarised light.
     pub fn unpolarised(&self) -> f64 {
         0.5 * [self.ss, self.sp, self.ps, self.pp].map(|a| a.norm_sqr()).iter().sum::<f64>()
     }
 }
 
-/// The amplitudes of the small-slope factor for light that comes from `wi` and leaves to `wo`, both of unit length, above the
-/// surface and pointing away from it; without an index those of a perfect conductor (the limit of a large `k`).
+/// Amplitudes of the small-slope factor for light from `wi` to `wo`, unit vectors above the surface that point away
+/// from it. Without an index those of a perfect conductor, the limit of a large `k`.
 ///
-/// They are Fresnel's at the mirror direction. The other way round, `sp` and `ps` change places, with the sign of the azimuth.
+/// They are Fresnel's at the mirror direction. Swapping the directions swaps `sp` and `ps` and reverses the azimuth's
+/// sign.
 pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -> Amplitudes {
     let (q0, q) = (wi[2].max(COSINE_MIN), wo[2].max(COSINE_MIN));
     let (k0, k) = (wi[0].hypot(wi[1]), wo[0].hypot(wo[1]));
-    // Along the normal, any azimuth is as good as another.
+    // A direction along the normal takes the other's azimuth.
     let unit = |w: Vec3, length: f64, sign: f64| (length > 0.0).then(|| [sign * w[0] / length, sign * w[1] / length]);
     let (to, from) = (unit(wo, k, 1.0), unit(wi, k0, -1.0));
     let to = to.or(from).unwrap_or([1.0, 0.0]);
@@ -74,15 +79,16 @@ pub fn small_slope_amplitudes(wi: Vec3, wo: Vec3, index: Option<ComplexIndex>) -
     )
 }
 
-/// The small-slope factor Q for unpolarised light, of the scattering vector `wi + wo` and the two cosines, not below
-/// [`COSINE_MIN`]; without an index that of a perfect conductor.
+/// The small-slope factor Q for unpolarised light, from the scattering vector `wi + wo` and the two cosines, which are
+/// at least
+/// [`COSINE_MIN`]. Without an index that of a perfect conductor.
 #[inline(always)]
 pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<ComplexIndex>) -> R {
     let lit = R::lit;
     let one = lit(1.0);
     let (q_squared, q0_squared, q_q0) = (q * q, q0 * q0, q * q0);
     let half = lit(0.5) * squared(sum);
-    // Products of the tangential components: of their lengths, and themselves.
+    // Product of the tangential lengths; `cos` is the scalar product of the tangential parts over it.
     let sines = ((one - q_squared) * (one - q0_squared)).max(lit(0.0)).sqrt();
     let divisor = sines.max(lit(SINES_MIN));
     let cos = ((one + q_q0 - half) / divisor).clip(-one, one);
@@ -91,7 +97,7 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     let w = q + q0;
     let per_w_squared = one / (w * w);
     let Some(index) = index else {
-        // cos − sines. Where both directions graze the surface these cancel, and nothing does in the other form.
+        // cos − sines. At grazing directions the difference cancels; the second form does not.
         let grazing = (q_squared + q0_squared + q_q0 - q_squared * q0_squared - half) / divisor;
         let difference = R::select(sines.lt(lit(0.5)), cos - sines, grazing);
         let crossed = sin_squared * (q_squared + q0_squared);
@@ -100,8 +106,8 @@ pub(crate) fn small_slope<R: Real>(sum: [R; 3], [q0, q]: [R; 2], index: Option<C
     };
     let ComplexIndex { eta, k } = index;
     let (re, im) = (eta * eta - k * k, 2.0 * eta * k);
-    // Squares of absolute values, for either direction: of the transmitted normal component, and of the reciprocals of the
-    // denominators of s and p.
+    // For one direction: transmitted normal component a + ib, its squared modulus, and the reciprocal squared moduli of
+    // the denominators q + (a + ib) of s and εq + (a + ib) of p.
     let of_direction = |q: R, q_squared: R| {
         let (a, b) = transmitted(one - q_squared, index);
         let b_squared = b * b;
@@ -148,8 +154,8 @@ mod tests {
 
     #[test]
     fn every_family_has_the_power_of_the_amplitudes() {
-        // In double precision roundings, which large conductors' cancelling products multiply by |ε|; in single some ten of them,
-        // and at grazing angles the azimuth's own.
+        // In double precision roundings, which large conductors' cancelling products multiply by |ε|; in single some
+        // ten of them, and at grazing angles the azimuth's own.
         const DOUBLE: f64 = 1e-7;
         const SINGLE: f64 = 1e-4;
         let mut random = Random::new(7);
@@ -172,7 +178,8 @@ mod tests {
         }
     }
 
-    /// At the mirror direction both states have Fresnel's amplitudes (Born & Wolf, section 1.5), at every angle and azimuth.
+    /// At the mirror direction both states have Fresnel's amplitudes (Born & Wolf, section 1.5), at every angle and
+    /// azimuth.
     #[test]
     fn the_mirror_direction_has_fresnels_amplitudes() {
         const ROUNDING: f64 = 1e-12;
@@ -198,8 +205,8 @@ mod tests {
         [0, 1, 2].map(|i| a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3])
     }
 
-    /// Tangential components of the electric and the magnetic field at z = 0, and the two normal ones, of the states s and p of
-    /// a plane wave in a medium of index `n`. Wave vectors are in units of that of free space.
+    /// Tangential components of the electric and the magnetic field at z = 0, and the two normal ones, of the states s
+    /// and p of a plane wave in a medium of index `n`. Wave vectors are in units of that of free space.
     fn states(k: Vector, n: Complex64) -> [([Vector; 2], Complex64); 2] {
         let length = (k[0].re * k[0].re + k[1].re * k[1].re).sqrt();
         let s = [-k[1] / length, k[0] / length, Complex64::default()];
@@ -207,8 +214,9 @@ mod tests {
         [s, p].map(|electric| ([electric, cross(k, electric)], k[2]))
     }
 
-    /// Amplitudes of the first order of a relief of height `exp(iK·x)`, `K` what leads from `wi` to `wo`, per `kh`, from the
-    /// boundary conditions expanded to first order: the tangential fields of both sides, on the surface as it is. `[out][in]`.
+    /// Amplitudes of the first order of a relief of height `exp(iK·x)`, `K` what leads from `wi` to `wo`, per `kh`,
+    /// from the boundary conditions expanded to first order: the tangential fields of both sides, on the surface as it
+    /// is. `[out][in]`.
     fn first_order(wi: Vec3, wo: Vec3, n: Complex64) -> [[Complex64; 2]; 2] {
         type Fields = nalgebra::Vector4<Complex64>;
         let tangential = |fields: &[Vector; 2]| Fields::new(fields[0][0], fields[0][1], fields[1][0], fields[1][1]);
@@ -248,9 +256,9 @@ mod tests {
         [[s[0], p[0]], [s[1], p[1]]]
     }
 
-    /// Rice's perturbation theory, from the boundary conditions themselves: with their phases and for any azimuth, the amplitudes
-    /// are those of the first order of a shallow relief. With `c = iκh` its power is `|a|²(q + q0)²(kh)²`, which is that of the
-    /// perturbation times `q/q0`.
+    /// Rice's perturbation theory, from the boundary conditions themselves: with their phases and for any azimuth, the
+    /// amplitudes are those of the first order of a shallow relief. With `c = iκh` its power is `|a|²(q + q0)²(kh)²`,
+    /// which is that of the perturbation times `q/q0`.
     #[test]
     fn it_is_the_first_order_of_a_shallow_relief() {
         // Roundings of the solved system.
@@ -334,7 +342,8 @@ mod tests {
         }
     }
 
-    /// Nothing overflows or is none: no interface at all, directions along the horizon, an index as large and as small as is accepted.
+    /// Nothing overflows or is none: no interface at all, directions along the horizon, an index as large and as small
+    /// as is accepted.
     #[test]
     fn the_ends_of_every_range_are_finite() {
         let grazing = [1.0 - 0.5e-14, 0.0, COSINE_MIN];

@@ -1,4 +1,4 @@
-//! Helpers that several test binaries share.
+//! Helpers of several test binaries.
 #![allow(dead_code)] // Each binary uses some of them.
 
 use ndarray::Array2;
@@ -11,7 +11,7 @@ use sunbeam::lobe::{Exact, Surface};
 use sunbeam::scattering::{Options, Vec3};
 use sunbeam::table::{DENSITY_FLOOR_UM2, Progress};
 
-/// SplitMix64: the same numbers on every machine.
+/// SplitMix64, a generator with equal numbers on all machines.
 pub struct Random(u64);
 
 impl Random {
@@ -42,7 +42,7 @@ impl Random {
         direction(theta, self.between(-180.0, 180.0))
     }
 
-    /// In the tables' range.
+    /// Uniform over the tables' wavelengths.
     pub fn wavelength_nm(&mut self) -> f64 {
         self.between(360.0, 830.0)
     }
@@ -58,17 +58,17 @@ pub fn preset(preset: Preset) -> HeightField {
     preset.build(None, None).unwrap()
 }
 
-/// Where tests in every language keep tables that take seconds, for each other and for the next time: a hash of the sources that
-/// build them is in their names.
+/// Folder of the tables that tests in all languages share and keep. File names contain a hash of the sources that build
+/// the tables.
 pub const CACHE_FOLDER: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/../test_cache");
 
-/// The tables that tests keep.
+/// Cache of the tables that tests share.
 pub fn cache() -> Cache {
     const LIMIT_BYTES: u64 = 2_000_000_000;
     Cache::new(CACHE_FOLDER, LIMIT_BYTES)
 }
 
-/// A surface that is built once for all tests, since the tables of a skin take seconds.
+/// A surface shared by all tests of the process, since the tables of a skin take seconds.
 pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
     type Entry = (HeightField, Options, Arc<OnceLock<Arc<Surface>>>);
     static BUILT: Mutex<Vec<Entry>> = Mutex::new(Vec::new());
@@ -86,8 +86,8 @@ pub fn built(field: &HeightField, options: &Options) -> Arc<Surface> {
     place.get_or_init(|| Arc::new(cache().surface(field, options, &Progress::none()).unwrap().0)).clone()
 }
 
-/// ΔE₀₀ between pairs of a true colour and one that was found, linear sRGB, ascending; exposed so that a tenth of what is lit
-/// at all clips.
+/// ΔE₀₀ between pairs of true and found colours in linear sRGB, ascending, at an exposure that clips a tenth of the lit
+/// pixels.
 pub fn colour_differences(pixels: &[([f64; 3], [f64; 3])]) -> Vec<f64> {
     let brightest = |rgb: &[f64; 3]| rgb.iter().fold(0.0f64, |a, b| a.max(*b));
     let peak = pixels.iter().map(|(truth, _)| brightest(truth)).fold(0.0, f64::max);
@@ -107,7 +107,7 @@ pub fn relief(nx: usize, ny: usize, dx_um: f64, dy_um: f64, height_um: f64) -> H
     HeightField::new(heights, dx_um, dy_um).unwrap()
 }
 
-/// A smooth relief that goes on periodically: slopes as on real surfaces.
+/// A smooth periodic relief with slopes as on real surfaces.
 pub fn waves(nx: usize, ny: usize, dx_um: f64, dy_um: f64, height_um: f64) -> HeightField {
     let height = |(iy, ix): (usize, usize)| {
         let (x, y) = (TAU * ix as f64 / nx as f64, TAU * iy as f64 / ny as f64);
@@ -122,7 +122,7 @@ pub fn sinusoid(n: usize, period_um: f64, amplitude_um: f64) -> HeightField {
     HeightField::new(Array2::from_shape_fn((1, n), height), period_um / n as f64, period_um).unwrap()
 }
 
-/// `S(f; κ)` in µm² as the table has it, and its mean over the κ that the outgoing hemisphere spans.
+/// `S(f; κ)` in µm² from the table, and its mean over the κ of the outgoing hemisphere.
 pub fn table_density(surface: &Surface, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> (f64, f64) {
     let um = wavelength_nm * 1e-3;
     let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
@@ -130,8 +130,7 @@ pub fn table_density(surface: &Surface, wi: Vec3, wo: Vec3, wavelength_nm: f64) 
     (value, surface.table().hemisphere_mean(f, wi[2], um))
 }
 
-/// Error of the table's S against the oracle's, relative to the largest of the oracle's, the mean over κ there, and the
-/// density floor.
+/// Error of the table's S relative to the largest of the oracle's value, the mean over κ, and the density floor.
 pub fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
     let um = wavelength_nm * 1e-3;
     let f = [(wi[0] + wo[0]) / um, (wi[1] + wo[1]) / um];
@@ -140,7 +139,7 @@ pub fn table_error(surface: &Surface, exact: &Exact, wi: Vec3, wo: Vec3, wavelen
     (value - truth).abs() / truth.max(mean).max(DENSITY_FLOOR_UM2)
 }
 
-/// The oracle of a surface's field, with the surface's own options.
+/// The oracle for a field with the surface's options.
 pub fn oracle(field: &HeightField, surface: &Surface) -> Exact {
     Exact::new(field, surface.options(), surface.albedo_table().cloned())
 }

@@ -1,6 +1,6 @@
-//! The library against independent truths, in one program.
+//! Tests of the library against independent results, in one program.
 
-// As tests do, outside of `#[test]` functions too.
+// Helpers outside of `#[test]` functions unwrap and print as tests do.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 mod chi_square;

@@ -1,10 +1,10 @@
-//! The refractive index that C++ hands over.
+//! Refractive index from the samples that C++ passes.
 
 use super::ffi;
 use sunbeam::scattering::{ComplexIndex, SpectralIndex, SpectralIndexError};
 use sunbeam::table::WAVELENGTH_MIN_NM;
 
-/// The index of both parts, at the wavelengths of either.
+/// The complex index at the wavelengths of both parts, each linearly interpolated; `None` for a perfect reflector.
 pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<SpectralIndex>, SpectralIndexError> {
     let part = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
         let all = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };
@@ -24,7 +24,7 @@ pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<Spect
     SpectralIndex::sampled(wavelengths.into_iter().map(index).collect()).map(Some)
 }
 
-/// The value at `x`, linear between samples in rising order, of which there is at least one, and constant beyond them.
+/// Linear interpolation at `x` between samples in rising order, constant beyond their ends. Needs at least one sample.
 fn linear(samples: &[(f64, f64)], x: f64) -> f64 {
     let above = samples.partition_point(|sample| sample.0 < x).min(samples.len() - 1);
     let (low, high) = (samples[above.saturating_sub(1)], samples[above]);

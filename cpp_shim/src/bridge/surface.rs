@@ -1,4 +1,4 @@
-//! What a BSDF instance owns on the Rust side, and how it is made.
+//! The Rust side of a BSDF instance: parameters, tables, and their construction.
 
 use super::super::log::logged;
 use super::index::spectral_index;
@@ -11,24 +11,24 @@ use sunbeam::grating::{GratingColourSurface, GratingSurface, JonesTable};
 use sunbeam::lobe::{self, ColourSurface};
 use sunbeam::scattering::SpectralIndex;
 
-/// What a BSDF instance owns on the Rust side.
+/// The Rust side of a BSDF instance.
 pub struct Surface {
     pub(super) recipe: Recipe,
     pub(super) tables: Tables,
-    /// How the orders of a rigorous surface polarise, where that is carried.
+    /// Jones matrices of the orders: for rigorous surfaces in polarised variants.
     pub(super) jones: Option<Arc<(JonesTable, Origin)>>,
     pub(super) identity: u64,
 }
 
-/// What a surface is made from.
+/// Everything that a surface is built from.
 #[derive(Clone)]
 pub(super) struct Recipe {
     pub(super) config: SurfaceConfig,
-    /// The index that it was asked for with; `None` reflects everything.
+    /// The index given with the parameters; `None` for a perfect reflector.
     pub(super) index: Option<SpectralIndex>,
-    /// Whether colours contain what the interface does to light.
-    pub(super) inside: bool,
-    /// Whether Stokes vectors are carried.
+    /// Whether colours include the interface's factor.
+    pub(super) includes_interface: bool,
+    /// Whether the variant carries Stokes vectors.
     pub(super) polarised: bool,
 }
 
@@ -40,7 +40,8 @@ pub(super) enum Tables {
 }
 
 impl Recipe {
-    /// What JSON and samples amount to. Whatever becomes of the index later, the obliquity factor is that of the one given here.
+    /// Parses the parameters and checks them against the index. `obliquity = auto` is resolved by this index, even if
+    /// `eta` and `k` change later.
     pub(super) fn new(config_json: &str, samples: &ffi::IndexSamples, polarised: bool) -> Result<Self, PluginError> {
         let mut config = SurfaceConfig::from_json(config_json).map_err(BuildError::from)?;
         let index = spectral_index(samples)?;
@@ -54,12 +55,12 @@ impl Recipe {
         if config.theory == Theory::Scalar {
             config.obliquity = config.obliquity.resolved(index.as_ref()).into();
         }
-        Ok(Self { config, index, inside: samples.known, polarised })
+        Ok(Self { config, index, includes_interface: samples.known, polarised })
     }
 }
 
 impl Surface {
-    /// For variants that carry wavelengths.
+    /// Builds a surface for spectral variants.
     pub(super) fn spectral(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
         let Recipe { config, index, .. } = &recipe;
@@ -73,14 +74,15 @@ impl Surface {
         Self::with_tables(recipe, tables, &cache)
     }
 
-    /// For variants that carry colours.
+    /// Builds a surface for RGB and mono variants.
     pub(super) fn colours(recipe: Recipe) -> Result<Box<Self>, PluginError> {
         let cache = Cache::from_env().map_err(BuildError::from)?;
-        let Recipe { config, index, inside, .. } = &recipe;
-        let (index, inside) = (index.as_ref(), index.as_ref().filter(|_| *inside));
+        let Recipe { config, index, includes_interface, .. } = &recipe;
+        let index = index.as_ref();
+        let included = index.filter(|_| *includes_interface);
         let tables = match config.theory {
             Theory::Scalar => {
-                Tables::Colours(logged(|progress| config.build_shared_colours(index, inside, &cache, progress))?)
+                Tables::Colours(logged(|progress| config.build_shared_colours(index, included, &cache, progress))?)
             }
             Theory::Rigorous => {
                 Tables::GratingColours(logged(|progress| config.build_shared_grating_colours(index, &cache, progress))?)
@@ -102,7 +104,7 @@ impl Surface {
             Tables::Grating(tables) => tables.clone(),
             Tables::GratingColours(tables) => tables.clone(),
         };
-        // The same tables go with the same polarisation, if with any.
+        // Surfaces that share their tables also share the Jones matrices, if they have any.
         let identity = 2 * identity(shared) + u64::from(jones.is_some());
         Ok(Box::new(Self { recipe, tables, jones, identity }))
     }
@@ -128,7 +130,7 @@ impl Surface {
     }
 }
 
-/// A number for tables in use, which an address would not be: another's may come to lie there.
+/// A number for tables in use. An address would not do, since later tables may be allocated there.
 fn identity(tables: Arc<dyn Any + Send + Sync>) -> u64 {
     type InUse = (u64, Vec<(u64, Weak<dyn Any + Send + Sync>)>);
     static IN_USE: Mutex<InUse> = Mutex::new((0, Vec::new()));

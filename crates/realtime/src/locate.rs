@@ -4,10 +4,11 @@ use super::scene::Scene;
 use super::target::Target;
 use super::{Gpu, GpuError, program};
 
-/// Pixels or entries that an invocation sorts, as in `locate.wgsl`.
+/// Pixels or entries that an invocation sorts: `LOCATE_RUN` of `locate.wgsl`.
 const RUN: u32 = 32;
 
-/// Frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight, its depths.
+/// Bindings of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight,
+/// sunlit.
 const GROUP: [Access; 11] = [
     Access::Uniform,
     Access::Read,
@@ -22,9 +23,8 @@ const GROUP: [Access; 11] = [
     Access::Read,
 ];
 
-/// Turns triangles into queries, in three submissions: pixels are sorted; those with a triangle and those without are
-/// located; and then those of which only a ray through the tree tells what they see or whether the sun is seen from there,
-/// and what needs an answer is chosen. See `locate.wgsl`.
+/// Turns triangles into queries (`locate.wgsl`), in three submissions: pixels are sorted; pixels with and without a
+/// triangle are located; pixels that need a ray are located, and the queries that need an answer are listed.
 pub(super) struct Locate {
     layout: wgpu::BindGroupLayout,
     sort: wgpu::ComputePipeline,
@@ -64,7 +64,7 @@ impl Locate {
         )
     }
 
-    /// Makes the queries of a sample; the time in ms, and how many need an answer.
+    /// Writes the queries of a sample; returns the time in ms and the number of queries that need an answer.
     pub async fn run(&self, gpu: &Gpu, target: &Target, bindings: &wgpu::BindGroup) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
         gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&[0u32; Target::LISTS]));
@@ -77,7 +77,8 @@ impl Locate {
         Ok((sort_ms + found_ms + rest_ms, chosen))
     }
 
-    /// Submits a compute pass of pipelines, each over so many invocations; the time in ms, and how long the lists are then.
+    /// Submits a compute pass of pipelines with their numbers of invocations; returns the time in ms and the lengths of
+    /// the lists.
     async fn submit(
         &self,
         gpu: &Gpu,

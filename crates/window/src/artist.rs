@@ -13,33 +13,34 @@ use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer
 /// Time in ms that the first picture after a change may take: a drag is followed at 14 pictures a second.
 const PREVIEW_MS: f64 = 70.0;
 
-/// A picture that is done.
+/// A drawn picture.
 pub struct Picture {
     pub target: Arc<Target>,
     pub report: FrameReport,
-    /// Wall clock of all of it.
+    /// Wall-clock time in ms.
     pub ms: f64,
-    /// Whether no finer one follows.
+    /// Whether no finer picture follows.
     pub finest: bool,
 }
 
-/// Where a screenshot goes: `png`, and the same with `.exr`.
+/// Files of a screenshot: `png`, and its name with `.exr`.
 #[derive(Clone, Debug)]
 pub struct Shot {
     pub png: PathBuf,
+    /// Stops by which the PNG is brightened.
     pub exposure: f64,
 }
 
-/// One piece of work, after which there may be another job.
+/// One piece of work. Orders are read between steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Step {
     Picture(Level),
-    /// The map with this side.
+    /// The map with the side of this index.
     Map(usize),
     Save,
 }
 
-/// What a step gave.
+/// Result of a step.
 pub enum Done {
     Picture(Picture),
     /// `None` where the cursor is not on the lit side of the mesh.
@@ -47,12 +48,12 @@ pub enum Done {
     Saved(PathBuf),
 }
 
-/// Draws what is ordered, in steps.
+/// Draws the ordered pictures and maps, step by step.
 pub struct Artist {
     gpu: Arc<Gpu>,
     renderer: Renderer,
     progressive: Progressive,
-    /// Where in the picture the map is asked for, each coordinate in [0, 1).
+    /// Point of the picture whose map is wanted, each coordinate in [0, 1).
     cursor: Option<[f32; 2]>,
     shot: Option<Shot>,
     /// Index of the side of the map that is drawn already.
@@ -61,10 +62,10 @@ pub struct Artist {
 }
 
 impl Artist {
-    /// Compiles what does not depend on anything.
+    /// Compiles the programs that do not depend on a method.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
+    /// The errors of [`Renderer::new`].
     pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
         let renderer = Renderer::new(&gpu)?;
         Ok(Self {
@@ -81,17 +82,17 @@ impl Artist {
     /// Takes another mesh.
     ///
     /// # Errors
-    /// As [`Scene::new`].
+    /// The errors of [`Scene::new`].
     pub fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
         self.progressive.set_scene(Scene::new(&self.gpu, mesh, pigment)?);
         self.map = None;
         Ok(())
     }
 
-    /// Takes another method, whose answers end early once the flag is set; gives its bytes on the GPU.
+    /// Takes another method, which stops when the flag is set; returns its bytes on the GPU.
     ///
     /// # Errors
-    /// As [`Shader::new`]. The method before stays.
+    /// The errors of [`Shader::new`]; then the method before stays.
     pub fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
         let mut shader = Shader::new(&self.gpu, method, &Optics::default())?;
         shader.stop_when(stop);
@@ -108,18 +109,18 @@ impl Artist {
         }
     }
 
-    /// Asks for the map of another place.
+    /// Orders the map of another point.
     pub fn set_cursor(&mut self, cursor: Option<[f32; 2]>) {
         self.cursor = cursor;
         self.map = None;
     }
 
-    /// Asks for files of the finest picture.
+    /// Orders files of the finest picture.
     pub fn set_shot(&mut self, shot: Shot) {
         self.shot = Some(shot);
     }
 
-    /// What to do next: a first picture, a first map, then better ones.
+    /// The next step: a first picture, a first map, then finer ones.
     pub fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);
         let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
@@ -131,7 +132,7 @@ impl Artist {
         }
     }
 
-    /// Whether something is shown already that the step only makes better.
+    /// Whether the step only refines a picture or map that is shown already.
     pub fn refines(&self, step: Step) -> bool {
         match step {
             Step::Picture(_) => self.progressive.latest().is_some(),
@@ -140,21 +141,21 @@ impl Artist {
         }
     }
 
-    /// Whether a screenshot is being waited for.
+    /// Whether a screenshot is ordered.
     pub fn owes_shot(&self) -> bool {
         self.shot.is_some()
     }
 
-    /// Gives up what a step that failed was for, until there is something new.
+    /// Drops the orders after a failed step, until there is a new one.
     pub fn give_up(&mut self) {
         self.progressive.give_up();
         self.shot = None;
     }
 
-    /// Does a step of [`Artist::next_step`]; `None` where it has become pointless.
+    /// Does a step of [`Artist::next_step`]; `None` where its order is gone.
     ///
     /// # Errors
-    /// What went wrong, [`GpuError::Stopped`] included; a file that cannot be written is a text.
+    /// [`Failure`]; [`GpuError::Stopped`] where the flag was set.
     pub fn work(&mut self, step: Step) -> Result<Option<Done>, Failure> {
         match step {
             Step::Picture(level) => Ok(self.draw(level)?.map(Done::Picture)),
@@ -202,14 +203,14 @@ impl Artist {
             let bytes = encoded.map_err(|error| Failure::File(error.to_string()))?;
             output::write(path, &bytes).map_err(Failure::File)
         };
-        // The PNG last: whoever waits for it finds both.
+        // The PNG is written last: with it, both files are there.
         write(&shot.png.with_extension("exr"), encode::exr(size, |i| picture[i]))?;
         write(&shot.png, encode::tone_mapped_png(size, &picture, shot.exposure))?;
         Ok(Some(Done::Saved(shot.png)))
     }
 }
 
-/// Why a step was not done.
+/// Reason why a step failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     #[error(transparent)]

@@ -2,7 +2,7 @@ use super::artist::Picture;
 use super::widgets::row;
 use eframe::egui::Ui;
 
-/// What is known about the machine, the method and the last picture.
+/// Facts about the machine, the method and the last picture.
 #[derive(Default)]
 pub struct Facts {
     pub adapter: String,
@@ -19,11 +19,11 @@ pub struct MethodFacts {
     pub bytes: u64,
 }
 
-/// What a picture took.
+/// Size, time and work of a picture.
 pub struct PictureFacts {
     size: (u32, u32),
     ms: f64,
-    /// Whether no finer one follows.
+    /// Whether no finer picture follows.
     finest: bool,
     answered: u64,
     stages: [(&'static str, f64); 4],
@@ -48,7 +48,7 @@ impl From<&Picture> for PictureFacts {
 }
 
 impl Facts {
-    /// As lines of text.
+    /// Lines of text.
     pub fn show(&self, ui: &mut Ui) {
         let line = |ui: &mut Ui, label: &str, text: String| {
             row(ui, label, |ui| {

@@ -15,7 +15,7 @@ pub struct Settings {
     pub options: MethodOptions,
     /// The refractive index; `None` reflects everything.
     pub index: Option<ComplexIndex>,
-    /// All but camera and light, which [`Settings::orbit`] and [`Settings::sun`] stand for.
+    /// The view, whose camera and light are those of [`Settings::orbit`] and [`Settings::sun`].
     pub view: View,
     pub orbit: Orbit,
     pub sun: Sun,
@@ -34,17 +34,18 @@ impl Settings {
         Optics { index: self.index, obliquity, shadowing: self.surface.shadowing }
     }
 
-    /// What the renderer draws.
+    /// The view for the renderer.
     ///
     /// # Errors
-    /// As [`Sun::light`].
+    /// The errors of [`Sun::light`].
     pub fn view(&self) -> Result<View, GpuError> {
         Ok(View { camera: self.orbit.camera(), light: self.sun.light()?, ..self.view })
     }
 
-    /// What the method has to be built from.
+    /// The recipe of the method.
     pub fn recipe(&self) -> Recipe {
-        // Optics are the shader's: changing them builds nothing. A grating by Maxwell's equations has its own, and keeps energy.
+        // The shader has the optics, so a change of them builds nothing. A grating by Maxwell's equations contains its
+        // optics and conserves energy.
         let rigorous = self.surface.theory == Theory::Rigorous;
         let mut surface = SurfaceConfig {
             obliquity: ObliquityChoice::default(),
@@ -60,13 +61,13 @@ impl Settings {
     }
 }
 
-/// What a method is built from.
+/// Everything that a method is built from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recipe {
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
-    /// Where it is part of what is built.
+    /// The refractive index, where the method contains it.
     index: Option<ComplexIndex>,
     cache: Cache,
 }
@@ -78,7 +79,7 @@ pub struct Built {
 }
 
 impl Recipe {
-    /// Makes the method, which may take long.
+    /// Builds the method, which may take seconds.
     pub fn build(&self) -> Result<Built, String> {
         let start = Instant::now();
         let index = self.index.map(SpectralIndex::Constant);

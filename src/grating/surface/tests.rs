@@ -1,13 +1,13 @@
 use super::*;
+use crate::colour::WavelengthWeights;
 use crate::grating::GratingColourSurface;
-use crate::lobe::UNIFORM_SHARE;
-use crate::lobe::WavelengthWeights;
+use crate::lobe::{LinearSrgb, Lobe, UNIFORM_FRACTION};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const PERIOD_UM: f64 = 1.6;
-const FINENESS: Fineness =
-    Fineness { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
+const TABLE_RESOLUTION: TableResolution =
+    TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
 /// Orders with a closed form, of the kind that gratings have: reciprocal, with a square root where one passes off, and
 /// changing with the wavelength. They are no solution of anything.
@@ -36,7 +36,7 @@ impl Orders for Made {
 }
 
 fn made(coherence_length_um: f64) -> GratingSurface {
-    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &Made, FINENESS, &Progress::none()).unwrap()
+    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &Made, TABLE_RESOLUTION, &Progress::none()).unwrap()
 }
 
 fn direction(theta: f64, phi: f64) -> Vec3 {
@@ -159,8 +159,8 @@ fn samples_have_the_density_that_is_told() {
     let (surface, wi, nm) = (made(20.0), direction(0.5, 0.4), 550.0);
     let sigma = surface.layout().sigma_per_um;
     // The density integrates to one but for what is lost beyond the horizon, which here is nothing but the even share's.
-    let told = over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_SHARE * 0.125) / wo[2]);
-    assert!((told - (1.0 - UNIFORM_SHARE)).abs() < 2e-3, "{told}");
+    let told = over_orders(wi, nm, sigma, |wo| (surface.pdf(wi, wo, &[nm]) - UNIFORM_FRACTION * 0.125) / wo[2]);
+    assert!((told - (1.0 - UNIFORM_FRACTION)).abs() < 2e-3, "{told}");
     // The mean of 1/pdf over the samples in a region is the region's solid angle; the mean of the weights is the albedo.
     let expected = over_orders(wi, nm, sigma, |wo| surface.eval(wi, wo, nm));
     let (mut sum, mut squares, count) = (0.0, 0.0, 40_000);
@@ -235,8 +235,8 @@ fn coloured_samples_bring_the_colour_that_is_reflected() {
         let (mut sums, mut squares, count) = ([0.0; 3], [0.0; 3], 100_000);
         let mut random = Pcg64Mcg::seed_from_u64(3);
         for _ in 0..count {
-            let wo = lobe.sample(wi, std::array::from_fn(|_| random.random()), true);
-            let (value, pdf) = lobe.eval_pdf(wi, wo, true);
+            let wo = lobe.sample(wi, LinearSrgb, std::array::from_fn(|_| random.random()), true);
+            let (value, pdf) = lobe.eval_pdf(wi, wo, LinearSrgb, true);
             for c in 0..3 {
                 let weight = if pdf > 0.0 { value[c] * wo[2] / pdf } else { 0.0 };
                 sums[c] += weight;

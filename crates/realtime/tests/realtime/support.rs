@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use sunbeam::methods::{MethodShader, Relief};
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Query};
 
-/// The adapter to test on, as `SUNBEAM_ADAPTER` says; `None` only where there is none at all.
+/// The adapter that `SUNBEAM_ADAPTER` chooses; `None` without any adapter.
 pub fn gpu() -> Option<Gpu> {
     match Gpu::open(AdapterChoice::from_env().unwrap()) {
         Ok(gpu) => Some(gpu),
@@ -17,7 +17,7 @@ pub fn gpu() -> Option<Gpu> {
     }
 }
 
-/// A response that does not depend on the directions.
+/// A method whose response is 1 for all directions.
 pub struct White;
 
 impl Relief for White {
@@ -39,7 +39,7 @@ impl Relief for White {
     }
 }
 
-/// A glossy lobe around the mirror direction whose colour changes along u, out of a uniform and two buffers.
+/// A method with a uniform and two buffers: a glossy lobe around the mirror direction, whose colour depends on u.
 pub struct Lobe {
     pub sharpness: f32,
     pub colours: Vec<[f32; 4]>,

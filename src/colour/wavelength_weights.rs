@@ -1,0 +1,46 @@
+//! Weights that integrate a spectrum over the tables' wavelengths to a colour.
+
+use super::{cie_xyz, d65, xyz_to_linear_srgb};
+use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use std::array;
+use std::sync::LazyLock;
+
+/// Red, green, blue (linear sRGB) and luminance under D65 and the CIE 1931 observer, per nm. Each sums to one over the whole nm
+/// of the tables' range, so that a reflectance of one is white.
+///
+/// ```
+/// use sunbeam::colour::WavelengthWeights;
+///
+/// let white = WavelengthWeights::per_nm().iter().fold([0.0; 4], |sum, w| std::array::from_fn(|c| sum[c] + w[c]));
+/// assert!(white.iter().all(|channel| (channel - 1.0).abs() < 1e-4));
+/// ```
+pub struct WavelengthWeights;
+
+static WEIGHTS: LazyLock<Vec<[f32; 4]>> = LazyLock::new(|| {
+    let count = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) as usize + 1;
+    let raw: Vec<[f64; 4]> = (0..count)
+        .map(|i| {
+            let nm = WAVELENGTH_MIN_NM + i as f64;
+            let xyz = cie_xyz(nm).map(|value| value * d65(nm));
+            let [r, g, b] = xyz_to_linear_srgb(xyz);
+            [r, g, b, xyz[1]]
+        })
+        .collect();
+    let total: [f64; 4] = array::from_fn(|c| raw.iter().map(|w| w[c]).sum());
+    raw.iter().map(|w| array::from_fn(|c| (w[c] / total[c]) as f32)).collect()
+});
+
+impl WavelengthWeights {
+    /// Weights at each whole nm from [`WAVELENGTH_MIN_NM`] to [`WAVELENGTH_MAX_NM`].
+    pub fn per_nm() -> &'static [[f32; 4]] {
+        &WEIGHTS
+    }
+
+    /// Weights at a wavelength in the tables' range, linearly interpolated between whole nm.
+    pub(crate) fn at(wavelength_nm: f64) -> [f64; 4] {
+        let t = (wavelength_nm - WAVELENGTH_MIN_NM).clamp(0.0, (WEIGHTS.len() - 1) as f64);
+        let i = (t as usize).min(WEIGHTS.len() - 2);
+        let fraction = t - i as f64;
+        array::from_fn(|c| (1.0 - fraction) * WEIGHTS[i][c] as f64 + fraction * WEIGHTS[i + 1][c] as f64)
+    }
+}
