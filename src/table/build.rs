@@ -1,10 +1,10 @@
 use super::lattice::Lattice;
-use super::lookup::{HEADER, KernelKind, SpectralTable};
+use super::lookup::{HEADER, NodeQuantity, SpectralTable};
 use super::packed::PackedTable;
 use super::progress::Progress;
 use super::spectrum::Spectrum;
 use super::spline::prefilter;
-use super::{TableError, WAVELENGTH_MIN_NM};
+use super::{FREQUENCY_MAX_PER_UM, TableError, WAVELENGTH_MIN_NM};
 use crate::clock::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -15,8 +15,8 @@ use sunbeam_fourier::num_complex::Complex64;
 const FLOATS_MAX: usize = u32::MAX as usize;
 /// Knots beyond either end of the κ range, so that the spline's ends do not matter (0.27⁶ ≈ 4e-4 of their error).
 pub(super) const EXTRA_KNOTS: i64 = 6;
-/// Spacing of knots tried first, in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline
-/// on a wave of `a` radians a knot is about `(a/2π)⁴`. As wide as any relief has been seen to allow.
+/// Spacing of knots tried first, in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic
+/// B-spline on a wave of `a` radians a knot is about `(a/2π)⁴`. As wide as any relief has been seen to allow.
 const KNOT_SPACING: f64 = 13.0;
 /// Least part of the first spacing that is tried: rounding floors the error near 1e-6.
 const REFINEMENT_MIN: f64 = 0.2;
@@ -50,8 +50,8 @@ pub struct TableReport {
     pub build_seconds: f64,
 }
 
-/// Nodes up to which knots cost next to nothing, and are set for this share of the tolerance: few orders leave deep gaps,
-/// in which a percentile over all κ is no comfort.
+/// Nodes up to which knots cost next to nothing, and are set for this share of the tolerance: few orders leave deep
+/// gaps, in which a percentile over all κ is no comfort.
 const FEW_NODES: usize = 4096;
 const FEW_NODES_SHARE: f64 = 0.1;
 
@@ -68,8 +68,8 @@ pub struct Built {
 /// Share of what is left that a build is taken to be, since another with finer knots may follow.
 const BUILD_SHARE: f64 = 0.6;
 
-/// Builds the table of `spectrum` to a relative error of `tolerance`. [`BuildDemand::check`] tells before the spectrum is
-/// made whether that takes too much.
+/// Builds the table of `spectrum` to a relative error of `tolerance`. [`BuildDemand::check`] tells before the spectrum
+/// is made whether that takes too much.
 ///
 /// # Errors
 /// [`TableError::TooLarge`] beyond what a table can address.
@@ -107,7 +107,7 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result
 /// The part of `tolerance` that the splines of a table may take.
 fn error_share(lattice: &Lattice, tolerance: f64) -> f64 {
     let nodes = lattice.x.nodes().saturating_mul(lattice.y.nodes());
-    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { lattice.spline_share() }
+    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { lattice.spline_fraction() }
 }
 
 /// The spacing of knots that is tried first, in units of 1/(half bandwidth).
@@ -121,15 +121,16 @@ pub(super) fn kappa_range() -> f64 {
 }
 
 /// Distance of knots in rad/µm for a relief of half range `half_range_um`, `spacing` in units of 1/(half bandwidth).
-pub(super) fn knot_step(kernel: KernelKind, half_range_um: f64, spacing: f64) -> f64 {
+pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64) -> f64 {
     // Powers are correlations of screens: twice the bandwidth of amplitudes.
-    let bandwidth = if kernel == KernelKind::Power { 2.0 * half_range_um } else { half_range_um };
+    let bandwidth = if quantity == NodeQuantity::Power { 2.0 * half_range_um } else { half_range_um };
     if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_range()) } else { kappa_range() }
 }
 
-/// Floats of a record whose last knot in use is `last_knot`: four coefficients are read from there on, and two make a word.
-pub(super) fn record_floats(kernel: KernelKind, last_knot: usize) -> usize {
-    HEADER + (last_knot + 4).next_multiple_of(2) * kernel.components()
+/// Floats of a record whose last knot in use is `last_knot`: four coefficients are read from there on, and two make a
+/// word.
+pub(super) fn record_floats(quantity: NodeQuantity, last_knot: usize) -> usize {
+    HEADER + (last_knot + 4).next_multiple_of(2) * quantity.components()
 }
 
 /// A node that some pair of directions can reach.
@@ -142,7 +143,7 @@ struct Kept {
 
 struct Build<'a> {
     spectrum: &'a Spectrum,
-    kernel: KernelKind,
+    quantity: NodeQuantity,
     kappa_max: f64,
     kappa_step: f64,
     kappa_knee: f64,
@@ -166,15 +167,14 @@ impl<'a> Build<'a> {
     }
 
     fn planned(spectrum: &'a Spectrum, spacing: f64) -> Self {
-        let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
         let kappa_max = kappa_range();
-        let kernel = spectrum.kernel();
+        let quantity = spectrum.quantity();
         let h = spectrum.half_range_um();
-        let kappa_step = knot_step(kernel, h, spacing);
+        let kappa_step = knot_step(quantity, h, spacing);
         let kappa_knee = if h > 0.0 { 1.0 / h } else { kappa_max };
         let knots = (kappa_max / kappa_step).ceil() as usize + 1;
-        let kept = reachable(spectrum.lattice(), frequency_max, kappa_step);
-        Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept, progress: Progress::none() }
+        let kept = reachable(spectrum.lattice(), FREQUENCY_MAX_PER_UM, kappa_step);
+        Self { spectrum, quantity, kappa_max, kappa_step, kappa_knee, knots, kept, progress: Progress::none() }
     }
 
     /// Floats of all records of kept nodes.
@@ -183,12 +183,12 @@ impl<'a> Build<'a> {
     }
 
     fn record_floats(&self, last_knot: usize) -> usize {
-        record_floats(self.kernel, last_knot)
+        record_floats(self.quantity, last_knot)
     }
 
     fn table(&self) -> SpectralTable {
         let (at_zero, curves) = self.curves();
-        let components = self.kernel.components();
+        let components = self.quantity.components();
         let mut offsets = vec![0u32; self.spectrum.lattice().x.nodes() * self.spectrum.lattice().y.nodes()];
         // A start of 0 means no record.
         let mut length = 1;
@@ -223,7 +223,7 @@ impl<'a> Build<'a> {
         });
         SpectralTable {
             lattice: self.spectrum.lattice().clone(),
-            kernel: self.kernel,
+            quantity: self.quantity,
             norm: self.spectrum.norm(),
             kappa_max: self.kappa_max,
             kappa_step: self.kappa_step,
@@ -233,20 +233,20 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// What each kept node's record says of κ = 0 (power and slope, or amplitude), and for every knot from `−EXTRA_KNOTS`
-    /// the quantity that the splines go through, knot-major.
+    /// What each kept node's record says of κ = 0 (power and slope, or amplitude), and for every knot from
+    /// `−EXTRA_KNOTS` the quantity that the splines go through, knot-major.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut at_zero = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
         let small = 1e-4 / self.spectrum.half_range_um().max(1e-12);
-        if self.kernel == KernelKind::Power {
+        if self.quantity == NodeQuantity::Power {
             let nearby = self.kept_values(&self.spectrum.nodes(small));
             for (i, zero) in at_zero.iter_mut().enumerate() {
                 zero.im = (nearby[i] - self.mirrored(&nearby, i)).re / (2.0 * small);
             }
         }
-        // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel. Rows are packed at
-        // once, since all of them in double precision would be most of a build's memory.
+        // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel. Rows are
+        // packed at once, since all of them in double precision would be most of a build's memory.
         let steps = self.progress.of_steps(last as usize + 1);
         let rows: Vec<Vec<f32>> = (0..=last)
             .into_par_iter()
@@ -265,23 +265,24 @@ impl<'a> Build<'a> {
         (at_zero, before.into_iter().chain(rows).collect())
     }
 
-    /// A scaled quantity at −κ from its values at κ: heights are real, so `P_j(−κ) = P_{−j}(κ)`, `D_j(−κ) = D̄_{−j}(κ)`.
+    /// A scaled quantity at −κ from its values at κ: heights are real, so `P_j(−κ) = P_{−j}(κ)`, `D_j(−κ) =
+    /// D̄_{−j}(κ)`.
     fn mirrored(&self, scaled: &[Complex64], node: usize) -> Complex64 {
         scaled[scaled.len() - 1 - node].conj()
     }
 
     fn pack(&self, values: &[Complex64]) -> Vec<f32> {
-        match self.kernel {
-            KernelKind::Power => values.iter().map(|c| c.re as f32).collect(),
-            KernelKind::Amplitude => values.iter().flat_map(|c| [c.re as f32, c.im as f32]).collect(),
+        match self.quantity {
+            NodeQuantity::Power => values.iter().map(|c| c.re as f32).collect(),
+            NodeQuantity::Amplitude => values.iter().flat_map(|c| [c.re as f32, c.im as f32]).collect(),
         }
     }
 
     /// The row of `−κ` from that of κ; see [`Build::mirrored`].
     fn pack_mirrored(&self, row: &[f32]) -> Vec<f32> {
-        match self.kernel {
-            KernelKind::Power => row.iter().rev().copied().collect(),
-            KernelKind::Amplitude => row.chunks_exact(2).rev().flat_map(|c| [c[0], -c[1]]).collect(),
+        match self.quantity {
+            NodeQuantity::Power => row.iter().rev().copied().collect(),
+            NodeQuantity::Amplitude => row.chunks_exact(2).rev().flat_map(|c| [c[0], -c[1]]).collect(),
         }
     }
 
@@ -294,14 +295,14 @@ impl<'a> Build<'a> {
         let values = self.kept_values(&self.spectrum.nodes(kappa));
         let ratio = self.kappa_knee / kappa;
         let pairs = values.iter().zip(at_zero);
-        match self.kernel {
-            KernelKind::Power => pairs
+        match self.quantity {
+            NodeQuantity::Power => pairs
                 .map(|(value, zero)| {
                     let beyond = (value.re - zero.re) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * zero.im;
                     (zero.re + beyond).into()
                 })
                 .collect(),
-            KernelKind::Amplitude => {
+            NodeQuantity::Amplitude => {
                 let scale = Complex64::new(1.0, ratio);
                 pairs.map(|(value, zero)| (value - zero) * scale).collect()
             }

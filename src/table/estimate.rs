@@ -7,9 +7,9 @@
 use super::band::Band;
 use super::build::{EXTRA_KNOTS, first_spacing, kappa_range, knot_step, record_floats};
 use super::lattice::{Lattice, LatticeAxis};
-use super::lookup::KernelKind;
+use super::lookup::NodeQuantity;
 use super::spectrum::{Model, Tiling, lag_grid, plan_lattice};
-use super::{TableError, WAVELENGTH_MIN_NM};
+use super::{CoherenceWindow, FREQUENCY_MAX_PER_UM, TableError};
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
@@ -36,9 +36,9 @@ const LAST_SPACING: f64 = 0.7;
 
 /// What the albedo of a grating and of any other relief takes, however simple: it is tabulated on a grid of its own.
 const ENERGY_SECONDS: (f64, f64) = (0.5, 1.3);
-/// What following the fringes of a deep relief takes besides, for each pair of knots, in nanoseconds on two cores: fringes
-/// are as fine over incidences as over wavelengths. An upper bound, since fringes finer than the albedo's grid are not
-/// followed; it is what refuses reliefs of a hundred micrometres and more.
+/// What following the fringes of a deep relief takes besides, for each pair of knots, in nanoseconds on two cores:
+/// fringes are as fine over incidences as over wavelengths. An upper bound, since fringes finer than the albedo's grid
+/// are not followed; it is what refuses reliefs of a hundred micrometres and more.
 const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// What the sampler takes, relative to the table that it is made from.
 const SAMPLER_SHARE: f64 = 0.5;
@@ -70,7 +70,8 @@ impl Estimate {
         if self.bytes.is_nan() || self.seconds.is_nan() { f64::INFINITY } else { needed.max(1.0) }
     }
 
-    /// Refuses what takes more than `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`], with advice on what would not.
+    /// Refuses what takes more than `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`], with advice on what would
+    /// not.
     ///
     /// # Errors
     /// As [`BuildDemand::check`].
@@ -211,15 +212,15 @@ impl BuildDemand {
     }
 
     fn table(&self) -> TableEstimate {
-        let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
-        let s_um = self.coherence_length_um / 4.0;
+        let frequency_max = FREQUENCY_MAX_PER_UM;
+        let s_um = CoherenceWindow::new(self.coherence_length_um).sigma_um();
         let lattice =
             plan_lattice(self.size, self.pixel_um, self.model, self.tiling, s_um, frequency_max, self.tolerance);
-        let kernel = self.model.kernel();
+        let quantity = self.model.quantity();
         let spacing = LAST_SPACING * first_spacing(&lattice, self.tolerance);
-        let step = knot_step(kernel, 0.5 * self.range_um, spacing);
+        let step = knot_step(quantity, 0.5 * self.range_um, spacing);
         let knots = (kappa_range() / step).ceil() + 1.0;
-        let nodes_kept = Kept::of(&lattice, frequency_max, |last_knot| floats(kernel, last_knot), step);
+        let nodes_kept = Kept::of(&lattice, frequency_max, |last_knot| floats(quantity, last_knot), step);
 
         let points = |(x, y): (usize, usize)| x as f64 * y as f64;
         let (screen, nodes) = (points(self.size), points((lattice.x.pixels, lattice.y.pixels)));
@@ -241,7 +242,7 @@ impl BuildDemand {
         let windowed = if is_native { 0.0 } else { nodes };
         let transforms: f64 = grids.iter().map(|points| points * points.max(2.0).log2()).sum();
         let all_knots = knots + EXTRA_KNOTS as f64;
-        let components = kernel.components() as f64;
+        let components = quantity.components() as f64;
         let seconds = 1e-9
             * BUILDS
             * ((all_knots + OTHER_TRANSFORMS) * (TRANSFORM_NS * transforms + SCREEN_NS * (screen + windowed))
@@ -279,9 +280,9 @@ struct Kept {
 }
 
 /// Floats of a record. Beyond any size that is built they go with its knots.
-fn floats(kernel: KernelKind, last_knot: f64) -> f64 {
+fn floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
     let capped = last_knot.min(1e9);
-    record_floats(kernel, capped as usize) as f64 * (last_knot / capped.max(1.0)).max(1.0)
+    record_floats(quantity, capped as usize) as f64 * (last_knot / capped.max(1.0)).max(1.0)
 }
 
 impl Kept {
@@ -303,8 +304,8 @@ impl Kept {
     }
 }
 
-/// The nodes of an axis from the middle outwards: the least frequency in cycles/µm at which one is read, and the number of
-/// nodes it stands for.
+/// The nodes of an axis from the middle outwards: the least frequency in cycles/µm at which one is read, and the number
+/// of nodes it stands for.
 fn places(axis: &LatticeAxis) -> Vec<(f64, f64)> {
     let frequency = |node: f64| (node - 0.5 * axis.taps as f64).max(0.0) / axis.period_um;
     let reach = axis.reach as f64;

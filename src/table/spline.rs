@@ -38,8 +38,8 @@ mod tests {
             assert!((knot - f(i as f64)).abs() < 1e-11);
             let x = i as f64 + 0.4;
             let value: f64 = (i - 1..i + 3).map(|k| c[k] * cubic_b_spline(x - k as f64)).sum();
-            // A cubic B-spline errs on a wave of ω rad a knot by at most about 4ζ(4)·(ω/2π)⁴ of it (its own deviation and
-            // that of its images): 7e-5 of the first wave and 3.7e-4 of the second.
+            // A cubic B-spline errs on a wave of ω rad a knot by at most about 4ζ(4)·(ω/2π)⁴ of it (its own deviation
+            // and that of its images): 7e-5 of the first wave and 3.7e-4 of the second.
             assert!((value - f(x)).abs() < 5e-4);
         }
     }
