@@ -1,3 +1,5 @@
+//! Errors of table builds.
+
 use super::estimate::Rough;
 use std::ops::RangeInclusive;
 use thiserror::Error;
@@ -5,6 +7,7 @@ use thiserror::Error;
 /// Why tables were not built.
 #[derive(Debug, PartialEq, Error)]
 #[allow(missing_docs)] // Each message says what its fields are.
+/// Reasons for which a table was not built.
 pub enum TableError {
     /// The build would take more memory, in GB, or more time, in minutes on two cores, than its limit allows.
     #[error(
@@ -20,7 +23,7 @@ pub enum TableError {
 }
 
 impl TableError {
-    /// Refuses a number out of range, and says what is accepted.
+    /// Checks that `value` lies in `range`; `accepted` describes the range in the message.
     ///
     /// # Errors
     /// [`TableError::OutOfRange`].

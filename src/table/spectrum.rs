@@ -68,13 +68,13 @@ const PATCH_SUPPORT: f64 = 0.8;
 /// Node values of a [`Lattice`] at any κ.
 ///
 /// ```
-/// use sunbeam::height_field::HeightField;
+/// use sunbeam::Preset;
 /// use sunbeam::table::{CoherenceWindow, Model, Spectrum, Tiling};
 ///
-/// // A flat mirror of 8 × 1 pixels of 0.5 µm: at any κ all power is in order zero, the middle node.
-/// let field = HeightField::new(vec![0.0; 8], 8, 1, 0.5, 0.5)?;
-/// let spectrum = Spectrum::new(&field, Model::Ensemble, Tiling::Periodic, CoherenceWindow::new(40.0), 1.0, 1e-3);
-/// let powers = spectrum.nodes(10.0);
+/// let (field, window) = (Preset::Blazed.build(None, None)?, CoherenceWindow::new(20.0));
+/// let spectrum = Spectrum::new(&field, Model::Ensemble, Tiling::Periodic, window, 5.0, 1e-3);
+/// // At κ = 0 the relief is invisible: all power is in order zero, the middle node.
+/// let powers = spectrum.nodes(0.0);
 /// assert!((powers[powers.len() / 2].re - 1.0).abs() < 1e-12);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
