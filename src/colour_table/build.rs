@@ -9,7 +9,8 @@ use crate::colour::SpectralToRgb;
 use crate::height_field::HeightField;
 use crate::numeric::math::cubic_b_spline;
 use crate::table::{
-    BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM,
+    BuildDemand, CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, Progress, Purpose, SpectralTable, Spectrum, TableError,
+    Tiling,
 };
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -85,8 +86,8 @@ impl ColourTable {
             field,
             options.model,
             options.tiling,
-            coherence_length_um / 4.0,
-            2e3 / WAVELENGTH_MIN_NM,
+            CoherenceWindow::new(coherence_length_um),
+            FREQUENCY_MAX_PER_UM,
             options.tolerance,
         );
         let built = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?;
@@ -103,7 +104,7 @@ impl ColourTable {
 
 /// Standard deviation in cycles/µm of the narrowest feature of S, that of an order's Gaussian.
 fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
-    let s = coherence_length_um / 4.0;
+    let s = CoherenceWindow::new(coherence_length_um).sigma_um();
     let window_um = match tiling {
         Tiling::Periodic => s,
         Tiling::Aperiodic => {
@@ -113,7 +114,7 @@ fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) ->
             s.powi(-2).hypot((0.35 * lx.max(ly)).powi(-2)).powf(-0.5)
         }
     };
-    1.0 / (TAU * window_um * 2f64.sqrt())
+    CoherenceWindow::from_sigma_um(window_um).order_sigma_per_um()
 }
 
 /// The plan of the rings, for the surface's coherence length or the largest whose table is small enough.

@@ -6,7 +6,7 @@
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
-use crate::table::{KernelKind, NodeCurve, SpectralTable};
+use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
 use std::f64::consts::TAU;
 
 /// Rays that are integrated together, lane by lane.
@@ -122,7 +122,7 @@ impl Path {
             let somewhere =
                 readings.chunks_exact(ring.heights()).filter(|at_place| !joined.is_empty(at_place[0].place));
             for reading in somewhere.flatten() {
-                let Some(density) = reading.density(table.kernel(), &joined) else { continue };
+                let Some(density) = reading.density(table.quantity(), &joined) else { continue };
                 for (colour, sums) in reading.colour.iter().zip(&mut colours[start + 3 * reading.height..]) {
                     for (sum, density) in sums.iter_mut().zip(&density) {
                         *sum += colour * density;
@@ -149,7 +149,7 @@ impl Path {
             }
             let frequency = self.frequency(place);
             for (lane, ray) in rays.iter().enumerate() {
-                table.joined_record(ray.map(|component| frequency * component), coefficients, &mut record);
+                table.interpolated_record(ray.map(|component| frequency * component), coefficients, &mut record);
                 let needed = start + record.len();
                 if joined.values.len() < needed {
                     joined.values.resize(needed, [0.0; LANES]);
@@ -184,9 +184,9 @@ impl Joined {
 
 impl Reading {
     /// `S/norm` on all lanes; `None` where nothing is known.
-    fn density(&self, kernel: KernelKind, joined: &Joined) -> Option<Lanes> {
+    fn density(&self, quantity: NodeQuantity, joined: &Joined) -> Option<Lanes> {
         let zero = joined.numbers(self.place, 0, 2)?;
-        let components = kernel.components();
+        let components = quantity.components();
         let curve = joined.numbers(self.place, 2 + self.first * components, 4 * components)?;
         let spline = |part: usize| -> Lanes {
             let mut sums = [0.0; LANES];
@@ -195,15 +195,15 @@ impl Reading {
             }
             sums
         };
-        Some(match kernel {
-            KernelKind::Power => {
+        Some(match quantity {
+            NodeQuantity::Power => {
                 let spline = spline(0);
                 std::array::from_fn(|lane| {
                     let at_zero = self.from_zero[0] * zero[0][lane] + self.from_zero[1] * zero[1][lane];
                     (at_zero + self.factor[0] * spline[lane]).max(0.0)
                 })
             }
-            KernelKind::Amplitude => {
+            NodeQuantity::Amplitude => {
                 let (re, im) = (spline(0), spline(1));
                 std::array::from_fn(|lane| {
                     let re_sum = zero[0][lane] + self.factor[0] * re[lane] - self.factor[1] * im[lane];

@@ -1,8 +1,10 @@
+//! Errors of table builds.
+
 use super::estimate::Rough;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
-/// Why tables were not built.
+/// Reason that a table was not built.
 #[derive(Debug, PartialEq, Error)]
 #[allow(missing_docs, reason = "each message describes its fields")]
 pub enum TableError {
@@ -20,7 +22,7 @@ pub enum TableError {
 }
 
 impl TableError {
-    /// Refuses a number out of range, and says what is accepted.
+    /// Checks that `value` lies in `range`; `accepted` describes the range in the message.
     ///
     /// # Errors
     /// [`TableError::OutOfRange`].

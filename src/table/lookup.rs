@@ -5,20 +5,20 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Floats at the head of a node's record, about κ = 0: of a power its value and slope there, of an amplitude the real and
-/// imaginary part of its value.
+/// Floats at the head of a node's record, about κ = 0: of a power its value and slope there, of an amplitude the real
+/// and imaginary part of its value.
 pub const HEADER: usize = 2;
 
 /// How the values of neighbouring nodes combine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum KernelKind {
+pub enum NodeQuantity {
     /// `S = norm · Σ e_j P_j(κ)`, real records.
     Power,
     /// `S = norm · |Σ e_j D_j(κ)|²`, complex records.
     Amplitude,
 }
 
-impl KernelKind {
+impl NodeQuantity {
     /// Floats a spline coefficient takes.
     pub fn components(self) -> usize {
         match self {
@@ -30,15 +30,15 @@ impl KernelKind {
 
 /// `S(f; κ)` of one surface node by node, as other tables are made of it; see the [module](super) for the formulae.
 ///
-/// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of `Q(κ)`, with
-/// `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
-/// and imaginary part in turn). Far beyond κ₀ the `Q` of a power is the power itself, so that nothing large cancels where
-/// it is small. `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ.
-/// Coefficient `i` belongs to the knot `(i − 1)·kappa_step`; four of them can be read from any knot up to the last in use.
+/// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of `Q(κ)`, with `P(κ) = (κ₀²·(P(0)
+/// + κ·P'(0)) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real and imaginary
+/// part in turn). Far beyond κ₀ the `Q` of a power is the power itself, so that nothing large cancels where it is
+/// small. `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ. Coefficient `i`
+/// belongs to the knot `(i − 1)·kappa_step`; four of them can be read from any knot up to the last in use.
 #[derive(Clone, Debug)]
 pub struct SpectralTable {
     pub(super) lattice: Lattice,
-    pub(super) kernel: KernelKind,
+    pub(super) quantity: NodeQuantity,
     pub(super) norm: f64,
     pub(super) kappa_max: f64,
     pub(super) kappa_step: f64,
@@ -55,8 +55,8 @@ impl SpectralTable {
     }
 
     /// How nodes combine.
-    pub fn kernel(&self) -> KernelKind {
-        self.kernel
+    pub fn quantity(&self) -> NodeQuantity {
+        self.quantity
     }
 
     /// Normalisation of the value, µm².
@@ -103,12 +103,12 @@ impl SpectralTable {
             .collect()
     }
 
-    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so theirs is
-    /// narrower than what joins them by √2.
+    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so
+    /// theirs is narrower than what joins them by √2.
     pub fn power_sigma(&self) -> (f64, f64) {
-        let narrower = match self.kernel {
-            KernelKind::Power => 1.0,
-            KernelKind::Amplitude => 0.5f64.sqrt(),
+        let narrower = match self.quantity {
+            NodeQuantity::Power => 1.0,
+            NodeQuantity::Amplitude => 0.5f64.sqrt(),
         };
         (self.lattice.x.sigma * narrower, self.lattice.y.sigma * narrower)
     }
@@ -127,10 +127,10 @@ impl SpectralTable {
         (self.kappa_max * self.kappa_max - radial * radial).max(0.0).sqrt()
     }
 
-    /// The record that a look-up at `f` (cycles/µm) would find in a single node of weight one: the sum of the records around
-    /// it, each times its weight; empty where there is none, beyond the cutoff or far from all orders. It has as many of
-    /// [`NodeCurve::coefficients`] as are asked for, at most those up to [`SpectralTable::kappa_limit`].
-    pub(crate) fn joined_record(&self, f: [f64; 2], coefficients: usize, sum: &mut Vec<f32>) {
+    /// The record that a look-up at `f` (cycles/µm) would find in a single node of weight one: the sum of the records
+    /// around it, each times its weight; empty where there is none, beyond the cutoff or far from all orders. It has as
+    /// many of [`NodeCurve::coefficients`] as are asked for, at most those up to [`SpectralTable::kappa_limit`].
+    pub(crate) fn interpolated_record(&self, f: [f64; 2], coefficients: usize, sum: &mut Vec<f32>) {
         sum.clear();
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
@@ -139,17 +139,17 @@ impl SpectralTable {
         }
         let mut across = [0.0; TAPS_MAX];
         for (ex, jx) in across.iter_mut().zip(taps(x, px)) {
-            *ex = x.joining.weight(px - jx as f64);
+            *ex = x.kernel.weight(px - jx as f64);
         }
         let first_column = (x.first_tap(px) + x.reach as i64) as usize;
         for jy in taps(y, py) {
-            let ey = y.joining.weight(py - jy as f64);
+            let ey = y.kernel.weight(py - jy as f64);
             let row = (jy + y.reach as i64) as usize * x.nodes() + first_column;
             for (ex, offset) in across.iter().zip(&self.offsets[row..row + x.taps]) {
                 let (e, start) = ((ey * ex) as f32, *offset as usize);
                 if start > 0 && e > 0.0 {
                     if sum.is_empty() {
-                        sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
+                        sum.resize(HEADER + coefficients * self.quantity.components(), 0.0);
                     }
                     for (sum, value) in sum.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;
@@ -159,8 +159,8 @@ impl SpectralTable {
         }
     }
 
-    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. What evaluates is [`super::PackedTable`]; this is for
-    /// integrals over tables that are not packed.
+    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. What evaluates is [`super::PackedTable`]; this is
+    /// for integrals over tables that are not packed.
     pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         if !self.is_resolved(f) {
             return 0.0;
@@ -169,7 +169,7 @@ impl SpectralTable {
         let position = [f[0] * self.lattice.x.period_um, f[1] * self.lattice.y.period_um];
         self.combine(position, |index| match self.offsets[index] as usize {
             0 => Complex64::ZERO,
-            start if self.kernel == KernelKind::Power => curve.power(&self.records[start..]).into(),
+            start if self.quantity == NodeQuantity::Power => curve.power(&self.records[start..]).into(),
             start => curve.amplitude(&self.records[start..]),
         })
     }
@@ -180,15 +180,15 @@ impl SpectralTable {
         let mut sum = Complex64::ZERO;
         for jy in taps(y, position[1]) {
             for jx in taps(x, position[0]) {
-                let e = y.joining.weight(position[1] - jy as f64) * x.joining.weight(position[0] - jx as f64);
+                let e = y.kernel.weight(position[1] - jy as f64) * x.kernel.weight(position[0] - jx as f64);
                 let row = (jy + y.reach as i64) as usize;
                 sum += e * value(row * x.nodes() + (jx + x.reach as i64) as usize);
             }
         }
         self.norm
-            * match self.kernel {
-                KernelKind::Power => sum.re.max(0.0),
-                KernelKind::Amplitude => sum.norm_sqr(),
+            * match self.quantity {
+                NodeQuantity::Power => sum.re.max(0.0),
+                NodeQuantity::Amplitude => sum.norm_sqr(),
             }
     }
 }
@@ -218,9 +218,9 @@ impl NodeCurve {
         let t = kappa / table.kappa_step;
         let first = t as usize;
         let [zero, slope, spline] = power_factors(kappa, table.kappa_knee);
-        let factor = match table.kernel {
-            KernelKind::Power => Complex64::new(spline, 0.0),
-            KernelKind::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
+        let factor = match table.quantity {
+            NodeQuantity::Power => Complex64::new(spline, 0.0),
+            NodeQuantity::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
         };
         // Coefficient first + i belongs to the knot first + i − 1.
         Self { first, weights: cubic_b_spline_weights(t - first as f64), factor, from_zero: [zero, slope] }

@@ -1,8 +1,8 @@
 //! A [`SpectralTable`] in the form that evaluators read.
 
-use super::joining::Joining;
+use super::kernel::InterpolationKernel;
 use super::lattice::Lattice;
-use super::lookup::{HEADER, KernelKind, SpectralTable};
+use super::lookup::{HEADER, NodeQuantity, SpectralTable};
 use super::view::TableView;
 use crate::numeric::Plain;
 use crate::numeric::math::{bf16_pair, u16_pair};
@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Tolerance from which splines are kept in 16 bits, and nodes above which: their steps, a 65 535th of a record's range, are
-/// then well below it. Few nodes are small anyway, and those of a grating cancel against what they are at κ = 0.
+/// Tolerance from which splines are kept in 16 bits, and nodes above which: their steps, a 65 535th of a record's
+/// range, are then well below it. Few nodes are small anyway, and those of a grating cancel against what they are at κ
+/// = 0.
 const FIXED_TOLERANCE: f64 = 1e-4;
 const FIXED_NODES: usize = 4096;
 /// Places of a mean over κ.
@@ -21,13 +22,15 @@ const MEAN_POINTS: usize = 24;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
     /// Of a power, 16 bits a coefficient: the node's entry is `[start, low | step]`, the two being upper halves of
-    /// single-precision numbers, and a coefficient is `low + step·integer`. What powers have at κ = 0 is order zero's alone.
+    /// single-precision numbers, and a coefficient is `low + step·integer`. What powers have at κ = 0 is order zero's
+    /// alone.
     Fixed,
     /// The same where every node has something at κ = 0: the entry goes on with `P(0)` and `P'(0)`.
     FixedFromZero,
     /// Of a power in single precision. The entry is `[start, P(0), P'(0), 0]`.
     Single,
-    /// Of an amplitude in single precision, real and imaginary part in turn. The entry is `[start, Re D(0), Im D(0), 0]`.
+    /// Of an amplitude in single precision, real and imaginary part in turn. The entry is `[start, Re D(0), Im D(0),
+    /// 0]`.
     Complex,
 }
 
@@ -58,7 +61,7 @@ pub struct PackedLayout {
     /// Period whose reciprocal is the spacing of nodes, in µm, along x and y, and so on below.
     pub period_um: [f64; 2],
     /// How nodes are joined, and the standard deviation of that in nodes.
-    pub joining: [Joining; 2],
+    pub kernel: [InterpolationKernel; 2],
     /// Standard deviations along x and y, in cells.
     pub sigma: [f64; 2],
     /// Nodes read by one look-up.
@@ -95,10 +98,10 @@ impl PackedTable {
     pub fn new(table: &SpectralTable, tolerance: f64) -> Self {
         let columns = table.lattice.x.nodes();
         let nodes = table.kept_nodes();
-        let format = match table.kernel {
-            KernelKind::Amplitude => Format::Complex,
-            KernelKind::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FIXED_NODES => Format::Single,
-            KernelKind::Power => {
+        let format = match table.quantity {
+            NodeQuantity::Amplitude => Format::Complex,
+            NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FIXED_NODES => Format::Single,
+            NodeQuantity::Power => {
                 // A tile that repeats sends all its light into order zero at κ = 0.
                 let native = [&table.lattice.x, &table.lattice.y].iter().all(|axis| axis.cutoff.is_infinite());
                 if native { Format::Fixed } else { Format::FixedFromZero }
@@ -109,7 +112,7 @@ impl PackedTable {
         let zero = centre.map_or(0.0, |(_, _, record)| f64::from(record[0]));
         let (packet, _) = format.packet();
         // The record of zeros, for nodes out of reach: as long as the longest.
-        let coefficients = |record: &[f32]| (record.len() - HEADER) / table.kernel.components();
+        let coefficients = |record: &[f32]| (record.len() - HEADER) / table.quantity.components();
         let length = |coefficients: usize| coefficients.div_ceil(format.packet().1) * packet;
         let longest = nodes.iter().map(|(_, _, record)| length(coefficients(record))).max().unwrap_or(0);
         let entries = (format.entry() * table.offsets.len()).next_multiple_of(4);
@@ -141,7 +144,7 @@ impl PackedTable {
         let (x, y) = (&table.lattice.x, &table.lattice.y);
         let layout = PackedLayout {
             period_um: [x.period_um, y.period_um],
-            joining: [x.joining, y.joining],
+            kernel: [x.kernel, y.kernel],
             sigma: [x.sigma, y.sigma],
             taps: [x.taps as u32, y.taps as u32],
             reach: [x.reach as u32, y.reach as u32],
@@ -165,7 +168,7 @@ impl PackedTable {
     pub fn unpacked(&self) -> SpectralTable {
         let (format, layout) = (self.layout.format, &self.layout);
         let (packet, _) = format.packet();
-        let kernel = if format == Format::Complex { KernelKind::Amplitude } else { KernelKind::Power };
+        let quantity = if format == Format::Complex { NodeQuantity::Amplitude } else { NodeQuantity::Power };
         let nodes = self.lattice.x.nodes() * self.lattice.y.nodes();
         let entries: Vec<&[u32]> = self.words[..format.entry() * nodes].chunks_exact(format.entry()).collect();
         let nothing = (format.entry() * nodes).next_multiple_of(4) / packet;
@@ -197,7 +200,7 @@ impl PackedTable {
         }
         SpectralTable {
             lattice: self.lattice.clone(),
-            kernel,
+            quantity,
             norm: layout.norm,
             kappa_max: layout.kappa_max,
             kappa_step: layout.kappa_step,
@@ -212,8 +215,8 @@ impl PackedTable {
         &self.layout
     }
 
-    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so theirs is
-    /// narrower than what joins them by √2.
+    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so
+    /// theirs is narrower than what joins them by √2.
     pub fn power_sigma(&self) -> [f64; 2] {
         let narrower = if self.layout.format == Format::Complex { 0.5f64.sqrt() } else { 1.0 };
         self.layout.sigma.map(|sigma| sigma * narrower)
@@ -239,8 +242,8 @@ impl PackedTable {
         self.view().density(f, kappa, true)
     }
 
-    /// Mean of `S(f; κ)` in µm² over the κ that outgoing directions span, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: what an error
-    /// of `S` is small or large against. `f` in cycles/µm, the wavelength in µm.
+    /// Mean of `S(f; κ)` in µm² over the κ that outgoing directions span, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: what an
+    /// error of `S` is small or large against. `f` in cycles/µm, the wavelength in µm.
     pub fn hemisphere_mean(&self, f: [f64; 2], cos_i: f64, wavelength_um: f64) -> f64 {
         let unit = TAU / wavelength_um;
         self.mean(f, [unit * cos_i, unit * (cos_i + 1.0)])

@@ -1,6 +1,6 @@
 //! The look-up of a [`super::PackedTable`], written once for all families of numbers.
 
-use super::joining::Joining;
+use super::kernel::InterpolationKernel;
 use super::packed::{Format, PackedLayout};
 use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
@@ -29,7 +29,7 @@ impl<N: Numbers> TableView<N> {
         let curve = Curve::<N>::new(layout, kappa);
         let [taps_x, taps_y] = layout.taps;
         let columns = int(2 * layout.reach[0] + 1);
-        let ex = N::tabulated(taps_x, |i| joined(layout.joining[0], from_x - N::real(i)));
+        let ex = N::tabulated(taps_x, |i| kernel_weight(layout.kernel[0], from_x - N::real(i)));
         let tap = |node: N::Index, e: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(&curve, node, active);
             [e.fma(a, re), e.fma(b, im)]
@@ -44,7 +44,7 @@ impl<N: Numbers> TableView<N> {
                 N::while_loop(c"orders of a row", start, go_on, |(ix, sum)| (ix + int(1), tap(first + ix, ex(ix), sum)))
                     .1
             };
-            let ey = joined(layout.joining[1], from_y - N::real(iy));
+            let ey = kernel_weight(layout.kernel[1], from_y - N::real(iy));
             std::array::from_fn(|part| ey.fma(row_sum[part], sum[part]))
         };
         let [re, im] = if taps_y == 1 {
@@ -63,7 +63,7 @@ impl<N: Numbers> TableView<N> {
                     first.le(number) & number.lt(first + int(layout.taps[axis]))
                 };
                 let [x, y] = position.map(N::narrow);
-                let e = joined(layout.joining[0], x) * joined(layout.joining[1], y);
+                let e = kernel_weight(layout.kernel[0], x) * kernel_weight(layout.kernel[1], y);
                 let value = e * curve.from_zero[0] * lit(layout.zero);
                 let at_zero = N::Real::select(zero(column, 0) & zero(row, 1), value, lit(0.0));
                 // A spline may undershoot a zero of the power by the tolerance.
@@ -79,8 +79,8 @@ impl<N: Numbers> TableView<N> {
         N::Real::select(x & y, value, lit(0.0))
     }
 
-    /// The first node that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first, and
-    /// how far behind the position it lies: the nearest ones that there are.
+    /// The first node that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first,
+    /// and how far behind the position it lies: the nearest ones that there are.
     #[inline(always)]
     fn first_tap(&self, position: N::Double, axis: usize) -> (N::Index, N::Real) {
         let lit = N::Double::lit;
@@ -146,13 +146,13 @@ impl<N: Numbers> TableView<N> {
     }
 }
 
-/// Twin of [`Joining::weight`] within its reach.
+/// Twin of [`InterpolationKernel::weight`] within its reach.
 #[inline(always)]
-fn joined<R: Real>(joining: Joining, distance: R) -> R {
+fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     let lit = R::lit;
-    match joining {
-        Joining::Gaussian { sigma } => (distance * distance * lit(-0.5 * LOG2_E / (sigma * sigma))).exp2(),
-        Joining::Semicircle { beta, radius } => {
+    match kernel {
+        InterpolationKernel::Gaussian { sigma } => (distance * distance * lit(-0.5 * LOG2_E / (sigma * sigma))).exp2(),
+        InterpolationKernel::Semicircle { beta, radius } => {
             let rest = (distance * distance).fma(lit(-1.0 / (radius * radius)), lit(1.0)).max(lit(0.0));
             rest.sqrt().fma(lit(beta * LOG2_E), lit(-beta * LOG2_E)).exp2()
         }
