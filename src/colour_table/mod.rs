@@ -103,7 +103,7 @@ pub struct ColourTableReport {
 
 /// Why a table was not built.
 #[derive(Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum ColourTableError {
     #[error(transparent)]
     Table(#[from] TableError),

@@ -4,7 +4,7 @@ use thiserror::Error;
 
 /// Why tables were not built.
 #[derive(Debug, PartialEq, Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum TableError {
     /// The build would take more memory, in GB, or more time, in minutes on two cores, than its limit allows.
     #[error(
