@@ -264,8 +264,9 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Values at κ = 0 of each kept node, and Q of all kept nodes at every knot from `−EXTRA_KNOTS` on, as `[knot][node]`.
-    /// The values at κ = 0 are (power, slope) as a complex number for powers, and the amplitude for amplitudes.
+    /// Values at κ = 0 of each kept node, and Q of all kept nodes at every knot from `−EXTRA_KNOTS` on, as
+    /// `[knot][node]`. The values at κ = 0 are (power, slope) as a complex number for powers, and the amplitude for
+    /// amplitudes.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut at_zero = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
@@ -276,8 +277,8 @@ impl<'a> Build<'a> {
                 zero.im = (nearby[i] - self.mirrored(&nearby, i)).re / (2.0 * small);
             }
         }
-        // Rows are rounded to single precision one by one: all of them in double precision would be most of a build's memory.
-        // Knot 0 is the mean of both sides of κ = 0, in which the odd terms of the series cancel.
+        // Rows are rounded to single precision one by one: all of them in double precision would be most of a build's
+        // memory. Knot 0 is the mean of both sides of κ = 0, in which the odd terms of the series cancel.
         let steps = self.progress.of_steps(last as usize + 1);
         let rows: Vec<Vec<f32>> = (0..=last)
             .into_par_iter()
@@ -296,7 +297,8 @@ impl<'a> Build<'a> {
         (at_zero, before.into_iter().chain(rows).collect())
     }
 
-    /// A node's quantity at −κ from all nodes' at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and `D_j(−κ) = D̄_{−j}(κ)`.
+    /// A node's quantity at −κ from all nodes' at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and `D_j(−κ) =
+    /// D̄_{−j}(κ)`.
     fn mirrored(&self, scaled: &[Complex64], node: usize) -> Complex64 {
         scaled[scaled.len() - 1 - node].conj()
     }

@@ -42,8 +42,8 @@ const BUILDS: f64 = 1.2;
 /// Spacing of the knots that meet the tolerance, relative to the first one tried. A typical value of the same builds.
 const LAST_SPACING: f64 = 0.7;
 
-/// Time of the albedo of a grating and of any other relief, in seconds on two cores. Measured: it is tabulated on a
-/// grid of its own, so it hardly depends on the relief.
+/// Time of the albedo of a grating and of any other relief, in seconds on two cores. It has a grid
+/// of its own, so it hardly depends on the relief.
 const ENERGY_SECONDS: (f64, f64) = (0.5, 1.3);
 /// Additional time of the albedo of a deep relief for each pair of knots, in ns on two cores. Its fringes are as fine
 /// over incidences as over wavelengths. An upper bound, since fringes finer than the albedo's grid are skipped. It is
@@ -52,8 +52,8 @@ const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// Time and memory of the sampler, relative to the table that it is made from.
 const SAMPLER_FRACTION: f64 = 0.5;
 
-/// Largest number of samples along one axis of a lattice when its kept nodes are counted. Chosen: exact up to a
-/// thousand nodes, and within a percent beyond.
+/// Largest number of samples along one axis of a lattice when its kept nodes are counted. Chosen: exact up to
+/// 1025 nodes, and near beyond, since the counts vary smoothly.
 const AXIS_SAMPLES_MAX: usize = 512;
 
 /// Least range of heights in µm at which a refusal asks whether nm were meant. Chosen: above most measured reliefs.
@@ -139,7 +139,7 @@ pub enum Purpose {
 ///     purpose: Purpose::Table,
 /// };
 /// assert!(demand.check(1.0).is_ok());
-/// // A relief of 1 cm has as many fringes in κ as to be refused.
+/// // A relief of 1 cm has too many fringes in κ for the limit.
 /// assert!(BuildDemand { range_um: 1e4, ..demand }.check(1.0).is_err());
 /// ```
 #[derive(Clone, Debug, PartialEq)]
