@@ -160,6 +160,14 @@ pub(super) fn record_floats(quantity: NodeQuantity, last_knot: usize) -> usize {
     HEADER + (last_knot + 4).next_multiple_of(2) * quantity.components()
 }
 
+/// Margin on the largest κ of a node, relative: a look-up's κ is rounded to single precision.
+const KAPPA_MARGIN: f64 = 1e-5;
+
+/// Knots up to the largest κ of a node, `(κ/2π)² = squared_per_um2` in 1/µm².
+pub(super) fn knots_below(squared_per_um2: f64, kappa_step: f64) -> f64 {
+    TAU * squared_per_um2.sqrt() * (1.0 + KAPPA_MARGIN) / kappa_step
+}
+
 /// A node that some pair of directions reaches.
 struct Kept {
     /// Row-major index in the lattice.
@@ -386,8 +394,7 @@ fn reachable(lattice: &Lattice, frequency_max: f64, kappa_step: f64) -> Vec<Kept
             };
             let rest = frequency_max.powi(2) - nearest(column, x).powi(2) - nearest(row, y).powi(2);
             if rest >= 0.0 {
-                // A margin of 1e-5 covers the rounding of a look-up's κ to single precision.
-                let last_knot = (TAU * rest.sqrt() * (1.0 + 1e-5) / kappa_step) as usize;
+                let last_knot = knots_below(rest, kappa_step) as usize;
                 kept.push(Kept { index: row * x.nodes() + column, last_knot });
             }
         }

@@ -10,12 +10,11 @@
 //! - Peak memory: rows of all knots, plus the larger of the transforms in flight and the finished records.
 
 use super::band::Band;
-use super::build::{EXTRA_KNOTS, first_spacing, kappa_range, knot_step, record_floats};
+use super::build::{EXTRA_KNOTS, first_spacing, kappa_range, knot_step, knots_below, record_floats};
 use super::lattice::{Lattice, LatticeAxis};
 use super::lookup::NodeQuantity;
 use super::spectrum::{Model, Tiling, lag_grid, plan_lattice};
 use super::{CoherenceWindow, FREQUENCY_MAX_PER_UM, TableError};
-use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 /// Memory in bytes that a build may take at a build limit of 1. Chosen; crates/cli/tests/limits.rs compares predictions
@@ -332,8 +331,7 @@ impl Kept {
                 let rest = frequency_max * frequency_max - fx * fx - fy * fy;
                 if rest >= 0.0 {
                     kept.nodes += wx * wy;
-                    // The margin of 1e-5 is that of build.rs, where records are laid out.
-                    kept.floats += wx * wy * floats(TAU * rest.sqrt() * (1.0 + 1e-5) / kappa_step);
+                    kept.floats += wx * wy * floats(knots_below(rest, kappa_step));
                 }
             }
         }

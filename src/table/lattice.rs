@@ -21,13 +21,14 @@
 
 use super::band::{BAND_MARGIN, Band};
 use super::kernel::{InterpolationKernel, OVERSAMPLING, semicircle};
+use crate::numeric::TABULATED_MAX;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use sunbeam_fourier::next_fast_len;
 
-/// Largest number of nodes that a look-up reads along one axis. Chosen: every accepted tolerance (at least 1e-6) plans
-/// fewer, see [`AxisDemand::plan`]. It sizes the arrays of a look-up's weights.
-pub(super) const TAPS_MAX: usize = 40;
+/// Largest number of nodes that a look-up reads along one axis: it tabulates their weights. Every accepted tolerance
+/// (at least 1e-6) plans fewer, see [`AxisDemand::plan`].
+pub(super) const TAPS_MAX: usize = TABULATED_MAX;
 
 /// One axis of a lattice of spatial frequencies, with nodes at `m / period_um`, `|m| ≤ reach`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -111,8 +111,8 @@ impl SpectralTable {
             .collect()
     }
 
-    /// Standard deviation in nodes, along x and y, of the power of one node over frequencies. A square is narrower than its
-    /// root by √2, so an amplitude's power is narrower than its kernel.
+    /// Standard deviation in nodes, along x and y, of the power of one node over frequencies. A square is narrower than
+    /// its root by √2, so an amplitude's power is narrower than its kernel.
     pub fn power_sigma(&self) -> (f64, f64) {
         let narrower = match self.quantity {
             NodeQuantity::Power => 1.0,
@@ -135,9 +135,9 @@ impl SpectralTable {
         (self.kappa_max * self.kappa_max - radial * radial).max(0.0).sqrt()
     }
 
-    /// Record interpolated at `f` (cycles/µm): the sum of the records of the nodes around it, each times its weight. Empty
-    /// beyond the cutoff and where no node has a record. It has `coefficients` spline coefficients, which should not exceed
-    /// those up to [`SpectralTable::kappa_limit`].
+    /// Record interpolated at `f` (cycles/µm): the sum of the records of the nodes around it, each times its weight.
+    /// Empty beyond the cutoff and where no node has a record. It has `coefficients` spline coefficients, which should
+    /// not exceed those up to [`SpectralTable::kappa_limit`].
     pub(crate) fn interpolated_record(&self, f: [f64; 2], coefficients: usize, sum: &mut Vec<f32>) {
         sum.clear();
         let (x, y) = (&self.lattice.x, &self.lattice.y);
@@ -167,8 +167,8 @@ impl SpectralTable {
         }
     }
 
-    /// `S(f; κ)` in µm², `f` in cycles/µm and κ in rad/µm, for integrals over tables that are not packed. Evaluators read
-    /// a [`super::PackedTable`].
+    /// `S(f; κ)` in µm², `f` in cycles/µm and κ in rad/µm, for integrals over tables that are not packed. Evaluators
+    /// read a [`super::PackedTable`].
     pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         if !self.is_resolved(f) {
             return 0.0;
