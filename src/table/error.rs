@@ -17,7 +17,8 @@ use thiserror::Error;
 pub enum TableError {
     /// The build would take more memory, in GB, or more time, in minutes on two cores, than its limit allows.
     #[error(
-        "building the tables would take about {} GB and {} min on two cores, and the limit is {} GB and {} min: {advice}",
+        "building the tables would take about {} GB and {} min on two cores, \
+         and the limit is {} GB and {} min: {advice}",
         Rough(*needed_gb), Rough(*needed_minutes), Rough(*limit_gb), Rough(*limit_minutes)
     )]
     TooMuch { needed_gb: f64, needed_minutes: f64, limit_gb: f64, limit_minutes: f64, advice: String },
