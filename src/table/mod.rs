@@ -49,9 +49,9 @@ pub use spectrum::{Model, Spectrum, Tiling};
 pub(crate) use spectrum::{lag_grid, taper};
 pub use view::TableView;
 
-/// Shortest tabulated wavelength in nm: the beginning of the CIE 1931 colour-matching functions.
+/// Shortest tabulated wavelength in nm, the lower end of Mitsuba's spectra (`MI_CIE_MIN`).
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
-/// Longest tabulated wavelength in nm: the end of the CIE 1931 colour-matching functions.
+/// Longest tabulated wavelength in nm, the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
 /// Largest tabulated spatial frequency `2/λ` along one axis, in cycles/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
 pub const FREQUENCY_MAX_PER_UM: f64 = 2e3 / WAVELENGTH_MIN_NM;
