@@ -160,6 +160,14 @@ pub(super) fn record_floats(quantity: NodeQuantity, last_knot: usize) -> usize {
     HEADER + (last_knot + 4).next_multiple_of(2) * quantity.components()
 }
 
+/// Margin on the largest κ of a node, relative: a look-up's κ is rounded to single precision.
+const KAPPA_MARGIN: f64 = 1e-5;
+
+/// Knots up to the largest κ of a node, `(κ/2π)² = squared_per_um2` in 1/µm².
+pub(super) fn knots_below(squared_per_um2: f64, kappa_step: f64) -> f64 {
+    TAU * squared_per_um2.sqrt() * (1.0 + KAPPA_MARGIN) / kappa_step
+}
+
 /// A node that some pair of directions reaches.
 struct Kept {
     /// Row-major index in the lattice.
@@ -264,8 +272,9 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Values at κ = 0 of each kept node, and Q of all kept nodes at every knot from `−EXTRA_KNOTS` on, as `[knot][node]`.
-    /// The values at κ = 0 are (power, slope) as a complex number for powers, and the amplitude for amplitudes.
+    /// Values at κ = 0 of each kept node, and Q of all kept nodes at every knot from `−EXTRA_KNOTS` on, as
+    /// `[knot][node]`. The values at κ = 0 are (power, slope) as a complex number for powers, and the amplitude for
+    /// amplitudes.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut at_zero = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
@@ -276,8 +285,8 @@ impl<'a> Build<'a> {
                 zero.im = (nearby[i] - self.mirrored(&nearby, i)).re / (2.0 * small);
             }
         }
-        // Rows are rounded to single precision one by one: all of them in double precision would be most of a build's memory.
-        // Knot 0 is the mean of both sides of κ = 0, in which the odd terms of the series cancel.
+        // Rows are rounded to single precision one by one: all of them in double precision would be most of a build's
+        // memory. Knot 0 is the mean of both sides of κ = 0, in which the odd terms of the series cancel.
         let steps = self.progress.of_steps(last as usize + 1);
         let rows: Vec<Vec<f32>> = (0..=last)
             .into_par_iter()
@@ -296,7 +305,8 @@ impl<'a> Build<'a> {
         (at_zero, before.into_iter().chain(rows).collect())
     }
 
-    /// A node's quantity at −κ from all nodes' at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and `D_j(−κ) = D̄_{−j}(κ)`.
+    /// A node's quantity at −κ from all nodes' at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and `D_j(−κ) =
+    /// D̄_{−j}(κ)`.
     fn mirrored(&self, scaled: &[Complex64], node: usize) -> Complex64 {
         scaled[scaled.len() - 1 - node].conj()
     }
@@ -384,8 +394,7 @@ fn reachable(lattice: &Lattice, frequency_max: f64, kappa_step: f64) -> Vec<Kept
             };
             let rest = frequency_max.powi(2) - nearest(column, x).powi(2) - nearest(row, y).powi(2);
             if rest >= 0.0 {
-                // A margin of 1e-5 covers the rounding of a look-up's κ to single precision.
-                let last_knot = (TAU * rest.sqrt() * (1.0 + 1e-5) / kappa_step) as usize;
+                let last_knot = knots_below(rest, kappa_step) as usize;
                 kept.push(Kept { index: row * x.nodes() + column, last_knot });
             }
         }

@@ -10,12 +10,11 @@
 //! - Peak memory: rows of all knots, plus the larger of the transforms in flight and the finished records.
 
 use super::band::Band;
-use super::build::{EXTRA_KNOTS, first_spacing, kappa_range, knot_step, record_floats};
+use super::build::{EXTRA_KNOTS, first_spacing, kappa_range, knot_step, knots_below, record_floats};
 use super::lattice::{Lattice, LatticeAxis};
 use super::lookup::NodeQuantity;
 use super::spectrum::{Model, Tiling, lag_grid, plan_lattice};
 use super::{CoherenceWindow, FREQUENCY_MAX_PER_UM, TableError};
-use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
 
 /// Memory in bytes that a build may take at a build limit of 1. Chosen; crates/cli/tests/limits.rs compares predictions
@@ -42,8 +41,8 @@ const BUILDS: f64 = 1.2;
 /// Spacing of the knots that meet the tolerance, relative to the first one tried. A typical value of the same builds.
 const LAST_SPACING: f64 = 0.7;
 
-/// Time of the albedo of a grating and of any other relief, in seconds on two cores. Measured: it is tabulated on a
-/// grid of its own, so it hardly depends on the relief.
+/// Time of the albedo of a grating and of any other relief, in seconds on two cores. It has a grid
+/// of its own, so it hardly depends on the relief.
 const ENERGY_SECONDS: (f64, f64) = (0.5, 1.3);
 /// Additional time of the albedo of a deep relief for each pair of knots, in ns on two cores. Its fringes are as fine
 /// over incidences as over wavelengths. An upper bound, since fringes finer than the albedo's grid are skipped. It is
@@ -52,8 +51,8 @@ const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// Time and memory of the sampler, relative to the table that it is made from.
 const SAMPLER_FRACTION: f64 = 0.5;
 
-/// Largest number of samples along one axis of a lattice when its kept nodes are counted. Chosen: exact up to a
-/// thousand nodes, and within a percent beyond.
+/// Largest number of samples along one axis of a lattice when its kept nodes are counted. Chosen: exact up to
+/// 1025 nodes, and near beyond, since the counts vary smoothly.
 const AXIS_SAMPLES_MAX: usize = 512;
 
 /// Least range of heights in µm at which a refusal asks whether nm were meant. Chosen: above most measured reliefs.
@@ -139,7 +138,7 @@ pub enum Purpose {
 ///     purpose: Purpose::Table,
 /// };
 /// assert!(demand.check(1.0).is_ok());
-/// // A relief of 1 cm has as many fringes in κ as to be refused.
+/// // A relief of 1 cm has too many fringes in κ for the limit.
 /// assert!(BuildDemand { range_um: 1e4, ..demand }.check(1.0).is_err());
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -332,8 +331,7 @@ impl Kept {
                 let rest = frequency_max * frequency_max - fx * fx - fy * fy;
                 if rest >= 0.0 {
                     kept.nodes += wx * wy;
-                    // The margin of 1e-5 is that of build.rs, where records are laid out.
-                    kept.floats += wx * wy * floats(TAU * rest.sqrt() * (1.0 + 1e-5) / kappa_step);
+                    kept.floats += wx * wy * floats(knots_below(rest, kappa_step));
                 }
             }
         }

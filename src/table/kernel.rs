@@ -1,10 +1,11 @@
 //! Interpolation kernels: the weight of a lattice node at a distance, along one axis.
 //!
-//! - `d`: distance between the frequency asked for and a node, in nodes (multiples of the lattice spacing `1/P`).
+//! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of the lattice spacing `1/P`).
 //! - `e(d)`: weight of the node. A value between nodes is `Σ_j e(p − j) · value_j`, with `p` the position in nodes.
 //! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel, at the lag `x` in periods `P`.
-//! - Image: interpolation repeats the data at lags `x + n` for every whole number n, each weighted by `ê(x + n)`. Data
-//!   at lag `x` are divided by `ê(x)` beforehand (`LatticeAxis::window`), so the relative error is `Σ_{n≠0} |ê(x+n)|/ê(x)`.
+//! - Image: interpolation repeats the data at lags `x + n` for every whole number n, each weighted by `ê(x + n)`.
+//!   Data at the lag `x` are divided by `ê(x)` beforehand (`LatticeAxis::window`). The relative error that remains is
+//!   `Σ_{n≠0} |ê(x + n)|/ê(x)`.
 //! - `Λ = −ln(relative error)`: the log error that a kernel is planned for (`log_error`).
 
 use serde::{Deserialize, Serialize};

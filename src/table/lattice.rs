@@ -11,23 +11,25 @@
 //! - `ε`: relative error aimed at. `Λ = ln(16/ε)`: the log error; 16 leaves room for both axes and several images.
 //! - `x_max`: largest lag that counts, `min(√(2Λ)·σ_w, support)`, where `g` falls to `e^−Λ` or the data end.
 //!
-//! Lattices come in two kinds, of which [`AxisDemand::plan`] takes one per axis:
-//! - *Native*: `P` is the tile's width T, so nodes are the diffraction orders of the tile that repeats. The kernel is
-//!   the order's own shape, the transform of `g`: a Gaussian of `σ = T/(2π·σ_w)` nodes. No window is applied to the data.
+//! Lattices come in two kinds; [`AxisDemand::plan`] takes one for each axis:
+//! - *Native*: `P` is the width T of a tile that repeats, so nodes are its diffraction orders. The kernel is the
+//!   order's own shape, the transform of `g`: a Gaussian of `σ = T/(2π·σ_w)` nodes. The data take no window.
+//!   Taken where the tile repeats and `3·x_max > 1.5·T`.
 //! - *Resampled*: `P = 3·x_max` ([`OVERSAMPLING`]). The data are multiplied by `g(x)·ê(0)/ê(x/P)` before their
 //!   transform ([`LatticeAxis::window`]), where `ê` is the transform of a semicircle kernel. Interpolation then
-//!   restores `g` exactly, but for the kernel's images, which stay below ε. Taken where the scan does not repeat, and
-//!   for windows much narrower than the tile.
+//!   restores `g`, up to the kernel's images, which stay below ε. Taken where the scan does not repeat, and for
+//!   windows much narrower than the tile.
 
 use super::band::{BAND_MARGIN, Band};
 use super::kernel::{InterpolationKernel, OVERSAMPLING, semicircle};
+use crate::numeric::TABULATED_MAX;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 use sunbeam_fourier::next_fast_len;
 
-/// Largest number of nodes that a look-up reads along one axis. Chosen: every accepted tolerance (at least 1e-6) plans
-/// fewer, see [`AxisDemand::plan`]. It sizes the arrays of a look-up's weights.
-pub(super) const TAPS_MAX: usize = 40;
+/// Largest number of nodes that a look-up reads along one axis: it tabulates their weights. Every accepted tolerance
+/// (at least 1e-6) plans fewer, see [`AxisDemand::plan`].
+pub(super) const TAPS_MAX: usize = TABULATED_MAX;
 
 /// One axis of a lattice of spatial frequencies, with nodes at `m / period_um`, `|m| ≤ reach`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,6 +55,18 @@ pub struct LatticeAxis {
 }
 
 /// Both axes of a lattice; the window and the kernel are products of a factor along each.
+///
+/// ```
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
+/// let surface = Surface::new(&Preset::Blazed.build(None, None)?, &options)?;
+/// // A grating of 2.5 µm that repeats: nodes along x are its orders, and one node serves the constant direction y.
+/// let lattice = surface.table().lattice();
+/// assert!((lattice.x.period_um - 2.5).abs() < 1e-9);
+/// assert_eq!((lattice.x.window_um, lattice.y.nodes()), (None, 1));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Lattice {
     /// Along x.

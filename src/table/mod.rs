@@ -49,13 +49,13 @@ pub use spectrum::{Model, Spectrum, Tiling};
 pub(crate) use spectrum::{lag_grid, taper};
 pub use view::TableView;
 
-/// Shortest wavelength a table answers for, in nm.
+/// Shortest tabulated wavelength in nm, the lower end of Mitsuba's spectra (`MI_CIE_MIN`).
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
-/// Longest wavelength a table answers for, in nm.
+/// Longest tabulated wavelength in nm, the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
 /// Largest tabulated spatial frequency `2/λ` along one axis, in cycles/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
 pub const FREQUENCY_MAX_PER_UM: f64 = 2e3 / WAVELENGTH_MIN_NM;
-/// Accepted coherence lengths in µm.
+/// Accepted coherence lengths in µm. Chosen: far beyond any light and any relief at both ends.
 pub const COHERENCE_LENGTH_UM: std::ops::RangeInclusive<f64> = 1e-3..=1e5;
-/// Accepted relative errors of the tables.
+/// Accepted relative errors of the tables. Chosen: rounding to single precision limits the lower end.
 pub const TOLERANCE: std::ops::RangeInclusive<f64> = 1e-6..=0.1;

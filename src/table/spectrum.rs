@@ -21,7 +21,7 @@ use std::f64::consts::PI;
 use sunbeam_fourier::next_fast_len;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Which coherence model the spectrum follows (docs/model.md#coherence).
+/// Coherence model of a spectrum (docs/model.md#coherence).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Model {
@@ -111,10 +111,10 @@ impl Spectrum {
         frequency_max: f64,
         tolerance: f64,
     ) -> Self {
-        let coherence_s_um = window.sigma_um();
+        let sigma_um = window.sigma_um();
         let (nx, ny) = field.size();
         let pixel_um = (field.dx_um(), field.dy_um());
-        let lattice = plan_lattice((nx, ny), pixel_um, model, tiling, coherence_s_um, frequency_max, tolerance);
+        let lattice = plan_lattice((nx, ny), pixel_um, model, tiling, sigma_um, frequency_max, tolerance);
         let tapers = (tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny)));
         let lag_grid = if tapers.is_some() { lag_grid(nx, ny) } else { (nx, ny) };
         let tolerance = interpolation_tolerance(model, tiling, tolerance);
@@ -126,16 +126,16 @@ impl Spectrum {
             (Some((tx, ty)), Model::Ensemble) => squared_sum(tx, |_| 1.0) * squared_sum(ty, |_| 1.0),
             (Some((tx, ty)), Model::Patch) => {
                 let window =
-                    |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / coherence_s_um).powi(2)).exp() * pixel_um;
+                    |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / sigma_um).powi(2)).exp() * pixel_um;
                 squared_sum(tx, window(field.dx_um())) * squared_sum(ty, window(field.dy_um()))
-                    / (PI * coherence_s_um * coherence_s_um)
+                    / (PI * sigma_um * sigma_um)
             }
         };
         let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));
         let scale = x * y;
         let norm = match model {
             Model::Ensemble => scale,
-            Model::Patch => scale * scale / (PI * coherence_s_um * coherence_s_um),
+            Model::Patch => scale * scale / (PI * sigma_um * sigma_um),
         };
         Self {
             transform: OrderTransform::new(field),
@@ -318,15 +318,15 @@ pub(super) fn plan_lattice(
     (dx_um, dy_um): (f64, f64),
     model: Model,
     tiling: Tiling,
-    coherence_s_um: f64,
+    sigma_um: f64,
     frequency_max: f64,
     tolerance: f64,
 ) -> Lattice {
     // The power spectrum of the ensemble transforms autocorrelation times window autocorrelation, exp(−τ²/4s²).
     let (window_um, support) = match model {
-        Model::Ensemble => (2f64.sqrt() * coherence_s_um, 1.0),
+        Model::Ensemble => (2f64.sqrt() * sigma_um, 1.0),
         // The field ends at half the scan's width, but unlike an autocorrelation it is not small before its end.
-        Model::Patch => (coherence_s_um, PATCH_SUPPORT),
+        Model::Patch => (sigma_um, PATCH_SUPPORT),
     };
     let is_grating = nx == 1 || ny == 1;
     let tolerance = interpolation_tolerance(model, tiling, tolerance);

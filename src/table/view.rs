@@ -1,4 +1,10 @@
-//! The look-up of a [`super::PackedTable`], written once for all families of numbers.
+//! Look-up in a [`super::PackedTable`], generic over the family of numbers (numeric/mod.rs).
+//!
+//! - `p = f·P`: position in nodes, for each axis. `e`: interpolation kernel (kernel.rs).
+//! - Sum over `taps` nodes: `Σ_y e(p_y − y)·Σ_x e(p_x − x)·value(x, y; κ)`, row by row.
+//! - `value`: power or amplitude of a node from its packed record (packed.rs), by the formulas of lookup.rs.
+//! - `t = κ/Δ`: position among the knots. The packets read begin at or before the coefficient ⌊t⌋; a coefficient's
+//!   weight is the B-spline at its distance from `t`, zero outside its support.
 
 use super::kernel::InterpolationKernel;
 use super::packed::{Format, PackedLayout};
@@ -6,15 +12,16 @@ use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use std::f64::consts::LOG2_E;
 
-/// Nodes along x up to which a look-up visits those of a row without a loop.
+/// Largest number of taps along x that are written out without a loop. Chosen: loops cost more in recorded kernels,
+/// long code costs compile time. It does not change results.
 const UNROLLED_TAPS: u32 = 8;
 
-/// A [`super::PackedTable`] whose words are read by a family of numbers.
+/// A [`super::PackedTable`] over table data that a family of numbers reads.
 #[derive(Clone, Copy)]
 pub struct TableView<N: Numbers> {
-    /// How the words are to be read.
+    /// Sizes and constants of the table.
     pub layout: PackedLayout,
-    /// The entries.
+    /// Table data.
     pub words: N::Words,
 }
 
@@ -57,7 +64,7 @@ impl<N: Numbers> TableView<N> {
         let value = match layout.format {
             Format::Complex => re * re + im * im,
             Format::Fixed => {
-                // Where order zero is among the nodes read.
+                // Order zero adds its power at κ = 0 where it is among the nodes read.
                 let zero = |first: N::Index, axis: usize| {
                     let number = int(layout.reach[axis]);
                     first.le(number) & number.lt(first + int(layout.taps[axis]))
@@ -79,8 +86,8 @@ impl<N: Numbers> TableView<N> {
         N::Real::select(x & y, value, lit(0.0))
     }
 
-    /// The first node that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first,
-    /// and how far behind the position it lies: the nearest ones that there are.
+    /// Index of the first node that a look-up at `position` (in nodes) reads along an axis, from node −reach, and the
+    /// distance from this node to the position. As [`super::LatticeAxis::first_tap`].
     #[inline(always)]
     fn first_tap(&self, position: N::Double, axis: usize) -> (N::Index, N::Real) {
         let lit = N::Double::lit;
@@ -89,7 +96,7 @@ impl<N: Numbers> TableView<N> {
         (N::index_of_double(first + lit(reach)), N::narrow(position - first))
     }
 
-    /// A node's power, or the real and the imaginary part of its amplitude.
+    /// A node's power and zero, or the real and the imaginary part of its amplitude.
     #[inline(always)]
     fn node(&self, curve: &Curve<N>, node: N::Index, active: N::Mask) -> [N::Real; 2] {
         let lit = N::Real::lit;
@@ -132,7 +139,7 @@ impl<N: Numbers> TableView<N> {
         }
     }
 
-    /// A spline of 16 bits a coefficient. The weights of a B-spline sum to one, so `low` comes once.
+    /// Spline of 16-bit coefficients, `low + step·Σ weight·integer`. The weights sum to one, so `low` is added once.
     #[inline(always)]
     fn fixed(&self, curve: &Curve<N>, scale: N::Index, packet: impl Fn(u32) -> N::Index, active: N::Mask) -> N::Real {
         let mut steps = N::Real::lit(0.0);
@@ -146,7 +153,7 @@ impl<N: Numbers> TableView<N> {
     }
 }
 
-/// Twin of [`InterpolationKernel::weight`] within its reach.
+/// [`InterpolationKernel::weight`] in a family of numbers, for distances within the kernel's radius.
 #[inline(always)]
 fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     let lit = R::lit;
@@ -159,15 +166,15 @@ fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     }
 }
 
-/// Where a look-up reads the splines in κ.
+/// Weights with which records are read at one κ.
 struct Curve<N: Numbers> {
-    /// First packet of a record.
+    /// First packet to read, from the start of a record.
     packet: N::Index,
-    /// Of the coefficients from that packet's first on.
+    /// Weights of the coefficients from the first of that packet on.
     weights: [N::Real; 8],
-    /// `κ²/(κ²+κ₀²)` of powers, `κ/(κ + iκ₀)` of amplitudes, which undoes the scaling of the records.
+    /// Factor of the spline as real and imaginary part: `κ²/(κ²+κ₀²)` of powers, `κ/(κ + iκ₀)` of amplitudes.
     factor: [N::Real; 2],
-    /// Of a power and its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
+    /// Factors of a power and of its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
     from_zero: [N::Real; 2],
 }
 
@@ -195,7 +202,7 @@ impl<N: Numbers> Curve<N> {
         }
     }
 
-    /// What a power and its slope at κ = 0 make of the power here.
+    /// Contribution of a power and of its slope at κ = 0 to the power at this κ.
     #[inline(always)]
     fn at_zero(&self, power: N::Real, slope: N::Real) -> N::Real {
         self.from_zero[1].fma(slope, self.from_zero[0] * power)
