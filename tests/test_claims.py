@@ -1,7 +1,7 @@
-"""Pages and their numbers are those of the data in docs/data.
+"""Numbers of pages against the data in docs/data.
 
-Sentences with numbers that no template writes are made here from the data, and must stand. Where one does not, the data
-have changed: the message has the sentence that is true now.
+Sentences with numbers in hand-written text are made here from the data and must be on their page. A failure after a
+change of the data shows the sentence that is true now.
 """
 
 import json
@@ -137,7 +137,7 @@ def test_the_data_carry_the_sentence(page, sentence):
 
 
 @pytest.mark.parametrize("name", PARTS)
-def test_a_region_of_a_page_is_its_template_filled_with_the_data(name, tmp_path):
+def test_regions_are_their_templates_with_the_data(name, tmp_path):
     """An edit of the page alone fails here: the next run of `make figures` would revert it."""
     made = write_part(name, data(name), tmp_path)
     assert made.read_text(encoding="utf-8") == (DOCS / made.name).read_text(encoding="utf-8")
@@ -147,8 +147,8 @@ def test_every_template_is_a_part():
     assert {file.name.removesuffix(".md.j2") for file in (DOCS / "templates").iterdir()} == set(PARTS)
 
 
-def test_a_sentence_that_is_not_there_is_missed():
-    """The negative control: with any other number a claim does not stand."""
+def test_a_claim_with_another_number_fails():
+    """The negative control of the claims."""
     page, sentence = CLAIMS[0]
     text = words((REPOSITORY / page).read_text(encoding="utf-8"))
     for number in re.finditer(r"\d+\.\d+", sentence):

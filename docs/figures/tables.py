@@ -12,6 +12,7 @@ from .speed_error import processor
 
 PRESETS = ("blazed", "sinusoidal", "lamellar", "cd", "elaphe", "xenopeltis")
 
+
 def figures() -> dict:
     """Builds each surface twice, with and without the albedo's table."""
     sources = {f"scan of {species}": ("--height-field", path) for species, path in SCANS.items() if path.exists()}

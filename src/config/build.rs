@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 /// Reason why a surface was not built.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum BuildError {
     #[error(transparent)]
     Config(#[from] ConfigError),

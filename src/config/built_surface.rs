@@ -18,7 +18,7 @@ pub enum BuiltSurface {
 /// Build time, memory and measured error, by theory.
 #[derive(Serialize)]
 #[serde(untagged)]
-#[allow(missing_docs)] // The reports document the fields.
+#[allow(missing_docs, reason = "the reports document the fields")]
 pub enum BuiltReport<'a> {
     Scalar(&'a SurfaceReport),
     Rigorous(&'a GratingReport),

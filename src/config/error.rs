@@ -7,7 +7,7 @@ use std::fmt;
 
 /// Reason why a configuration is refused. Each message names the parameter, its value and the accepted values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum ConfigError {
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },

@@ -24,7 +24,7 @@ macro_rules! relief_source {
         /// # Ok::<(), sunbeam::config::ConfigError>(())
         /// ```
         #[derive(Clone, Debug, Default, PartialEq)]
-        #[allow(missing_docs)] // Documented at the fields of `SurfaceConfig`.
+        #[allow(missing_docs, reason = "documented at the fields of `SurfaceConfig`")]
         pub struct ReliefSource {
             $(pub $name: Option<$type>,)+
         }

@@ -1,9 +1,10 @@
 //! Reference for gratings: orders solved at the very pair of directions (symbols: `mod.rs`).
 
 use super::GratingError;
-use super::lobe::{REACH, sigma_per_um};
+use super::lobe::REACH;
 use super::solved::{BALANCE, DOUBLINGS, medium};
 use crate::scattering::{Pair, SpectralIndex, Vec3};
+use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
 
@@ -31,7 +32,7 @@ impl ExactGrating {
     /// A profile in air above a medium of this index by wavelength, or above a perfect conductor (`None`), with a
     /// coherence length in µm.
     pub fn new(profile: Profile, index: Option<SpectralIndex>, coherence_length_um: f64) -> Self {
-        Self { profile, index, sigma_per_um: sigma_per_um(coherence_length_um) }
+        Self { profile, index, sigma_per_um: CoherenceWindow::new(coherence_length_um).order_sigma_per_um() }
     }
 
     /// `f_r` in 1/sr, as [`GratingSurface::eval`](super::GratingSurface::eval): zero unless both directions lie above

@@ -22,7 +22,7 @@ use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 use std::array;
-use std::f64::consts::{LOG2_E, SQRT_2, TAU};
+use std::f64::consts::{LOG2_E, TAU};
 
 /// Standard deviations at which an order's Gaussian is cut off; `exp(−5²/2)` is 4e-6.
 pub(crate) const REACH: f64 = 5.0;
@@ -218,13 +218,6 @@ impl<N: Numbers> GratingLobe<'_, N> {
         let scale = N::narrow(periods) * real(inverse_sigma);
         sums.map(|sum| sum * gauss_y * scale * scale * real(1.0 / TAU))
     }
-}
-
-/// Standard deviation σ in cycles/µm of an order's Gaussian, for a coherence length in µm.
-///
-/// `σ = 1/(2π√2·s)`, with the standard deviation s of the coherence window a quarter of the coherence length.
-pub(super) fn sigma_per_um(coherence_length_um: f64) -> f64 {
-    4.0 / (coherence_length_um * TAU * SQRT_2)
 }
 
 /// `exp(−x²/2)`.

@@ -4,7 +4,7 @@ use super::GratingError;
 use super::build::{EfficiencyTable, GratingReport, TableResolution};
 use super::cell_position::{CellPosition, groove_t};
 use super::efficiencies::EfficiencyView;
-use super::lobe::{GratingLayout, GratingLobe, sigma_per_um};
+use super::lobe::{GratingLayout, GratingLobe};
 use super::order_solver::OrderSolver;
 use super::plan::{meshes, spacing, table_resolution};
 use super::solved::Solved;
@@ -13,7 +13,7 @@ use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
 use crate::scattering::{SpectralIndex, Vec3};
-use crate::table::Progress;
+use crate::table::{CoherenceWindow, Progress};
 use serde::{Deserialize, Serialize};
 use sunbeam_rigorous::Profile;
 
@@ -80,7 +80,7 @@ impl GratingSurface {
         let EfficiencyTable { layout, words, solved } = table;
         let report =
             GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };
-        let sigma_per_um = sigma_per_um(coherence_length_um);
+        let sigma_per_um = CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
         Ok(Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um }, words, report })
     }
 
@@ -102,7 +102,8 @@ impl GratingSurface {
     /// The grating with another coherence length in µm, four standard deviations of the window. The table is kept.
     #[must_use]
     pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
-        let layout = GratingLayout { sigma_per_um: sigma_per_um(coherence_length_um), ..self.layout };
+        let sigma_per_um = CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
+        let layout = GratingLayout { sigma_per_um, ..self.layout };
         Self { layout, ..self }
     }
 

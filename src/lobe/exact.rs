@@ -3,7 +3,7 @@
 use crate::energy::AlbedoTable;
 use crate::height_field::HeightField;
 use crate::scattering::{Options, Pair, Vec3};
-use crate::table::{Model, Tiling, lag_grid, taper};
+use crate::table::{CoherenceWindow, Model, Tiling, lag_grid, taper};
 use crate::transform::{Direction, Fft2, OrderTransform};
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
@@ -64,7 +64,7 @@ impl Exact {
 
     /// `S(f; κ)` in µm², `f` in cycles/µm, `kappa` in rad/µm.
     pub fn power_density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        let s = self.options.coherence_length_um / 4.0;
+        let s = CoherenceWindow::new(self.options.coherence_length_um).sigma_um();
         let (nx, ny) = self.transform.size();
         // Above half the sampling rate the sums over pixels would only repeat.
         let beyond = 2.0 * f[0].abs() * self.pixel_um.0 > 1.0 || 2.0 * f[1].abs() * self.pixel_um.1 > 1.0;

@@ -173,7 +173,7 @@ impl Repeats {
 
 /// Reason why a method is not built.
 #[derive(Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum MethodError {
     #[error("parameter {name:?} is {found}, but must be {accepted}")]
     OutOfRange { name: &'static str, found: f64, accepted: &'static str },

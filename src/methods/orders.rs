@@ -12,7 +12,7 @@ use super::order_grid::{OrderGrid, TERMS_MULTIPLE};
 use super::term_weights::TermWeights;
 use super::{MethodError, MethodOptions, WAVELENGTH_MIN_UM};
 use crate::height_field::HeightField;
-use crate::table::Progress;
+use crate::table::{CoherenceWindow, Progress};
 use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
@@ -74,7 +74,7 @@ impl Orders {
         let terms = count.next_multiple_of(TERMS_MULTIPLE);
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
-        let s_um = coherence_length_um / 4.0;
+        let s_um = CoherenceWindow::new(coherence_length_um).sigma_um();
         let sharpness = [lx, ly].map(|l| 2.0 * (PI * s_um / l).powi(2));
         let neighbourhood = neighbourhood(sharpness, [nx, ny], tolerance, options)?;
         let reach = |n: usize, extent_um: f64| {

@@ -1,14 +1,18 @@
 //! Sampler order by order, for surfaces of few orders (symbols: `mod.rs`).
 //!
-//! Every order that may propagate has a weight: the power `P·O` that it takes, in the direction of its centre, times
-//! the fraction of its Gaussian above the horizon. A sample chooses an order by weight and then a point of its
-//! Gaussian; a density sums the weights of all orders.
+//! ```text
+//! W_j = P_j(κ_j)·O·cosθi·A_j                             weight of order j = (jx, jy), at the direction of its centre
+//! pdf = cosθo · Σ_j W_j K(f − f_j) / (λ² · Σ_j W_j)
+//! ```
+//!
+//! `P_j` is the order's power, `A_j` the fraction of its Gaussian K above the horizon, and `f_j` its frequency. A sample
+//! chooses an order by weight and then a point of its Gaussian. Both go through all orders that may propagate.
 
 use super::{BELOW_ONE, direction_above};
 use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Obliquity;
-use crate::table::{KernelKind, LatticeAxis, NodeCurve, SpectralTable};
+use crate::table::{LatticeAxis, NodeCurve, NodeQuantity, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
@@ -91,9 +95,9 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
         if !table.is_resolved(f) {
             continue;
         }
-        let power = |curve: &NodeCurve| match table.kernel() {
-            KernelKind::Power => curve.power(record).max(0.0),
-            KernelKind::Amplitude => curve.amplitude(record).norm_sqr(),
+        let power = |curve: &NodeCurve| match table.quantity() {
+            NodeQuantity::Power => curve.power(record).max(0.0),
+            NodeQuantity::Amplitude => curve.amplitude(record).norm_sqr(),
         };
         let powers: Vec<f64> = curves.iter().map(power).collect();
         // The power at an end of an interval is a mean with tent weights over the intervals on both sides.

@@ -1,7 +1,7 @@
 //! Tests of the library against independent results, in one program.
 
 // Helpers outside of `#[test]` functions unwrap and print as tests do.
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests panic on errors and print measurements")]
 
 mod chi_square;
 mod common;

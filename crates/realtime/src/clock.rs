@@ -17,7 +17,7 @@ struct Timestamps {
 const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
 
 impl Clock {
-    pub fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
         let timestamps = gpu.has_timestamps().then(|| Timestamps {
             queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
@@ -36,7 +36,7 @@ impl Clock {
     }
 
     /// The timestamps of a compute pass.
-    pub fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+    pub(crate) fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::ComputePassTimestampWrites {
             query_set: &timestamps.queries,
             beginning_of_pass_write_index: Some(0),
@@ -45,7 +45,7 @@ impl Clock {
     }
 
     /// The timestamps of a render pass.
-    pub fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+    pub(crate) fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::RenderPassTimestampWrites {
             query_set: &timestamps.queries,
             beginning_of_pass_write_index: Some(0),
@@ -54,12 +54,12 @@ impl Clock {
     }
 
     /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does; returns the time in ms.
-    pub async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
+    pub(crate) async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         Ok(self.run_and_read(gpu, encoder, None).await?.0)
     }
 
     /// [`Clock::run`] for work that fills a staging buffer; also returns the buffer's contents.
-    pub async fn run_and_read(
+    pub(crate) async fn run_and_read(
         &self,
         gpu: &Gpu,
         mut encoder: wgpu::CommandEncoder,

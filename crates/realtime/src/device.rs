@@ -234,7 +234,7 @@ impl Gpu {
 
     #[cfg(target_arch = "wasm32")]
     /// Does not wait; see [`Gpu::run`].
-    #[allow(clippy::unused_self, clippy::unnecessary_wraps)]
+    #[allow(clippy::unused_self, clippy::unnecessary_wraps, reason = "the native twin waits and can fail")]
     fn wait(&self, _: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         Ok(())
     }

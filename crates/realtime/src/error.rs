@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 /// Reason why a call to the GPU failed.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum GpuError {
     /// No adapter, or none of the requested kind.
     #[error(

@@ -60,7 +60,7 @@ pub(super) struct OpticsUniform {
 
 impl OpticsUniform {
     /// The optics around a method whose answers mean this.
-    pub fn new(optics: &Optics, answers: AnswerKind) -> Self {
+    pub(crate) fn new(optics: &Optics, answers: AnswerKind) -> Self {
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
         Self {
             eta: index.eta as f32,

@@ -35,7 +35,7 @@ pub(super) struct Locate {
 }
 
 impl Locate {
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let module = pipeline::module(gpu, "locate", program::locate());
         let layout = pipeline::layout(gpu, &GROUP);
         let entry = |name| pipeline::compute(gpu, &module, name, Some(&[Some(&layout)]));
@@ -44,7 +44,7 @@ impl Locate {
         Ok(Self { layout, sort, bare, found, rest, choose })
     }
 
-    pub fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
+    pub(crate) fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
         pipeline::bind_resources(
             gpu,
             &self.layout,
@@ -65,7 +65,12 @@ impl Locate {
     }
 
     /// Writes the queries of a sample; returns the time in ms and the number of queries that need an answer.
-    pub async fn run(&self, gpu: &Gpu, target: &Target, bindings: &wgpu::BindGroup) -> Result<(f64, u32), GpuError> {
+    pub(crate) async fn run(
+        &self,
+        gpu: &Gpu,
+        target: &Target,
+        bindings: &wgpu::BindGroup,
+    ) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
         gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&[0u32; Target::LISTS]));
         let (sort_ms, [_, _, skin, bare]) =

@@ -90,7 +90,7 @@ pub(super) mod tests {
     use std::sync::LazyLock;
 
     /// Parses and validates a program as wgpu does; panics with naga's message.
-    pub fn validated(source: &str) -> naga::Module {
+    pub(crate) fn validated(source: &str) -> naga::Module {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
             .validate(&module)

@@ -25,7 +25,7 @@ pub(super) struct Sunlight {
 
 impl Sunlight {
     /// An empty map of `side`² texels for a mesh between these corners of a box; `side` is a multiple of 64.
-    pub fn new(gpu: &Gpu, (low, high): (DVec3, DVec3), side: u32) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu, (low, high): (DVec3, DVec3), side: u32) -> Result<Self, GpuError> {
         let map = gpu.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("sunlight"),
             size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
@@ -49,7 +49,7 @@ impl Sunlight {
 
     /// Prepares the map for this sun. True where it has to be drawn; the caller then draws it and calls
     /// [`Sunlight::ends`].
-    pub fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
+    pub(crate) fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         if *drawn == Some(to_sun) {
             return false;
@@ -60,17 +60,17 @@ impl Sunlight {
     }
 
     /// Records that the map is drawn for this sun.
-    pub fn ends(&self, to_sun: [f64; 3]) {
+    pub(crate) fn ends(&self, to_sun: [f64; 3]) {
         *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = Some(to_sun);
     }
 
     /// The render target of the map.
-    pub fn view(&self) -> wgpu::TextureView {
+    pub(crate) fn view(&self) -> wgpu::TextureView {
         self.map.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
     /// Copies the map into [`Sunlight::depths`].
-    pub async fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
+    pub(crate) async fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
         let mut encoder = gpu.encoder();
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,

@@ -18,7 +18,7 @@ const SLOWER: f64 = 3.0;
 /// Most points of a height field.
 const POINTS_MAX: usize = 4096 * 4096;
 /// Largest file in bytes: it has to fit into a page's memory twice. A scan of 4096² in double precision has 134e6.
-pub const FILE_BYTES_MAX: usize = 512 << 20;
+pub(crate) const FILE_BYTES_MAX: usize = 512 << 20;
 
 /// A levelled height field, with facts from its file.
 pub struct Relief {

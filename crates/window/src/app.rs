@@ -22,10 +22,10 @@ const PANEL_POINTS: f32 = 264.0;
 const TICK: Duration = Duration::from_millis(250);
 
 /// Makes the mesh and its pigment, which takes seconds.
-pub type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
+pub(crate) type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
 
 /// The window: its controls, the drawer behind it, and the results shown.
-pub struct App {
+pub(crate) struct App {
     settings: Settings,
     at_start: Settings,
     form: SurfaceForm,
@@ -51,7 +51,7 @@ pub struct App {
 
 impl App {
     /// The window's contents; mesh and method are started on other threads.
-    pub fn new(
+    pub(crate) fn new(
         ctx: &egui::Context,
         window: RenderState,
         settings: Settings,

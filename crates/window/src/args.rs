@@ -20,7 +20,7 @@ const SCREENSHOT: &str = "sunbeam.png";
 /// first.
 #[derive(clap::Parser)]
 #[command(name = "sunbeam view", version)]
-pub struct ViewArgs {
+pub(crate) struct ViewArgs {
     /// Width and height of the window
     #[arg(long, value_name = "WxH", default_value = "1240x840")]
     size: Size,
@@ -49,7 +49,7 @@ pub struct ViewArgs {
 }
 
 /// Runs `sunbeam view`.
-pub fn run(args: &ViewArgs) -> Outcome {
+pub(crate) fn run(args: &ViewArgs) -> Outcome {
     if !args.exposure.is_finite() {
         return Err(format!("parameter \"exposure\" is {}, but must be finite", args.exposure).into());
     }

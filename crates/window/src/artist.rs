@@ -14,7 +14,7 @@ use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer
 const PREVIEW_MS: f64 = 70.0;
 
 /// A drawn picture.
-pub struct Picture {
+pub(crate) struct Picture {
     pub target: Arc<Target>,
     pub report: FrameReport,
     /// Wall-clock time in ms.
@@ -25,7 +25,7 @@ pub struct Picture {
 
 /// Files of a screenshot: `png`, and its name with `.exr`.
 #[derive(Clone, Debug)]
-pub struct Shot {
+pub(crate) struct Shot {
     pub png: PathBuf,
     /// Stops by which the PNG is brightened.
     pub exposure: f64,
@@ -33,7 +33,7 @@ pub struct Shot {
 
 /// One piece of work. Orders are read between steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub(crate) enum Step {
     Picture(Level),
     /// The map with the side of this index.
     Map(usize),
@@ -41,7 +41,7 @@ pub enum Step {
 }
 
 /// Result of a step.
-pub enum Done {
+pub(crate) enum Done {
     Picture(Picture),
     /// `None` where the cursor is not on the lit side of the mesh.
     Map(Option<BrdfMap>),
@@ -49,7 +49,7 @@ pub enum Done {
 }
 
 /// Draws the ordered pictures and maps, step by step.
-pub struct Artist {
+pub(crate) struct Artist {
     gpu: Arc<Gpu>,
     renderer: Renderer,
     progressive: Progressive,
@@ -66,7 +66,7 @@ impl Artist {
     ///
     /// # Errors
     /// The errors of [`Renderer::new`].
-    pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
         let renderer = Renderer::new(&gpu)?;
         Ok(Self {
             gpu,
@@ -83,7 +83,7 @@ impl Artist {
     ///
     /// # Errors
     /// The errors of [`Scene::new`].
-    pub fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
+    pub(crate) fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
         self.progressive.set_scene(Scene::new(&self.gpu, mesh, pigment)?);
         self.map = None;
         Ok(())
@@ -93,7 +93,7 @@ impl Artist {
     ///
     /// # Errors
     /// The errors of [`Shader::new`]; then the method before stays.
-    pub fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
+    pub(crate) fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
         let mut shader = Shader::new(&self.gpu, method, &Optics::default())?;
         shader.stop_when(stop);
         let bytes = shader.bytes();
@@ -103,25 +103,25 @@ impl Artist {
     }
 
     /// Takes another job.
-    pub fn set_job(&mut self, job: Job) {
+    pub(crate) fn set_job(&mut self, job: Job) {
         if self.progressive.set_job(&self.gpu, job) {
             self.map = None;
         }
     }
 
     /// Orders the map of another point.
-    pub fn set_cursor(&mut self, cursor: Option<[f32; 2]>) {
+    pub(crate) fn set_cursor(&mut self, cursor: Option<[f32; 2]>) {
         self.cursor = cursor;
         self.map = None;
     }
 
     /// Orders files of the finest picture.
-    pub fn set_shot(&mut self, shot: Shot) {
+    pub(crate) fn set_shot(&mut self, shot: Shot) {
         self.shot = Some(shot);
     }
 
     /// The next step: a first picture, a first map, then finer ones.
-    pub fn next_step(&self) -> Option<Step> {
+    pub(crate) fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);
         let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
         let save = self.shot.as_ref().map(|_| Step::Save);
@@ -133,7 +133,7 @@ impl Artist {
     }
 
     /// Whether the step only refines a picture or map that is shown already.
-    pub fn refines(&self, step: Step) -> bool {
+    pub(crate) fn refines(&self, step: Step) -> bool {
         match step {
             Step::Picture(_) => self.progressive.latest().is_some(),
             Step::Map(_) => self.map.is_some(),
@@ -142,12 +142,12 @@ impl Artist {
     }
 
     /// Whether a screenshot is ordered.
-    pub fn owes_shot(&self) -> bool {
+    pub(crate) fn owes_shot(&self) -> bool {
         self.shot.is_some()
     }
 
     /// Drops the orders after a failed step, until there is a new one.
-    pub fn give_up(&mut self) {
+    pub(crate) fn give_up(&mut self) {
         self.progressive.give_up();
         self.shot = None;
     }
@@ -156,7 +156,7 @@ impl Artist {
     ///
     /// # Errors
     /// [`Failure`]; [`GpuError::Stopped`] where the flag was set.
-    pub fn work(&mut self, step: Step) -> Result<Option<Done>, Failure> {
+    pub(crate) fn work(&mut self, step: Step) -> Result<Option<Done>, Failure> {
         match step {
             Step::Picture(level) => Ok(self.draw(level)?.map(Done::Picture)),
             Step::Map(index) => Ok(self.draw_map(index)?.map(Done::Map)),
@@ -212,7 +212,7 @@ impl Artist {
 
 /// Reason why a step failed.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
+pub(crate) enum Failure {
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// A screenshot that cannot be written.

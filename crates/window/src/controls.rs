@@ -20,7 +20,7 @@ const SCALE: std::ops::RangeInclusive<f32> = 0.1..=2.0;
 const INDEX: std::ops::RangeInclusive<f64> = 0.01..=20.0;
 
 /// All controls, from top to bottom.
-pub fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
+pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
     section(ui, "Surface", |ui| {
         form.show(ui, &mut settings.surface);
         row(ui, "Coherence length", |ui| {

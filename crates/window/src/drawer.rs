@@ -12,14 +12,14 @@ use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{Gpu, GpuError, Mesh};
 
 /// The thread that draws. Pictures wait for the GPU, and the window must not. Only the last order is drawn.
-pub struct Drawer {
+pub(crate) struct Drawer {
     shared: Arc<Shared>,
     events: Receiver<Event>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// News of the drawing for the window.
-pub enum Event {
+pub(crate) enum Event {
     /// The method is on the GPU, with this many bytes.
     Uploaded(u64),
     Picture(Picture),
@@ -65,7 +65,7 @@ enum Change {
 
 impl Drawer {
     /// Starts the thread. Each event repaints the window.
-    pub fn start(gpu: Arc<Gpu>, ctx: &egui::Context) -> Self {
+    pub(crate) fn start(gpu: Arc<Gpu>, ctx: &egui::Context) -> Self {
         let shared = Arc::<Shared>::default();
         let (sender, events) = mpsc::channel();
         let (at_work, ctx) = (Arc::clone(&shared), ctx.clone());
@@ -80,32 +80,32 @@ impl Drawer {
     }
 
     /// The next event, if there is one.
-    pub fn next_event(&self) -> Option<Event> {
+    pub(crate) fn next_event(&self) -> Option<Event> {
         self.events.try_recv().ok()
     }
 
     /// Draws another mesh from now on.
-    pub fn set_scene(&self, mesh: Mesh, pigment: PigmentTexture) {
+    pub(crate) fn set_scene(&self, mesh: Mesh, pigment: PigmentTexture) {
         self.shared.post(Change::Method, |pending| pending.scene = Some((mesh, pigment)));
     }
 
     /// Draws with another method from now on.
-    pub fn set_method(&self, method: Box<dyn Method>) {
+    pub(crate) fn set_method(&self, method: Box<dyn Method>) {
         self.shared.post(Change::Method, |pending| pending.method = Some(method));
     }
 
     /// Draws this job from now on.
-    pub fn set_job(&self, job: Job) {
+    pub(crate) fn set_job(&self, job: Job) {
         self.shared.post(Change::Job, |pending| pending.job = Some(job));
     }
 
     /// Draws maps of this point from now on.
-    pub fn set_cursor(&self, cursor: Option<[f32; 2]>) {
+    pub(crate) fn set_cursor(&self, cursor: Option<[f32; 2]>) {
         self.shared.post(Change::Cursor, |pending| pending.cursor = Some(cursor));
     }
 
     /// Saves the finest picture as soon as there is one.
-    pub fn save(&self, shot: Shot) {
+    pub(crate) fn save(&self, shot: Shot) {
         self.shared.post(Change::Cursor, |pending| pending.shot = Some(shot));
     }
 }

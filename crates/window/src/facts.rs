@@ -4,7 +4,7 @@ use eframe::egui::Ui;
 
 /// Facts about the machine, the method and the last picture.
 #[derive(Default)]
-pub struct Facts {
+pub(crate) struct Facts {
     pub adapter: String,
     pub software: bool,
     pub timestamps: bool,
@@ -13,14 +13,14 @@ pub struct Facts {
 }
 
 /// The method that draws.
-pub struct MethodFacts {
+pub(crate) struct MethodFacts {
     pub name: &'static str,
     pub build_seconds: f64,
     pub bytes: u64,
 }
 
 /// Size, time and work of a picture.
-pub struct PictureFacts {
+pub(crate) struct PictureFacts {
     size: (u32, u32),
     ms: f64,
     /// Whether no finer picture follows.
@@ -49,7 +49,7 @@ impl From<&Picture> for PictureFacts {
 
 impl Facts {
     /// Lines of text.
-    pub fn show(&self, ui: &mut Ui) {
+    pub(crate) fn show(&self, ui: &mut Ui) {
         let line = |ui: &mut Ui, label: &str, text: String| {
             row(ui, label, |ui| {
                 ui.label(text);

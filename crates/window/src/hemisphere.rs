@@ -8,13 +8,13 @@ use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
 /// Sides of the map in pixels, from the coarsest to the finest.
 const SIDES: [usize; 4] = [16, 32, 64, 128];
 /// Index of the last side.
-pub const LAST: usize = SIDES.len() - 1;
+pub(crate) const LAST: usize = SIDES.len() - 1;
 /// Time in ms that the first map after a change may take.
 const PREVIEW_MS: f64 = 40.0;
 
 /// A map seen from above, in the layout of `sunbeam brdf-map`: right is the grating's +x, up is +y.
 #[derive(Clone)]
-pub struct BrdfMap {
+pub(crate) struct BrdfMap {
     pub image: egui::ColorImage,
     /// Direction to the light.
     pub wi: [f32; 3],
@@ -25,7 +25,7 @@ pub struct BrdfMap {
 }
 
 /// Index of the side to draw after `done`: the finest one in time, else the next.
-pub fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
+pub(crate) fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let first = done.map_or(0, |done| done + 1);
     if first >= SIDES.len() {
         return None;
@@ -43,7 +43,13 @@ fn pixels(index: usize) -> f64 {
 ///
 /// # Errors
 /// The errors of [`Shader::brdf_map`].
-pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut Pace) -> Result<BrdfMap, GpuError> {
+pub(crate) fn draw(
+    gpu: &Gpu,
+    shader: &Shader,
+    seen: &Query,
+    index: usize,
+    pace: &mut Pace,
+) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
     let side = SIDES[index];
     let answers = shader.brdf_map(gpu, seen.wi, side)?;

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError};
 
 /// Initial state of the window.
-pub struct Start {
+pub(crate) struct Start {
     pub settings: Settings,
     pub make_scene: SceneMaker,
     /// Width and height of the window in points.
@@ -24,7 +24,7 @@ pub struct Start {
 ///
 /// # Errors
 /// No display, no adapter that can draw on it, or no device.
-pub fn open(start: Start) -> Result<(), Box<dyn Error>> {
+pub(crate) fn open(start: Start) -> Result<(), Box<dyn Error>> {
     // winit panics without this library.
     #[cfg(target_os = "linux")]
     if xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {

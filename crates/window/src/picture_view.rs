@@ -10,7 +10,7 @@ const MAP_POINTS: f32 = 150.0;
 const WHOLE: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
 
 /// Size of the picture and position of the cursor.
-pub struct Seen {
+pub(crate) struct Seen {
     /// Size in pixels of the screen.
     pub size: (u32, u32),
     /// Position of the cursor in the picture, each coordinate in [0, 1).
@@ -18,7 +18,12 @@ pub struct Seen {
 }
 
 /// Shows the picture in the available space, and turns camera and sun with the mouse.
-pub fn show(ui: &mut Ui, settings: &mut Settings, texture: Option<TextureId>, note: Option<&str>) -> (Response, Seen) {
+pub(crate) fn show(
+    ui: &mut Ui,
+    settings: &mut Settings,
+    texture: Option<TextureId>,
+    note: Option<&str>,
+) -> (Response, Seen) {
     let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
     let area = response.rect;
     painter.rect_filled(area, 0.0, Color32::BLACK);
@@ -65,7 +70,7 @@ fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
 }
 
 /// The BRDF map in the lower right corner of the picture, with the mirror direction and the viewer marked.
-pub fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
+pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     let painter = ui.painter_at(area);
     let side = MAP_POINTS.min(0.4 * area.size().min_elem());
     let disc = Rect::from_min_size(area.max - Vec2::splat(side + 12.0), Vec2::splat(side));

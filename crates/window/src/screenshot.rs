@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 /// The first of `PATH`, `PATH-2`, `PATH-3`, … that exists neither as PNG nor as EXR.
-pub fn free_name(path: &Path) -> PathBuf {
+pub(crate) fn free_name(path: &Path) -> PathBuf {
     let png = path.with_extension("png");
     let taken = |path: &Path| path.exists() || path.with_extension("exr").exists();
     if !taken(&png) {

@@ -9,7 +9,7 @@ use sunbeam_realtime::{GpuError, Optics, Orbit, View};
 
 /// Everything that users choose.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
+pub(crate) struct Settings {
     pub surface: SurfaceConfig,
     pub kind: MethodKind,
     pub options: MethodOptions,
@@ -29,7 +29,7 @@ pub struct Settings {
 
 impl Settings {
     /// The optics around the relief.
-    pub fn optics(&self) -> Optics {
+    pub(crate) fn optics(&self) -> Optics {
         let obliquity = self.surface.obliquity.resolved(self.index.map(SpectralIndex::Constant).as_ref());
         Optics { index: self.index, obliquity, shadowing: self.surface.shadowing }
     }
@@ -38,12 +38,12 @@ impl Settings {
     ///
     /// # Errors
     /// The errors of [`Sun::light`].
-    pub fn view(&self) -> Result<View, GpuError> {
+    pub(crate) fn view(&self) -> Result<View, GpuError> {
         Ok(View { camera: self.orbit.camera(), light: self.sun.light()?, ..self.view })
     }
 
     /// The recipe of the method.
-    pub fn recipe(&self) -> Recipe {
+    pub(crate) fn recipe(&self) -> Recipe {
         // The shader has the optics, so a change of them builds nothing. A grating by Maxwell's equations contains its
         // optics and conserves energy.
         let rigorous = self.surface.theory == Theory::Rigorous;
@@ -63,7 +63,7 @@ impl Settings {
 
 /// Everything that a method is built from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Recipe {
+pub(crate) struct Recipe {
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
@@ -73,14 +73,14 @@ pub struct Recipe {
 }
 
 /// A method and the seconds it took.
-pub struct Built {
+pub(crate) struct Built {
     pub method: Box<dyn Method>,
     pub seconds: f64,
 }
 
 impl Recipe {
     /// Builds the method, which may take seconds.
-    pub fn build(&self) -> Result<Built, String> {
+    pub(crate) fn build(&self) -> Result<Built, String> {
         let start = Instant::now();
         let index = self.index.map(SpectralIndex::Constant);
         let built = self.surface.build_method(self.kind, &self.options, index.as_ref(), &self.cache, &Progress::none());
@@ -89,7 +89,7 @@ impl Recipe {
     }
 
     /// The method's name.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         self.kind.name()
     }
 }

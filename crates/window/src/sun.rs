@@ -6,7 +6,7 @@ const DISC_POINTS: f32 = 92.0;
 
 /// Direction of the sun. Drags are in points of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sun {
+pub(crate) struct Sun {
     /// Azimuth in degrees, counter-clockwise from +x seen from above, −180 to 180.
     azimuth_deg: f64,
     /// Elevation in degrees.
@@ -31,18 +31,18 @@ impl Sun {
     ///
     /// # Errors
     /// The errors of [`Light::from_angles`]; the angles are within its ranges.
-    pub fn light(&self) -> Result<Light, GpuError> {
+    pub(crate) fn light(&self) -> Result<Light, GpuError> {
         Light::from_angles(self.azimuth_deg, self.elevation_deg)
     }
 
     /// Moves the sun along with a drag.
-    pub fn turn(&mut self, right: f32, down: f32) {
+    pub(crate) fn turn(&mut self, right: f32, down: f32) {
         let azimuth = self.azimuth_deg + DEGREES_PER_POINT * f64::from(right);
         *self = Self::new(azimuth, self.elevation_deg - DEGREES_PER_POINT * f64::from(down));
     }
 
     /// The widgets: the sky seen from above with the viewer at the lower edge and a sun to drag, and the angles.
-    pub fn show(&mut self, ui: &mut egui::Ui, camera_azimuth_deg: f64) {
+    pub(crate) fn show(&mut self, ui: &mut egui::Ui, camera_azimuth_deg: f64) {
         ui.horizontal(|ui| {
             self.disc(ui, camera_azimuth_deg);
             ui.vertical(|ui| {

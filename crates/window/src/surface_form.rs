@@ -12,7 +12,7 @@ const HEIGHT_UM: std::ops::RangeInclusive<f64> = 0.001..=5.0;
 const PIXEL_UM: std::ops::RangeInclusive<f64> = 1e-4..=10.0;
 
 /// The choice of the relief's source. A file's name and scale are typed here before the file is read.
-pub struct SurfaceForm {
+pub(crate) struct SurfaceForm {
     chosen: Chosen,
     path: String,
     pixel_size: Option<f64>,
@@ -37,7 +37,7 @@ impl From<&SurfaceConfig> for SurfaceForm {
 
 impl SurfaceForm {
     /// The widgets; they change the surface when a choice is complete.
-    pub fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
+    pub(crate) fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
         let before = self.chosen;
         let presets = Preset::ALL.map(|preset| (Chosen::Preset(preset), preset.name()));
         choice(ui, "Relief", &mut self.chosen, presets.into_iter().chain([(Chosen::File, "file…")]));

@@ -3,14 +3,14 @@ use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::time::Instant;
 
 /// Work that takes seconds, on a thread of its own. A dropped task runs to its end.
-pub struct Task<T> {
+pub(crate) struct Task<T> {
     result: Receiver<Result<T, String>>,
     since: Instant,
 }
 
 impl<T: Send + 'static> Task<T> {
     /// Starts the work; its end repaints the window.
-    pub fn start(ctx: &egui::Context, work: impl FnOnce() -> Result<T, String> + Send + 'static) -> Self {
+    pub(crate) fn start(ctx: &egui::Context, work: impl FnOnce() -> Result<T, String> + Send + 'static) -> Self {
         let (sender, result) = mpsc::channel();
         let ctx = ctx.clone();
         std::thread::spawn(move || {
@@ -22,7 +22,7 @@ impl<T: Send + 'static> Task<T> {
     }
 
     /// The result, once; `None` before the end.
-    pub fn poll(&self) -> Option<Result<T, String>> {
+    pub(crate) fn poll(&self) -> Option<Result<T, String>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),
             Err(TryRecvError::Empty) => None,
@@ -31,7 +31,7 @@ impl<T: Send + 'static> Task<T> {
     }
 
     /// Seconds since the start.
-    pub fn seconds(&self) -> f64 {
+    pub(crate) fn seconds(&self) -> f64 {
         self.since.elapsed().as_secs_f64()
     }
 }

@@ -6,7 +6,7 @@ use sunbeam_realtime::{Target, TonePass};
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Tone-maps pictures of linear radiance into a texture of the window, on the GPU.
-pub struct ToneMapper {
+pub(crate) struct ToneMapper {
     pass: TonePass,
     shown: Option<Shown>,
 }
@@ -18,12 +18,12 @@ struct Shown {
 
 impl ToneMapper {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub(crate) fn new(device: &wgpu::Device) -> Self {
         Self { pass: TonePass::new(device, FORMAT), shown: None }
     }
 
     /// Shows a picture brightened by `stops`. The texture keeps its identifier from picture to picture.
-    pub fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
+    pub(crate) fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
         let (width, height) = target.size();
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let id = match &mut self.shown {

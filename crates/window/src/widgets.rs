@@ -4,7 +4,7 @@ use eframe::egui::{Align2, ComboBox, DragValue, Sense, TextStyle, Ui, emath::Num
 use std::ops::RangeInclusive;
 
 /// A choice among values with names.
-pub fn choice<T: Copy + PartialEq>(
+pub(crate) fn choice<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
     value: &mut T,
@@ -22,14 +22,21 @@ pub fn choice<T: Copy + PartialEq>(
 }
 
 /// A number.
-pub fn number<N: Numeric>(ui: &mut Ui, label: &str, value: &mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) {
+pub(crate) fn number<N: Numeric>(
+    ui: &mut Ui,
+    label: &str,
+    value: &mut N,
+    range: RangeInclusive<N>,
+    speed: f64,
+    suffix: &str,
+) {
     row(ui, label, |ui| {
         ui.add(drag(value, range, speed, suffix));
     });
 }
 
 /// An optional number; `first` is its value when it is switched on.
-pub fn optional<N: Numeric>(
+pub(crate) fn optional<N: Numeric>(
     ui: &mut Ui,
     label: &str,
     value: &mut Option<N>,
@@ -55,14 +62,14 @@ pub fn optional<N: Numeric>(
 }
 
 /// A switch.
-pub fn switch(ui: &mut Ui, label: &str, value: &mut bool) {
+pub(crate) fn switch(ui: &mut Ui, label: &str, value: &mut bool) {
     row(ui, label, |ui| {
         ui.checkbox(value, "");
     });
 }
 
 /// A label with widgets on its right.
-pub fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
+pub(crate) fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
     ui.horizontal(|ui| {
         let size = vec2(LABEL_POINTS, ui.spacing().interact_size.y);
         let (area, _) = ui.allocate_exact_size(size, Sense::hover());

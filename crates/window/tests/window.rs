@@ -1,6 +1,6 @@
 //! The window on a virtual display, driven by keys and mouse.
 
-#![allow(clippy::unwrap_used)] // Also outside `#[test]` functions.
+#![allow(clippy::unwrap_used, reason = "also outside `#[test]` functions")]
 
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};

@@ -1,6 +1,6 @@
 //! The realtime renderer on the available adapter.
 
-#![allow(clippy::unwrap_used)] // Also outside `#[test]` functions.
+#![allow(clippy::unwrap_used, reason = "also outside `#[test]` functions")]
 
 #[path = "../../../../tests/core/common.rs"]
 mod common;

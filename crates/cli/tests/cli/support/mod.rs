@@ -9,12 +9,12 @@ use std::process::{Command, Output, Stdio};
 const CACHE: (&str, &str) = ("SUNBEAM_CACHE_DIR", CACHE_FOLDER);
 
 /// Runs the binary with `input` on stdin.
-pub fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
+pub(crate) fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
     run_with(&[CACHE], arguments, input)
 }
 
 /// Runs the binary with `input` on stdin and additional environment variables.
-pub fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
+pub(crate) fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_sunbeam"))
         .args(arguments)
         .envs(variables.iter().copied())
@@ -33,7 +33,7 @@ pub fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRe
 }
 
 /// The stdout of a successful run, which has no NaN or infinity.
-pub fn succeeded(output: Output) -> String {
+pub(crate) fn succeeded(output: Output) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     assert_eq!(stderr, "");
@@ -43,7 +43,7 @@ pub fn succeeded(output: Output) -> String {
 }
 
 /// The single line on stderr of a run that ends with status 2.
-pub fn refused(arguments: &[&str]) -> String {
+pub(crate) fn refused(arguments: &[&str]) -> String {
     let output = run(arguments, "");
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
