@@ -1,8 +1,8 @@
 //! Masses on a rectangular lattice that can be summed over, and drawn from, within any rectangle.
 //!
-//! A lattice node holds a mass in each of four bands. Masses are whole counts with 12 significant bits, so a node takes 8 bytes
-//! and every sum of them is exact: what a density says is what is drawn. Sums are kept for blocks of 4 × 4 nodes
-//! (a summed-area table), so rectangles consist of whole blocks. Within a block the 16 masses are read.
+//! A lattice node holds a mass in each of four bands. Masses are whole counts with 12 significant bits, so a node takes
+//! 8 bytes and every sum of them is exact: what a density says is what is drawn. Sums are kept for blocks of 4 × 4
+//! nodes (a summed-area table), so rectangles consist of whole blocks. Within a block the 16 masses are read.
 
 mod view;
 
@@ -21,8 +21,8 @@ const BLOCK_PACKETS: u32 = 8;
 const TOTAL_MAX: f64 = 0.999 * 2_147_483_648.0;
 /// Bits of a mass after the leading one.
 const MANTISSA_BITS: u32 = 11;
-/// Added to a mass' 16 bits, shifted to the mantissa's place, it makes the number of single precision: the exponent of single
-/// precision is 126 more. A mass of zero then reads as a half, which rounds down to zero.
+/// Added to a mass' 16 bits, shifted to the mantissa's place, it makes the number of single precision: the exponent of
+/// single precision is 126 more. A mass of zero then reads as a half, which rounds down to zero.
 const EXPONENT_SHIFT: u32 = 126 << 23;
 
 /// Where a [`SummedArea`] has what, in plain numbers.
@@ -32,10 +32,11 @@ pub struct SummedAreaLayout {
     pub nodes: [u32; 2],
     /// Blocks along x and y; nodes that complete the last ones have no mass.
     pub blocks: [u32; 2],
-    /// Start of the masses, in units of four words: `[block along y][block along x][node along y][node along x]`, two words a node.
+    /// Start of the masses, in units of four words: `[block along y][block along x][node along y][node along x]`, two
+    /// words a node.
     pub masses: u32,
-    /// Start of the sums, in units of four words: `[block along y][block along x][band]`, one more than there are blocks along
-    /// either axis. They count what lies before a block's corner along both axes.
+    /// Start of the sums, in units of four words: `[block along y][block along x][band]`, one more than there are
+    /// blocks along either axis. They count what lies before a block's corner along both axes.
     pub sums: u32,
     /// What one count stands for, by band.
     pub unit: [f32; BANDS],
@@ -49,8 +50,8 @@ pub struct SummedArea {
 }
 
 impl SummedArea {
-    /// Rounds `values`, `[node along y][node along x][band]`, to counts. What is positive has at least one; what is negative
-    /// or not a number has none.
+    /// Rounds `values`, `[node along y][node along x][band]`, to counts. What is positive has at least one; what is
+    /// negative or not a number has none.
     pub fn new(nodes: [usize; 2], values: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
         let positive = |value: f32| if value > 0.0 { f64::from(value) } else { 0.0 };

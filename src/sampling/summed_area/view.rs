@@ -1,4 +1,5 @@
-//! Sums over rectangles of a [`super::SummedArea`], and nodes drawn from them, written once for all families of numbers.
+//! Sums over rectangles of a [`super::SummedArea`], and nodes drawn from them, written once for all families of
+//! numbers.
 
 use super::{BANDS, BLOCK, BLOCK_PACKETS, BLOCK_SHIFT, EXPONENT_SHIFT, SummedAreaLayout};
 use crate::numeric::{Index, Number, Numbers, Real};
@@ -31,8 +32,8 @@ pub struct SummedAreaView<N: Numbers> {
 }
 
 impl<N: Numbers> SummedAreaView<N> {
-    /// The least rectangle that has all nodes between two positions, in nodes from the first along x and y. It is empty where
-    /// there are none.
+    /// The least rectangle that has all nodes between two positions, in nodes from the first along x and y. It is empty
+    /// where there are none.
     #[inline(always)]
     pub fn rectangle(&self, low: [N::Real; 2], high: [N::Real; 2]) -> Rectangle<N> {
         let lit = N::Real::lit;
@@ -72,8 +73,8 @@ impl<N: Numbers> SummedAreaView<N> {
             .map(|bits| N::from_bits(bits + shift).floor())
     }
 
-    /// Sum over the four nodes about a position, in nodes from the first, of their counts in each band times their tents. Nodes
-    /// outside of the rectangle do not count.
+    /// Sum over the four nodes about a position, in nodes from the first, of their counts in each band times their
+    /// tents. Nodes outside of the rectangle do not count.
     #[inline(always)]
     pub fn tents(&self, position: [N::Double; 2], rectangle: &Rectangle<N>, active: N::Mask) -> [N::Real; BANDS] {
         let taps = [0, 1].map(|axis| {
@@ -84,8 +85,8 @@ impl<N: Numbers> SummedAreaView<N> {
         self.weighted(&taps[0], &taps[1], rectangle, active)
     }
 
-    /// Sum over the nodes with these numbers along x and y of their counts in each band times their weights along x and y. Nodes
-    /// outside of the rectangle do not count.
+    /// Sum over the nodes with these numbers along x and y of their counts in each band times their weights along x and
+    /// y. Nodes outside of the rectangle do not count.
     #[inline(always)]
     pub fn weighted(
         &self,
@@ -172,7 +173,8 @@ fn stretched<N: Numbers>(count: N::Index, rest: N::Real, mass: N::Index) -> N::R
     ((N::real(count) + rest) / mass).min(N::Real::lit(BELOW_ONE))
 }
 
-/// One of the numbers from `low` on, before `high`, by the differences of what `before` counts, with the rest of a random number.
+/// One of the numbers from `low` on, before `high`, by the differences of what `before` counts, with the rest of a
+/// random number.
 #[inline(always)]
 fn bisect<N: Numbers>(
     [low, high]: [N::Index; 2],
