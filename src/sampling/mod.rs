@@ -1,14 +1,22 @@
-//! Samplers: directions drawn in proportion to the relief's power, and their density.
+//! Importance sampling of outgoing directions, with the density of each over solid angle (docs/model.md#sampling).
 //!
-//! | file | draws | for |
-//! | --- | --- | --- |
-//! | `orders.rs` | one of all propagating orders, then a point of its Gaussian | few orders: gratings, coarse lattices |
-//! | `square.rs` | a node within a square of frequencies, by summed areas | many orders: skins, scans |
-//! | `colour.rs` | a node over `(u, v)` by its colour | renderers that carry colours |
-//! | `summed_area/` | the summed-area table of the latter two | |
+//! The reflectance is `f_r = O·S(f; κ)/λ²`, with `S` a sum of Gaussians about the nodes of a lattice of frequencies:
 //!
-//! Some draws fall below the horizon and are lost, and no sampler covers every direction. Lobes therefore mix in a
-//! uniform part (src/lobe/mixture.rs).
+//! ```text
+//! f       = (wi + wo)_xy / λ            spatial frequency of a pair of directions, in cycles/µm
+//! κ       = 2π (cosθi + cosθo) / λ      phase rate, in rad/µm
+//! p_s(f)  = Σ_j W_j g(f − f_j) / Σ_j W_j     density over frequencies; W_j weight of node j, g its Gaussian
+//! pdf(wo) = p_s(f) cosθo / λ²           density over solid angle, in 1/sr: df = cosθo dωo / λ²
+//! ```
+//!
+//! There are two samplers of one wavelength, chosen by the number of orders that propagate, and one of colours:
+//!
+//! - few orders: a loop over all orders, each with its own weight at the given incidence ([`orders`]);
+//! - many orders: weights averaged over bands of κ, in a summed-area table over a square of frequencies ([`square`]);
+//! - colours: a summed-area table over a square of direction cosines, without a wavelength ([`ColourSampler`]).
+//!
+//! All three return the zero vector for a sample below the horizon. None reaches every direction, so the lobes mix them
+//! with a small uniform part over the hemisphere (`src/lobe/mixture.rs`).
 
 mod colour;
 mod orders;
@@ -23,38 +31,58 @@ pub use orders::{OrdersAxis, OrdersLayout};
 use serde::{Deserialize, Serialize};
 pub use square::{SquareAxis, SquareLayout};
 
-/// Largest number of orders at [`TYPICAL_WAVELENGTH_UM`] that `orders.rs` serves: for reliefs along one axis, and for
-/// others. An order costs about a tenth of a draw in a square. Squares leave weights of gratings a standard deviation
-/// of 2 instead of 0.2, and those of crossed gratings 0.66 (bench sampler).
-const ORDERS_MAX: (f64, f64) = (160.0, 40.0);
-/// Wavelength in µm at which orders are counted, in the middle of the visible range.
+/// Largest number of propagating orders for which a relief along one axis is sampled by [`orders`].
+///
+/// Chosen: an order costs about a tenth of a sample from a [`square`], but the square's sample weights `f_r·cosθ/pdf`
+/// of gratings have a relative standard deviation of 2 instead of 0.2.
+const GRATING_ORDERS_MAX: f64 = 160.0;
+/// Largest number of propagating orders for which any other relief is sampled by [`orders`].
+///
+/// Chosen like [`GRATING_ORDERS_MAX`]; sample weights of crossed gratings have a relative standard deviation of 0.66 in
+/// a square, so fewer orders pay off.
+const CROSSED_ORDERS_MAX: f64 = 40.0;
+/// Wavelength in µm at which propagating orders are counted: the middle of the visible range.
 const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
-/// Largest number of single precision below one.
-const BELOW_ONE: f64 = 1.0 - 1.0 / 16_777_216.0;
+/// Largest number of single precision below one, `1 − 2⁻²⁴`; keeps random numbers within [0, 1).
+const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
 
-/// Sampler of one surface at wavelengths.
+/// The sampler of one surface at single wavelengths: a layout and its table data.
+///
+/// ```
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let field = Preset::Blazed.build(None, None)?;
+/// let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
+/// let surface = Surface::new(&field, &options)?;
+///
+/// let sampler = surface.sampler().view::<f64>();
+/// let (wi, nm) = ([0.0, 0.0, 1.0], 550.0);
+/// let wo = sampler.sample(wi, nm, [0.3, 0.6], true);
+/// assert!(wo[2] > 0.0 && sampler.pdf(wi, wo, nm, true) > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sampler {
     layout: SamplerLayout,
     words: Vec<u32>,
 }
 
-/// Kind of a sampler, and the layout of its table data.
+/// Layout of a sampler's table data, by the kind of the sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SamplerLayout {
-    /// Orders, each a Gaussian.
+    /// A loop over the orders, each a Gaussian.
     Orders(OrdersLayout),
-    /// Summed areas over a square of frequencies.
+    /// A summed-area table over the square of frequencies.
     Square(SquareLayout),
 }
 
 impl Sampler {
-    /// Builds the sampler of a table, weighted with the options' obliquity factor.
+    /// Builds the sampler of a table. Of the options only the obliquity factor matters.
     pub fn new(table: &SpectralTable, options: &Options) -> Self {
         let axes = orders::axes(table);
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM)).product();
         let is_grating = axes.iter().any(|axis| axis.nodes == 1);
-        if count <= if is_grating { ORDERS_MAX.0 } else { ORDERS_MAX.1 } {
+        if count <= if is_grating { GRATING_ORDERS_MAX } else { CROSSED_ORDERS_MAX } {
             return Self::orders(table, options.proposed());
         }
         Self::square(table, options.proposed())
@@ -70,22 +98,22 @@ impl Sampler {
         Self { layout: SamplerLayout::Square(layout), words }
     }
 
-    /// Kind and layout.
+    /// Layout of the table data.
     pub fn layout(&self) -> SamplerLayout {
         self.layout
     }
 
-    /// Table data.
+    /// Table data, to be read with [`Sampler::layout`].
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Bytes held.
+    /// Size of the table data in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words.as_slice())
     }
 
-    /// The sampler over plain numbers, in `f32` or `f64`.
+    /// The sampler over plain numbers, `f32` or `f64`.
     pub fn view<F>(&self) -> SamplerView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -94,18 +122,19 @@ impl Sampler {
     }
 }
 
-/// A [`Sampler`] over one family of numbers.
+/// A [`Sampler`] for one family of numbers (plain, lanes or traced; see `src/numeric`).
 #[derive(Clone, Copy)]
 pub struct SamplerView<N: Numbers> {
-    /// Kind and layout.
+    /// Layout of the table data.
     pub layout: SamplerLayout,
-    /// Table data.
+    /// Table data of the [`Sampler`].
     pub words: N::Words,
 }
 
 impl<N: Numbers> SamplerView<N> {
-    /// Density of [`SamplerView::sample`] per solid angle, in 1/sr, for directions above the surface and wavelengths
-    /// within the tables' range. Zero where the mask is false.
+    /// Density of [`SamplerView::sample`] over solid angle, in 1/sr; zero where the mask is false.
+    ///
+    /// Both directions lie above the surface, and the wavelength lies within the table's range.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let words = self.words;
@@ -119,9 +148,10 @@ impl<N: Numbers> SamplerView<N> {
         }
     }
 
-    /// A direction from two random numbers in [0, 1), for an incidence above the surface and a wavelength within the
-    /// tables' range. The zero vector where the draw falls below the horizon, where nothing is reflected, and where the
-    /// mask is false.
+    /// Draws a unit vector `wo` from two random numbers in [0, 1).
+    ///
+    /// The incidence lies above the surface, and the wavelength lies within the table's range. Returns the zero vector
+    /// where the drawn direction is below the horizon, where nothing is reflected, and where the mask is false.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], wavelength_nm: N::Real, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let words = self.words;
@@ -136,11 +166,34 @@ impl<N: Numbers> SamplerView<N> {
     }
 }
 
-/// The unit vector above the plane with these direction cosines, or the zero vector.
+/// The unit vector above the surface with direction cosines `x` and `y`; the zero vector where `x² + y² ≥ 1` or where
+/// the mask is false.
 #[inline(always)]
 fn direction_above<N: Numbers>([x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
     let zero = N::Real::lit(0.0);
     let squared = N::Real::lit(1.0) - x * x - y * y;
-    let there = zero.lt(squared) & active;
-    [x, y, squared.max(zero).sqrt()].map(|c| N::Real::select(there, c, zero))
+    let is_above = zero.lt(squared) & active;
+    [x, y, squared.max(zero).sqrt()].map(|c| N::Real::select(is_above, c, zero))
+}
+
+/// Quantile of the tent density `1 − |t|` on [−1, 1], for `u` in [0, 1).
+#[inline(always)]
+fn tent_quantile<R: Real>(u: R) -> R {
+    let lit = R::lit;
+    let is_left = u.lt(lit(0.5));
+    let tail = R::select(is_left, u, lit(1.0) - u);
+    let distance = lit(1.0) - (tail + tail).sqrt();
+    R::select(is_left, -distance, distance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::tent_quantile;
+
+    #[test]
+    fn tent_quantile_inverts_the_distribution() {
+        assert_eq!(tent_quantile(0.5f64), 0.0);
+        assert!((tent_quantile(0.125f64) + 0.5).abs() < 1e-15);
+        assert!((tent_quantile(0.875f64) - 0.5).abs() < 1e-15);
+    }
 }
