@@ -1,9 +1,16 @@
-//! Sampler of a surface in colours (symbols: `mod.rs`).
+//! Sampler by reflected colour, without a wavelength: a summed-area table over sums of direction cosines.
 //!
-//! The colour F that a relief reflects is a function of q, and so is F·G. A lattice over (u, v) holds the sum of its
-//! positive channels in four bands of w, and tents interpolate between the nodes. For one incidence, `wo` lies in the
-//! square `[wi − 1, wi + 1]` of (u, v), whose mass comes from summed areas ([`SummedArea`]) exactly. No table over `wi`
-//! is needed. Draws in the corners of the square, outside the unit disc of `wo`, are lost.
+//! ```text
+//! (u, v, w) = wi + wo                   scattering vector, w = cosθi + cosθo
+//! F(u, v, w)                            colour, the reflectance without its angular factors (src/colour_table)
+//! G = (u² + v² + w²)²/w²                4 O cosθi cosθo for Stam's obliquity factor O
+//! M_b(u, v) = Σ_channels max(F·G, 0)    mass at a node, summed over quadrature points of slice b of w; BANDS slices
+//! pdf(wo) = M(u, v) cosθo / ∬M du dv    density in 1/sr; M mixes two slices, the integral is over the square below
+//! ```
+//!
+//! Both F and G depend on `wi + wo` alone, so nothing is tabulated over `wi`. Tents interpolate between the nodes. The
+//! hemisphere of `wo` lies in the square `wi_xy ± 1` of `(u, v)`, whose mass is an exact sum ([`SummedArea`]). Samples
+//! in the square's corners are lost.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use super::{BELOW_ONE, tent_quantile};
@@ -13,42 +20,46 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::array;
 
-/// Wavelength in µm at which a tent has the variance of an order. Chosen: green, where luminance lies.
-const TENT_WAVELENGTH_UM: f64 = 0.53;
-/// Most nodes along either axis: 8 MB of data.
+/// Wavelength in µm at which tents are as wide as orders. Chosen: green, where luminance is largest.
+const WAVELENGTH_UM: f64 = 0.53;
+/// Most nodes along an axis; the table then takes 8 MB. Chosen.
 const NODES_MAX: usize = 937;
-/// Most points along either axis of a node at which the colour is read. More than one are needed where [`NODES_MAX`]
-/// leaves nodes wider than orders.
+/// Fewest nodes from the middle of an axis to its end. Chosen; reached only by very short coherence lengths.
+const HALF_NODES_MIN: usize = 8;
+/// Most quadrature points per node along an axis, where the nodes are further apart than orders are wide. Chosen to
+/// bound the build time.
 const POINTS_MAX: usize = 4;
-/// Heights w within a band at which the colour is read.
-const HEIGHTS_PER_BAND: usize = 2;
-/// Outgoing cosine assumed when weighting bands. 0.6 minimises the variance of weights (`sunbeam bench`, sampler).
-const OUTGOING_COSINE: f64 = 0.6;
-/// Largest w that is read, as a fraction of the largest w at a given (u, v), `√(4 − u² − v²)`. Heights of a band beyond
-/// it are read there instead. Chosen: off the limit, where both directions coincide.
-const HEIGHT_MAX: f64 = 0.97;
+/// Quadrature points of a slice of w, as fractions of its width: the midpoint rule with two points.
+const SLICE_POINTS: [f64; 2] = [0.25, 0.75];
+/// Outgoing cosine assumed when slices are mixed for an incidence. Chosen; affects the variance of samples only.
+const TYPICAL_COSINE: f64 = 0.6;
+/// Largest w at which colours are read, as a fraction of the largest possible w, `√(4 − u² − v²)`. Chosen: directions
+/// along the surface, where G is largest, would otherwise decide the mass.
+const W_FRACTION_MAX: f64 = 0.97;
 
-/// Layout of a [`ColourSampler`].
+/// Layout of a colour sampler's table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourSamplerLayout {
-    /// The lattice over (u, v), `[v][u]`; its bands are those of w, a quarter of [0, 2] each.
+    /// Layout of the summed-area table over `(u, v)`, `[v][u]`; its bands are the slices of w.
     pub areas: SummedAreaLayout,
-    /// Nodes per unit of u and of v.
+    /// Nodes per unit of u and of v; the middle node is at 0.
     pub per_unit: f32,
-    /// Index along either axis of the node at the origin.
+    /// Index of the middle node along either axis.
     pub middle: u32,
 }
 
-/// The sampler of a [`ColourSurface`](crate::lobe::ColourSurface).
+/// A sampler of directions by reflected colour.
 ///
 /// ```
 /// use sunbeam::sampling::ColourSampler;
 ///
-/// // A surface that reflects grey around the mirror direction, in orders of 0.2 cycles/µm.
-/// let sampler = ColourSampler::new(0.2, |[u, v, _]| [(-4.0 * (u * u + v * v)).exp(); 3]);
+/// // A colour that falls off from the mirror direction, u = v = 0.
+/// let grey = |[u, v, _]: [f32; 3]| [(-8.0 * (u * u + v * v)).exp(); 3];
+/// let sampler = ColourSampler::new(0.1, grey);
+///
 /// let wi = [0.0, 0.0, 1.0];
-/// let wo = sampler.sample(wi, [0.4, 0.6]).expect("far from the horizon");
-/// assert!(wo[2] > 0.5 && sampler.pdf(wi, wo) > 0.0);
+/// let wo = sampler.sample(wi, [0.4, 0.6]).expect("above the horizon");
+/// assert!(sampler.pdf(wi, wo) > sampler.pdf(wi, [0.8, 0.0, 0.6]));
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ColourSampler {
@@ -57,15 +68,17 @@ pub struct ColourSampler {
 }
 
 impl ColourSampler {
-    /// Builds the sampler of the colour `reflected([u, v, w])`, in linear sRGB and times G where the obliquity factor
-    /// is Stam's. `sigma` is the standard deviation of an order in cycles/µm.
+    /// Tabulates `reflected`, a linear sRGB colour at `(u, v, w)`: `F·G` for Stam's obliquity factor, else `F`.
+    ///
+    /// `sigma` is the standard deviation of an order in cycles/µm; it sets the spacing of nodes. Negative channels
+    /// count as zero, and a sum that is not finite as no mass.
     pub fn new(sigma: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
-        // A tent of half width h has the variance h²/6.
-        let order_width = 6f64.sqrt() * sigma * TENT_WAVELENGTH_UM;
-        let half = ((2.0 / order_width).ceil() as usize).clamp(8, (NODES_MAX - 1) / 2);
+        // A tent of half-width s has the variance s²/6, here that of an order in direction cosines.
+        let wanted = 6f64.sqrt() * sigma * WAVELENGTH_UM;
+        let half = ((2.0 / wanted).ceil() as usize).clamp(HALF_NODES_MIN, (NODES_MAX - 1) / 2);
         let (nodes, spacing) = (2 * half + 1, 2.0 / half as f64);
-        let points = ((spacing / order_width).ceil() as usize).clamp(1, POINTS_MAX);
-        let coordinate =
+        let points = ((spacing / wanted).ceil() as usize).clamp(1, POINTS_MAX);
+        let cosine =
             |i: usize, point: usize| (i as f64 - half as f64 + (point as f64 + 0.5) / points as f64 - 0.5) * spacing;
         let values: Vec<[f32; BANDS]> = (0..nodes * nodes)
             .into_par_iter()
@@ -73,45 +86,44 @@ impl ColourSampler {
             .map(|i| {
                 let mut sums = [0.0; BANDS];
                 for point in 0..points * points {
-                    let (u, v) = (coordinate(i % nodes, point % points), coordinate(i / nodes, point / points));
-                    let w_max_squared = 4.0 - u * u - v * v;
-                    if w_max_squared <= 0.0 {
+                    let (u, v) = (cosine(i % nodes, point % points), cosine(i / nodes, point / points));
+                    let w_squared = 4.0 - u * u - v * v;
+                    if w_squared <= 0.0 {
                         continue;
                     }
-                    let w_max = HEIGHT_MAX * w_max_squared.sqrt();
-                    for (band, sum) in sums.iter_mut().enumerate() {
-                        for height in 0..HEIGHTS_PER_BAND {
-                            let within_band = (height as f64 + 0.5) / HEIGHTS_PER_BAND as f64;
-                            let w = (2.0 * (band as f64 + within_band) / BANDS as f64).min(w_max);
+                    let w_max = W_FRACTION_MAX * w_squared.sqrt();
+                    for (slice, sum) in sums.iter_mut().enumerate() {
+                        for fraction in SLICE_POINTS {
+                            let w = (2.0 * (slice as f64 + fraction) / BANDS as f64).min(w_max);
                             let colour = reflected([u as f32, v as f32, w as f32]);
                             *sum += colour.iter().map(|c| c.max(0.0)).sum::<f32>();
                         }
                     }
                 }
-                // An infinite mass would take all samples.
+                // A node whose sum overflowed must not take all samples.
                 sums.map(|sum| if sum.is_finite() { sum } else { 0.0 })
             })
             .collect();
         Self { areas: SummedArea::new([nodes; 2], &values), per_unit: (1.0 / spacing) as f32 }
     }
 
-    /// Layout of the data.
+    /// Layout of the table data.
     pub fn layout(&self) -> ColourSamplerLayout {
         let areas = *self.areas.layout();
         ColourSamplerLayout { areas, per_unit: self.per_unit, middle: areas.nodes[0] / 2 }
     }
 
-    /// Data of the summed areas.
+    /// Table data of the summed-area table, to be read with [`ColourSampler::layout`].
     pub fn words(&self) -> &[u32] {
         self.areas.words()
     }
 
-    /// Bytes of the data.
+    /// Size of the table data in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words())
     }
 
-    /// The sampler over plain numbers, in `f32` or `f64`.
+    /// The sampler over plain numbers, `f32` or `f64`.
     pub fn view<F>(&self) -> ColourSamplerView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -119,24 +131,25 @@ impl ColourSampler {
         ColourSamplerView { layout: self.layout(), words: self.words() }
     }
 
-    /// Density of [`ColourSampler::sample`] in 1/sr; zero unless both directions lie above the surface.
+    /// Density of [`ColourSampler::sample`] over solid angle, in 1/sr; zero unless both directions lie above the
+    /// surface.
     pub fn pdf(&self, wi: Vec3, wo: Vec3) -> f64 {
         self.view::<f64>().pdf(wi, wo, true)
     }
 
-    /// A direction from two random numbers in [0, 1); `None` where the draw falls below the horizon.
+    /// Draws a unit vector from two random numbers in [0, 1); `None` where it would lie below the horizon.
     pub fn sample(&self, wi: Vec3, u: [f64; 2]) -> Option<Vec3> {
         let wo = self.view::<f64>().sample(wi, u, true);
         (wo[2] > 0.0).then_some(wo)
     }
 }
 
-/// A [`ColourSampler`] over one family of numbers.
+/// A [`ColourSampler`] for one family of numbers (plain, lanes or traced; see `src/numeric`).
 #[derive(Clone, Copy)]
 pub struct ColourSamplerView<N: Numbers> {
-    /// Layout of the data.
+    /// Layout of the table data.
     pub layout: ColourSamplerLayout,
-    /// [`ColourSampler::words`].
+    /// Table data, [`ColourSampler::words`].
     pub words: N::Words,
 }
 
@@ -145,37 +158,38 @@ impl<N: Numbers> ColourSamplerView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Lattice coordinate of a `u` or `v`, in nodes from the first.
+    /// Position in nodes of a coordinate `u` or `v`.
     #[inline(always)]
-    fn lattice_coordinate(&self, u: N::Real) -> N::Real {
+    fn position(&self, u: N::Real) -> N::Real {
         u.fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
     }
 
-    /// Weights of the bands for an incidence: linear interpolation at the assumed w, times the value of a count.
+    /// Weights of the slices at a typical w of an incidence, each times the unit of its counts: linear interpolation
+    /// between the centres of slices.
     #[inline(always)]
-    fn band_weights(&self, cos_i: N::Real) -> [N::Real; BANDS] {
+    fn slice_weights(&self, cos_i: N::Real) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
-        let coordinate = ((cos_i + lit(OUTGOING_COSINE)) * lit(0.5 * BANDS as f64) - lit(0.5))
+        let position = ((cos_i + lit(TYPICAL_COSINE)) * lit(0.5 * BANDS as f64) - lit(0.5))
             .clip(lit(0.0), lit(BANDS as f64 - 1.0));
         array::from_fn(|b| {
-            let tent = (lit(1.0) - (coordinate - lit(b as f64)).abs()).max(lit(0.0));
+            let tent = (lit(1.0) - (position - lit(b as f64)).abs()).max(lit(0.0));
             tent * lit(self.layout.areas.unit[b].into())
         })
     }
 
-    /// Blocks of the square `[wi − 1, wi + 1]`, and the weighted mass of each band in it.
+    /// The square `wi_xy ± 1` in whole blocks of nodes, and its weighted mass in each slice.
     #[inline(always)]
     fn square(&self, wi: [N::Real; 3], active: N::Mask) -> (Rectangle<N>, [N::Real; BANDS]) {
         let one = N::Real::lit(1.0);
         let areas = self.areas();
-        let low = [0, 1].map(|axis| self.lattice_coordinate(wi[axis] - one));
-        let high = [0, 1].map(|axis| self.lattice_coordinate(wi[axis] + one));
+        let low = [0, 1].map(|axis| self.position(wi[axis] - one));
+        let high = [0, 1].map(|axis| self.position(wi[axis] + one));
         let rectangle = areas.rectangle(low, high);
-        let (weights, counts) = (self.band_weights(wi[2]), areas.mass(&rectangle, active));
+        let (weights, counts) = (self.slice_weights(wi[2]), areas.mass(&rectangle, active));
         (rectangle, array::from_fn(|b| weights[b] * N::real(counts[b])))
     }
 
-    /// Density of [`ColourSamplerView::sample`] per solid angle, in 1/sr; zero unless both directions lie above the
+    /// Density of [`ColourSamplerView::sample`] over solid angle, in 1/sr; zero unless both directions lie above the
     /// surface.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
@@ -183,47 +197,47 @@ impl<N: Numbers> ColourSamplerView<N> {
         let active = active & lit(0.0).lt(wi[2]) & lit(0.0).lt(wo[2]);
         let (rectangle, masses) = self.square(wi, active);
         let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
-        let position = [0, 1].map(|axis| N::widen(self.lattice_coordinate(wi[axis] + wo[axis])));
+        let position = [0, 1].map(|axis| N::widen(self.position(wi[axis] + wo[axis])));
         let tents = self.areas().tents(position, &rectangle, active);
-        let weights = self.band_weights(wi[2]);
+        let weights = self.slice_weights(wi[2]);
         let mass = (0..BANDS).fold(lit(0.0), |sum, b| weights[b].fma(tents[b], sum));
         let per_area = lit(f64::from(self.layout.per_unit).powi(2));
-        let is_lit = active & lit(0.0).lt(total);
-        let total = N::Real::select(is_lit, total, lit(1.0));
-        N::Real::select(is_lit, mass / total * per_area * wo[2], lit(0.0))
+        let some = active & lit(0.0).lt(total);
+        let total = N::Real::select(some, total, lit(1.0));
+        N::Real::select(some, mass / total * per_area * wo[2], lit(0.0))
     }
 
-    /// A direction from two random numbers in [0, 1). The zero vector where the draw falls below the horizon.
+    /// Draws a unit vector from two random numbers in [0, 1); the zero vector where it would lie below the horizon.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let active = active & lit(0.0).lt(wi[2]);
         let (rectangle, masses) = self.square(wi, active);
         let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
-        let is_lit = active & lit(0.0).lt(total);
-        // The band whose interval of the running sum holds the target. Where rounding puts the target beyond the end,
-        // the last band that has mass.
+        let some = active & lit(0.0).lt(total);
+        // Chooses a slice by its mass; the random number is rescaled to [0, 1) within the slice.
         let target = u[0] * total;
-        let (mut band, mut before, mut own) = (N::Index::lit(0), lit(0.0), masses[0]);
-        let mut running = lit(0.0);
-        for (b, &mass) in masses.iter().enumerate() {
-            let is_reached = running.le(target) & lit(0.0).lt(mass);
-            band = N::Index::select(is_reached, N::Index::lit(b as u32), band);
-            before = N::Real::select(is_reached, running, before);
-            own = N::Real::select(is_reached, mass, own);
-            running = running + mass;
+        let (mut slice, mut start, mut mass) = (N::Index::lit(0), lit(0.0), masses[0]);
+        let mut sum = lit(0.0);
+        for (b, &slice_mass) in masses.iter().enumerate() {
+            // Where rounding leaves the target beyond the end, the last slice with a mass is chosen.
+            let reached = sum.le(target) & lit(0.0).lt(slice_mass);
+            slice = N::Index::select(reached, N::Index::lit(b as u32), slice);
+            start = N::Real::select(reached, sum, start);
+            mass = N::Real::select(reached, slice_mass, mass);
+            sum = sum + slice_mass;
         }
-        let own = N::Real::select(is_lit, own, lit(1.0));
-        let rest = ((target - before) / own).clip(lit(0.0), lit(BELOW_ONE));
-        let drawn = self.areas().choose(&rectangle, band, [rest, u[1]], is_lit);
+        let positive = N::Real::select(some, mass, lit(1.0));
+        let rest = ((target - start) / positive).clip(lit(0.0), lit(BELOW_ONE));
+        let drawn = self.areas().choose(&rectangle, slice, [rest, u[1]], some);
         let per_node = lit(1.0 / f64::from(self.layout.per_unit));
         let [x, y]: [N::Real; 2] = array::from_fn(|axis| {
             let node = N::real(drawn.node[axis]) - lit(self.layout.middle.into());
             (node + tent_quantile(drawn.u[axis])) * per_node - wi[axis]
         });
         let squared = x.fma(x, y * y);
-        let is_above = is_lit & squared.lt(lit(1.0));
+        let above = some & squared.lt(lit(1.0));
         let z = (lit(1.0) - squared).max(lit(0.0)).sqrt();
-        [x, y, z].map(|c| N::Real::select(is_above, c, lit(0.0)))
+        [x, y, z].map(|c| N::Real::select(above, c, lit(0.0)))
     }
 }

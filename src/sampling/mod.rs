@@ -1,30 +1,22 @@
-//! Samplers: directions drawn in proportion to what a surface reflects, and the densities of the draws.
+//! Importance sampling of outgoing directions, with the density of each over solid angle (docs/model.md#sampling).
 //!
-//! A sampler is built from a table and read by every family of numbers. There are three:
+//! The reflectance is `f_r = O·S(f; κ)/λ²`, with `S` a sum of Gaussians about the nodes of a lattice of frequencies:
 //!
-//! | sampler | for | method |
-//! | --- | --- | --- |
-//! | `orders.rs` | wavelengths, few propagating orders | goes through all orders, then draws from one's Gaussian |
-//! | `square.rs` | wavelengths, many orders | draws a node by summed areas over the frequencies |
-//! | `colour.rs` | linear sRGB | draws a node by summed areas over `wi + wo` |
+//! ```text
+//! f       = (wi + wo)_xy / λ            spatial frequency of a pair of directions, in cycles/µm
+//! κ       = 2π (cosθi + cosθo) / λ      phase rate, in rad/µm
+//! p_s(f)  = Σ_j W_j g(f − f_j) / Σ_j W_j     density over frequencies; W_j weight of node j, g its Gaussian
+//! pdf(wo) = p_s(f) cosθo / λ²           density over solid angle, in 1/sr: df = cosθo dωo / λ²
+//! ```
 //!
-//! All lose the draws that fall below the horizon, and none reaches every direction. Lobes therefore mix in a small
-//! uniform part (`lobe/mixture.rs`).
+//! There are two samplers of one wavelength, chosen by the number of orders that propagate, and one of colours:
 //!
-//! # Symbols
+//! - few orders: a loop over all orders, each with its own weight at the given incidence ([`orders`]);
+//! - many orders: weights averaged over bands of κ, in a summed-area table over a square of frequencies ([`square`]);
+//! - colours: a summed-area table over a square of direction cosines, without a wavelength ([`ColourSampler`]).
 //!
-//! | symbol | meaning |
-//! | --- | --- |
-//! | q = wi + wo = (u, v, w) | scattering vector; w is the sum of both cosines |
-//! | λ | wavelength |
-//! | f = (u, v)/λ | frequency in cycles/µm |
-//! | κ = 2πw/λ | phase rate in rad/µm |
-//! | P(κ) | power of a table's node (an order, where the tile repeats) |
-//! | O | obliquity factor (docs/model.md#the-reflectance) |
-//! | G = \|q\|⁴/w² | `4·O·cosθi·cosθo` where O is Stam's: a function of q alone |
-//!
-//! The fraction of power that goes into a node's order is `P·O`. With Stam's factor it is `P·G/(4 cosθi cosθo)`, so
-//! that a table of `P·G` over q serves every incidence.
+//! All three return the zero vector for a sample below the horizon. None reaches every direction, so the lobes mix them
+//! with a small uniform part over the hemisphere (`src/lobe/mixture.rs`).
 
 mod colour;
 mod orders;
@@ -39,18 +31,22 @@ pub use orders::{OrdersAxis, OrdersLayout};
 use serde::{Deserialize, Serialize};
 pub use square::{SquareAxis, SquareLayout};
 
-/// Most propagating orders, at [`TYPICAL_WAVELENGTH_UM`], of a grating that is sampled order by order. An order costs a
-/// tenth of a draw by summed areas, which leave weights with a standard deviation of 2 instead of 0.2.
+/// Largest number of propagating orders for which a relief along one axis is sampled by [`orders`].
+///
+/// Chosen: an order costs about a tenth of a sample from a [`square`], but the square's sample weights `f_r·cosθ/pdf`
+/// of gratings have a relative standard deviation of 2 instead of 0.2.
 const GRATING_ORDERS_MAX: f64 = 160.0;
-/// Most propagating orders of other surfaces that are sampled order by order. Summed areas leave weights of crossed
-/// gratings with a standard deviation of 0.66.
-const ORDERS_MAX: f64 = 40.0;
-/// Middle of the visible range in µm.
+/// Largest number of propagating orders for which any other relief is sampled by [`orders`].
+///
+/// Chosen like [`GRATING_ORDERS_MAX`]; sample weights of crossed gratings have a relative standard deviation of 0.66 in
+/// a square, so fewer orders pay off.
+const CROSSED_ORDERS_MAX: f64 = 40.0;
+/// Wavelength in µm at which propagating orders are counted: the middle of the visible range.
 pub(crate) const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
-/// Largest single-precision number below one.
-pub(crate) const BELOW_ONE: f64 = 1.0 - 1.0 / 16_777_216.0;
+/// Largest number of single precision below one, `1 − 2⁻²⁴`; keeps random numbers within [0, 1).
+pub(crate) const BELOW_ONE: f64 = 1.0 - f32::EPSILON as f64 / 2.0;
 
-/// The sampler of a surface at wavelengths.
+/// The sampler of one surface at single wavelengths: a layout and its table data.
 ///
 /// ```
 /// use sunbeam::{Options, Preset, Surface};
@@ -58,12 +54,11 @@ pub(crate) const BELOW_ONE: f64 = 1.0 - 1.0 / 16_777_216.0;
 /// let field = Preset::Blazed.build(None, None)?;
 /// let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
 /// let surface = Surface::new(&field, &options)?;
-/// let sampler = surface.sampler().view::<f64>();
 ///
-/// // Two random numbers draw a direction; its density per solid angle follows.
-/// let wi = [0.0, 0.0, 1.0];
-/// let wo = sampler.sample(wi, 550.0, [0.3, 0.6], true);
-/// assert!(wo[2] > 0.0 && sampler.pdf(wi, wo, 550.0, true) > 0.0);
+/// let sampler = surface.sampler().view::<f64>();
+/// let (wi, nm) = ([0.0, 0.0, 1.0], 550.0);
+/// let wo = sampler.sample(wi, nm, [0.3, 0.6], true);
+/// assert!(wo[2] > 0.0 && sampler.pdf(wi, wo, nm, true) > 0.0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -72,22 +67,22 @@ pub struct Sampler {
     words: Vec<u32>,
 }
 
-/// Method of a [`Sampler`], with the layout of its data.
+/// Layout of a sampler's table data, by the kind of the sampler.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SamplerLayout {
-    /// Order by order.
+    /// A loop over the orders, each a Gaussian.
     Orders(OrdersLayout),
-    /// Summed areas over the frequencies.
+    /// A summed-area table over the square of frequencies.
     Square(SquareLayout),
 }
 
 impl Sampler {
-    /// Builds the sampler of a table; the obliquity factor is that of the options.
+    /// Builds the sampler of a table. Of the options only the obliquity factor matters.
     pub fn new(table: &SpectralTable, options: &Options) -> Self {
         let axes = orders::axes(table);
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM)).product();
         let is_grating = axes.iter().any(|axis| axis.nodes == 1);
-        if count <= if is_grating { GRATING_ORDERS_MAX } else { ORDERS_MAX } {
+        if count <= if is_grating { GRATING_ORDERS_MAX } else { CROSSED_ORDERS_MAX } {
             return Self::orders(table, options.proposed());
         }
         Self::square(table, options.proposed())
@@ -103,22 +98,22 @@ impl Sampler {
         Self { layout: SamplerLayout::Square(layout), words }
     }
 
-    /// Method and layout.
+    /// Layout of the table data.
     pub fn layout(&self) -> SamplerLayout {
         self.layout
     }
 
-    /// Data of the sampler.
+    /// Table data, to be read with [`Sampler::layout`].
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Bytes of the data.
+    /// Size of the table data in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words.as_slice())
     }
 
-    /// The sampler over plain numbers, in `f32` or `f64`.
+    /// The sampler over plain numbers, `f32` or `f64`.
     pub fn view<F>(&self) -> SamplerView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -127,18 +122,19 @@ impl Sampler {
     }
 }
 
-/// A [`Sampler`] over one family of numbers.
+/// A [`Sampler`] for one family of numbers (plain, lanes or traced; see `src/numeric`).
 #[derive(Clone, Copy)]
 pub struct SamplerView<N: Numbers> {
-    /// Method and layout.
+    /// Layout of the table data.
     pub layout: SamplerLayout,
-    /// Data of the sampler.
+    /// Table data of the [`Sampler`].
     pub words: N::Words,
 }
 
 impl<N: Numbers> SamplerView<N> {
-    /// Density of [`SamplerView::sample`] per solid angle, in 1/sr. Both directions must lie above the surface and the
-    /// wavelength (nm) within the tables' range. Zero where the mask is false.
+    /// Density of [`SamplerView::sample`] over solid angle, in 1/sr; zero where the mask is false.
+    ///
+    /// Both directions lie above the surface, and the wavelength lies within the table's range.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let words = self.words;
@@ -152,9 +148,10 @@ impl<N: Numbers> SamplerView<N> {
         }
     }
 
-    /// A direction from two random numbers in [0, 1), for `wi` above the surface and a wavelength (nm) within the
-    /// tables' range. The zero vector where the draw falls below the horizon, where nothing is reflected, and where the
-    /// mask is false.
+    /// Draws a unit vector `wo` from two random numbers in [0, 1).
+    ///
+    /// The incidence lies above the surface, and the wavelength lies within the table's range. Returns the zero vector
+    /// where the drawn direction is below the horizon, where nothing is reflected, and where the mask is false.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], wavelength_nm: N::Real, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let words = self.words;
@@ -169,32 +166,34 @@ impl<N: Numbers> SamplerView<N> {
     }
 }
 
-/// Unit vector above the surface with the direction cosines (x, y); the zero vector outside the unit disc.
+/// The unit vector above the surface with direction cosines `x` and `y`; the zero vector where `x² + y² ≥ 1` or where
+/// the mask is false.
 #[inline(always)]
 fn direction_above<N: Numbers>([x, y]: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
     let zero = N::Real::lit(0.0);
-    let z_squared = N::Real::lit(1.0) - x * x - y * y;
-    let is_above = zero.lt(z_squared) & active;
-    [x, y, z_squared.max(zero).sqrt()].map(|c| N::Real::select(is_above, c, zero))
+    let squared = N::Real::lit(1.0) - x * x - y * y;
+    let is_above = zero.lt(squared) & active;
+    [x, y, squared.max(zero).sqrt()].map(|c| N::Real::select(is_above, c, zero))
 }
 
-/// Quantile of the tent distribution on [−1, 1], whose density is `1 − |x|`.
+/// Quantile of the tent density `1 − |t|` on [−1, 1], for `u` in [0, 1).
 #[inline(always)]
 fn tent_quantile<R: Real>(u: R) -> R {
     let lit = R::lit;
     let is_left = u.lt(lit(0.5));
     let tail = R::select(is_left, u, lit(1.0) - u);
-    let magnitude = lit(1.0) - (tail + tail).sqrt();
-    R::select(is_left, -magnitude, magnitude)
+    let distance = lit(1.0) - (tail + tail).sqrt();
+    R::select(is_left, -distance, distance)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use super::tent_quantile;
 
     #[test]
-    fn tent_quantiles_invert_the_distribution() {
+    fn tent_quantile_inverts_the_distribution() {
         assert_eq!(tent_quantile(0.5f64), 0.0);
-        assert!((tent_quantile(0.125f64) + 0.5).abs() < 1e-15 && (tent_quantile(0.875f64) - 0.5).abs() < 1e-15);
+        assert!((tent_quantile(0.125f64) + 0.5).abs() < 1e-15);
+        assert!((tent_quantile(0.875f64) - 0.5).abs() < 1e-15);
     }
 }

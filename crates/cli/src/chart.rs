@@ -1,15 +1,19 @@
 //! Charts as SVG: axes with ticks, curves, cells, dots and a legend.
 //!
-//! Positions in a drawing are pixels from its upper left corner, y downwards. An [`Axis`] maps a value to a fraction of
-//! the plot area's side, and the plot area clips what lies outside.
+//! Offsets of labels in pixels are chosen for [`FONT_SIZE`]. Positions in a drawing are pixels from its upper left
+//! corner, y downwards. An [`Axis`] maps a value to a fraction of the plot area's side, and the plot area clips what
+//! lies outside.
 
 use svg::node::element::{Circle, Group, Line, Polyline, Rectangle, SVG, Text};
 use svg::{Document, Node};
 
-/// Space around the plot area in pixels: left and bottom hold tick labels and the axis label, the top holds the title.
+/// Space left of the plot area in pixels, for the tick labels and the label of the y axis.
 const LEFT: f64 = 70.0;
+/// Space right of the plot area in pixels.
 const RIGHT: f64 = 20.0;
+/// Space above the plot area in pixels, for the title.
 const TOP: f64 = 34.0;
+/// Space below the plot area in pixels, for the tick labels and the label of the x axis.
 const BOTTOM: f64 = 48.0;
 /// Height of the text in pixels.
 const FONT_SIZE: f64 = 12.0;
@@ -17,7 +21,7 @@ const FONT_SIZE: f64 = 12.0;
 const LEGEND_LINE: f64 = 16.0;
 /// Mean width of a character in pixels, from which the width of the legend is estimated.
 const CHARACTER_WIDTH: f64 = 6.6;
-/// Ticks of a linear axis are at most this many.
+/// Largest number of tick intervals of a linear axis.
 const TICKS_MAX: f64 = 9.0;
 
 /// An axis: label, range of values, and whether equal factors or equal differences take equal lengths.
@@ -54,11 +58,13 @@ impl Axis {
             let exponents = self.first.log10().ceil() as i32..=self.last.log10().floor() as i32;
             return exponents.map(|exponent| 10f64.powi(exponent)).map(|value| (value, value.to_string())).collect();
         }
+        // The smallest step of 1, 2 or 5 times a power of ten with at most TICKS_MAX intervals.
         let span = self.last - self.first;
         let power = 10f64.powf((span / TICKS_MAX).log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].map(|factor| factor * power).into_iter().find(|step| span / step <= TICKS_MAX);
         let step = step.unwrap_or(span);
         let decimals = (-step.log10().floor()).max(0.0) as usize;
+        // Indices of the first and last tick. The margin keeps a tick at the end of the axis in spite of rounding.
         let (first, last) = ((self.first / step).ceil() as i64, (self.last / step + 1e-9).floor() as i64);
         (first..=last).map(|i| i as f64 * step).map(|value| (value, format!("{value:.decimals$}"))).collect()
     }
@@ -98,7 +104,7 @@ pub(crate) struct Chart {
     cells: Group,
     /// Curves and dots, in pixels from the plot area's upper left corner.
     marks: Group,
-    /// Symbol and text of each line.
+    /// Symbol and text of each line of the legend. Symbols extend from −10 to 10 pixels around their origin.
     legend: Vec<(Group, String)>,
 }
 
@@ -178,7 +184,8 @@ impl Chart {
         chart.add(clipped).add(frame.set("stroke", "black"))
     }
 
-    /// The legend on a pale background.
+    /// The legend on a pale background, 8 pixels from the edges of the plot area. A line has its symbol around x = 18
+    /// and its text from x = 34 on.
     fn legend_box(&mut self, corner: Corner) -> Group {
         let lines = std::mem::take(&mut self.legend);
         let longest = lines.iter().map(|(_, text)| text.chars().count()).max().unwrap_or(0);
@@ -212,6 +219,7 @@ pub(crate) fn drawing(charts: Vec<Group>, size: (u32, u32), columns: usize) -> S
     document.set("text-anchor", "middle").to_string()
 }
 
+/// A circle without fill or stroke.
 fn disc((x, y): (f64, f64), radius: f64) -> Circle {
     Circle::new().set("cx", x).set("cy", y).set("r", radius)
 }
@@ -221,10 +229,12 @@ fn label(text: &str, (x, y): (f64, f64)) -> Text {
     Text::new(text).set("x", x).set("y", y)
 }
 
+/// A pale line.
 fn grid_line((x1, y1): (f64, f64), (x2, y2): (f64, f64)) -> Line {
     Line::new().set("x1", x1).set("y1", y1).set("x2", x2).set("y2", y2).set("stroke", "#ccc")
 }
 
+/// The element with a stroke.
 fn stroked<N: Node>(mut element: N, stroke: Stroke) -> N {
     element.assign("stroke", stroke.colour);
     element.assign("stroke-width", stroke.width);

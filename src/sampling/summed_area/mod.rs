@@ -1,10 +1,8 @@
-//! Masses on a rectangular lattice, with sums over any rectangle and draws from it.
+//! Masses on a rectangular lattice that can be summed over, and drawn from, within any rectangle.
 //!
-//! A node holds a mass in each of four bands. Masses are integer counts with 12 significant bits. A node therefore
-//! takes 8 bytes, and sums are exact: densities and draws agree. A summed-area table holds sums for blocks of 4 × 4
-//! nodes, so rectangles consist of whole blocks. Within a block the 16 masses are read.
-//!
-//! A mass of 16 bits is a number with 5 bits of exponent and 11 of mantissa after the leading one.
+//! A lattice node holds a mass in each of four bands. Masses are whole counts with 12 significant bits, so a node takes
+//! 8 bytes and every sum of them is exact: what a density says is what is drawn. Sums are kept for blocks of 4 × 4
+//! nodes (a summed-area table), so rectangles consist of whole blocks. Within a block the 16 masses are read.
 
 mod view;
 
@@ -12,58 +10,39 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 pub use view::{Drawn, Rectangle, SummedAreaView};
 
-/// Number of bands of a node.
+/// Bands of a node.
 pub const BANDS: usize = 4;
-/// Nodes of a block along either axis.
+/// Nodes of a block along either axis, and as a power of two.
 const BLOCK: usize = 4;
-/// Binary logarithm of [`BLOCK`].
-const BLOCK_SHIFT: u32 = BLOCK.ilog2();
-/// Packets of four words of a block: 16 nodes with two words each.
-const BLOCK_PACKETS: u32 = (BLOCK * BLOCK / 2) as u32;
-/// Largest sum of a band's masses: just below 2³¹, so that a mass fits into five bits of exponent.
+const BLOCK_SHIFT: u32 = 2;
+/// Packets of four words that a block's masses take: 16 nodes of two words.
+const BLOCK_PACKETS: u32 = 8;
+/// What all masses of a band may sum to. A mass has five bits for its exponent, so it stays below 2³¹.
 const TOTAL_MAX: f64 = 0.999 * 2_147_483_648.0;
-/// Bits of a mass' mantissa after the leading one.
+/// Bits of a mass after the leading one.
 const MANTISSA_BITS: u32 = 11;
-/// Added to the 16 bits of a mass, shifted to the place of a mantissa, it gives the bits of a single-precision number,
-/// whose exponent is 126 more. A mass of zero reads as ½, which is rounded down to zero.
+/// Added to a mass' 16 bits, shifted to the mantissa's place, it makes the number of single precision: the exponent of
+/// single precision is 126 more. A mass of zero then reads as a half, which rounds down to zero.
 const EXPONENT_SHIFT: u32 = 126 << 23;
 
-/// Layout of a [`SummedArea`].
+/// Where a [`SummedArea`] has what, in plain numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummedAreaLayout {
-    /// Numbers of nodes along x and y.
+    /// Nodes along x and y.
     pub nodes: [u32; 2],
-    /// Numbers of blocks along x and y. Nodes that complete the last blocks have no mass.
+    /// Blocks along x and y; nodes that complete the last ones have no mass.
     pub blocks: [u32; 2],
-    /// Offset of the masses in units of four words: `[block along y][block along x][node along y][node along x]`, two
+    /// Start of the masses, in units of four words: `[block along y][block along x][node along y][node along x]`, two
     /// words a node.
     pub masses: u32,
-    /// Offset of the sums in units of four words: `[block along y][block along x][band]`, one more along either axis
-    /// than there are blocks. A sum covers the nodes before a block's corner along both axes.
+    /// Start of the sums, in units of four words: `[block along y][block along x][band]`, one more than there are
+    /// blocks along either axis. They count what lies before a block's corner along both axes.
     pub sums: u32,
-    /// Value of one count in each band.
+    /// What one count stands for, by band.
     pub unit: [f32; BANDS],
 }
 
 /// Masses on a lattice, with their sums.
-///
-/// ```
-/// use sunbeam::sampling::summed_area::{SummedArea, SummedAreaView};
-/// use sunbeam::numeric::Plain;
-///
-/// // Eight by eight nodes of mass 1 in every band.
-/// let areas = SummedArea::new([8, 8], &[[1.0; 4]; 64]);
-/// let view = SummedAreaView::<Plain<f64>> { layout: *areas.layout(), words: areas.words() };
-///
-/// // The left half of them: two of four blocks.
-/// let rectangle = view.rectangle([0.0, 0.0], [3.0, 7.0]);
-/// let mass = f64::from(view.mass(&rectangle, true)[0]) * f64::from(areas.layout().unit[0]);
-/// assert!((mass - 32.0).abs() < 0.01);
-///
-/// // A node drawn from them.
-/// let drawn = view.choose(&rectangle, 0, [0.3, 0.6], true);
-/// assert!(drawn.node[0] < 4);
-/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SummedArea {
     layout: SummedAreaLayout,
@@ -71,8 +50,8 @@ pub struct SummedArea {
 }
 
 impl SummedArea {
-    /// Builds masses from `values`, `[node along y][node along x][band]`. Positive values have at least one count;
-    /// negative ones and NaN have none.
+    /// Rounds `values`, `[node along y][node along x][band]`, to counts. What is positive has at least one; what is
+    /// negative or not a number has none.
     pub fn new(nodes: [usize; 2], values: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
         let positive = |value: f32| if value > 0.0 { f64::from(value) } else { 0.0 };
@@ -82,7 +61,7 @@ impl SummedArea {
                 chunk.iter().fold([0.0; BANDS], |sum, value| std::array::from_fn(|b| sum[b] + positive(value[b])))
             })
             .reduce(|| [0.0; BANDS], |a, b| std::array::from_fn(|i| a[i] + b[i]));
-        // Rounding up may add a count to each positive mass.
+        // Each positive mass may gain a count by rounding up.
         let counts = TOTAL_MAX - values.len() as f64;
         let scale = total.map(|total: f64| if total > 0.0 { counts / total } else { 0.0 });
         let mut words = vec![0u32; blocks[0] * blocks[1] * 4 * BLOCK_PACKETS as usize];
@@ -130,26 +109,25 @@ impl SummedArea {
         Self { layout, words }
     }
 
-    /// Layout of the data.
+    /// Where the words have what.
     pub fn layout(&self) -> &SummedAreaLayout {
         &self.layout
     }
 
-    /// Data, a multiple of four words.
+    /// The words, a multiple of four.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Data, without the layout.
+    /// The words, to be kept elsewhere.
     pub fn into_words(self) -> Vec<u32> {
         self.words
     }
 }
 
-/// Sixteen bits of a positive count, rounded to 12 significant bits: its exponent plus one, then the mantissa after the
-/// leading bit.
+/// A count, rounded to 12 significant bits, as 16 bits: one more than its exponent, then what follows the leading bit.
 fn encode(count: u32) -> u32 {
-    // Rounds to nearest; a carry increments the exponent.
+    // Rounds to the nearest; a carry goes on into the exponent, as it should.
     let exponent = count.ilog2();
     let mantissa = if exponent > MANTISSA_BITS {
         let shift = exponent - MANTISSA_BITS;
@@ -160,7 +138,7 @@ fn encode(count: u32) -> u32 {
     (exponent << MANTISSA_BITS) + mantissa
 }
 
-/// Count of 16 bits.
+/// The count of 16 bits.
 fn decode(code: u32) -> u32 {
     f32::from_bits((code << 12) + EXPONENT_SHIFT) as u32
 }
@@ -248,7 +226,7 @@ mod tests {
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32], Real = F, Index = u32, Mask = bool>,
     {
-        // Stratified numbers: the only error is that of strata that straddle two nodes.
+        // Stratified numbers: no random error, but that of strata that straddle two nodes.
         const STEPS: usize = 1000;
         let areas = SummedArea::new(NODES, &values());
         let view = view::<F>(&areas);
@@ -269,9 +247,9 @@ mod tests {
                 let node = [(i % NODES[0]) as u32, (i / NODES[0]) as u32];
                 let inside = node[0] / 4 <= 2 && node[1] / 4 >= 1;
                 let expected = if inside { to(view.node(node, true)[band as usize]) / total } else { 0.0 };
-                let fraction = found / (STEPS * STEPS) as f64;
-                assert!((fraction - expected).abs() <= 2e-3, "{band} {node:?}: {fraction} {expected}");
-                assert!(expected > 0.0 || fraction == 0.0);
+                let share = found / (STEPS * STEPS) as f64;
+                assert!((share - expected).abs() <= 2e-3, "{band} {node:?}: {share} {expected}");
+                assert!(expected > 0.0 || share == 0.0);
             }
             for sum in left {
                 assert!((sum / (STEPS * STEPS) as f64 - 0.5).abs() < 1e-2, "{left:?}");
@@ -286,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn tents_interpolate_within_the_rectangle() {
+    fn tents_join_the_nodes_of_the_rectangle() {
         let areas = SummedArea::new(NODES, &values());
         let view = view::<f64>(&areas);
         let rectangle = view.rectangle([4.0, 0.0], [12.0, 9.0]);

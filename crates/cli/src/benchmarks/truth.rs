@@ -1,12 +1,14 @@
 //! Reference spectra of the phase screen (docs/model.md#the-phase-screen), at many pairs of directions at once.
 //!
 //! Symbols: q = wi + wo; λ the wavelength in µm; f = (qx, qy)/λ the spatial frequency in 1/µm; κ = 2π·qz/λ the phase
-//! rate in 1/µm; c the amplitude of an order (one DFT bin of the phase screen); s a quarter of the coherence length.
+//! rate in 1/µm; c_j(κ) the amplitude of order j (one DFT bin of the phase screen) and f_j its frequency; h the height
+//! and H half its range in µm; s a quarter of the coherence length in µm.
 //!
-//! - patch: S = 4πs²·|Σ g·c|², ensemble: S = 4πs²·Σ g²·|c|², over the orders around f, with the Gaussian
-//!   g = exp(−2π²s²·|f − order|²) of the coherence window. Values are S/λ² in 1/sr.
-//! - c is a function of κ whose bandwidth is the range of heights. The direct double-precision sum over the tile is
-//!   therefore computed at Chebyshev nodes of κ only, and interpolated by the polynomial through the nodes.
+//! - patch: S = 4πs²·|Σ g·c_j|², ensemble: S = 4πs²·Σ g²·|c_j|², over the orders around f, with the Gaussian
+//!   g = exp(−2π²s²·|f − f_j|²) of the coherence window. Values are S/λ² in 1/sr.
+//! - c_j is a mean of exp(iκh) and |c_j|² one of exp(iκ(h − h′)), with |h − h′| ≤ 2H. Both are therefore smooth
+//!   functions of κ. The double-precision transform of the tile is computed at Chebyshev nodes of κ ∈ [0, κ_max] only,
+//!   and c_j and |c_j|² are interpolated by the polynomial through the nodes.
 //!
 //! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`], and [`Truth::check`]
 //! compares with [`Exact`] itself.
@@ -52,14 +54,14 @@ pub(crate) struct TruthCheck {
 /// The orders along one axis.
 struct Axis {
     pixels: i64,
-    /// Factor a of the amplitude's Gaussian `exp(−a·d²)`, d the distance in orders.
+    /// Factor a of the amplitude's Gaussian g = `exp(−a·d²)`, d the distance in orders: 2π²s² over the extent squared.
     sharpness: f64,
 }
 
 impl Axis {
     /// Writes the Gaussian weights of the orders around `position`, in orders, and returns the first of these orders.
     ///
-    /// With an even number of pixels, the order at half the sampling rate lies at both ends, with half the power each.
+    /// With an even number of pixels, the order at the Nyquist frequency counts at both ends, with half the power each.
     fn gaussians(&self, position: f64, values: &mut Vec<f64>) -> i64 {
         let reach = (NEGLIGIBLE_EXPONENT / self.sharpness).sqrt();
         let half = self.pixels / 2;
@@ -81,10 +83,11 @@ struct Orders {
 }
 
 impl Orders {
-    /// Adds the weighted amplitudes and powers of the orders around a frequency to `total` (amplitude, power).
+    /// Adds one node's contribution to `total`: `weight·Σ g·c_j` and `weight·Σ g²·|c_j|²`, over the orders around f.
     ///
-    /// `position` is the frequency in orders along x and y, `amplitudes` are those of all orders at one κ. `weight` is
-    /// computed if there are such orders. `gauss` is scratch memory.
+    /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ. `weight` is the
+    /// node's Lagrange polynomial, which may be negative; it is computed only if there are orders around f. `gauss` is
+    /// scratch memory.
     fn add(
         &self,
         position: [f64; 2],
@@ -127,6 +130,8 @@ impl Truth {
         let wavelengths = ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize + 1;
         let wavelength_um = |i: usize| (first_nm + i as f64 * step_nm) * 1e-3;
         let kappa_max = TAU * sums.iter().map(|q| q[2]).fold(0.0, f64::max) / wavelength_um(0);
+        // κ varies by κ_max/2 about its middle and |h − h′| is at most 2H, so the largest phase is κ_max·H. Two more
+        // nodes make up for interpolation, whose error is up to twice the remainder of the truncated series.
         let nodes = chebyshev_terms(kappa_max * transform.half_range_um(), REMAINDER) + 2;
         let mut totals = vec![(Complex64::ZERO, 0.0f64); sums.len() * wavelengths];
         for node in 0..nodes {
@@ -135,7 +140,7 @@ impl Truth {
             let add_node = |gauss: &mut [Vec<f64>; 2], (totals, q): (&mut [(Complex64, f64)], &[f64; 3])| {
                 for (i, total) in totals.iter_mut().enumerate() {
                     let um = wavelength_um(i);
-                    // κ from 0 to its largest value, on [−1, 1].
+                    // κ ∈ [0, κ_max] mapped to [−1, 1].
                     let at = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
                     let position = [q[0] * lx / um, q[1] * ly / um];
                     tile.add(position, &amplitudes, || lagrange(node_angle, at, nodes), gauss, total);

@@ -2,8 +2,9 @@
 //! backslash, then the images, from the bottom row on.
 //!
 //! A height is `stored · hard value / 256^(bytes per pixel) · soft scale`. The line `@2:Z scale` holds the hard value
-//! in V and names the soft scale, a sensitivity in nm/V given elsewhere in the header. The bytes per pixel are those of
-//! the header, even in files that store four bytes for each.
+//! in V and names the soft scale, a sensitivity in nm/V given elsewhere in the header. The bytes per pixel in the
+//! formula are the header's `Bytes/pixel`, even in files whose images store four bytes for each point. The bytes that
+//! are stored follow from the length of the data ([`layout`]).
 
 use super::bytes::{Bytes, Number};
 use super::channel::{self, Channel, Holds};
@@ -26,12 +27,13 @@ impl<'a> Section<'a> {
         self.title.to_ascii_lowercase().ends_with("ciao image list")
     }
 
+    /// The value of a key, in any case.
     fn text(&self, key: &str) -> Result<&'a str, String> {
         let found = self.lines.get(&key.to_ascii_lowercase()).copied();
         found.ok_or_else(|| format!("the section \"{}\" has no {key}", self.title))
     }
 
-    /// A positive integer.
+    /// The value of a key that is a positive integer.
     pub(super) fn count(&self, key: &str) -> Result<usize, String> {
         let text = self.text(key)?;
         text.parse().ok().filter(|count| *count > 0).ok_or_else(|| format!("{key} is \"{text}\", not a count"))
@@ -80,8 +82,10 @@ fn bracketed(text: &str, open: char, close: char) -> Option<(&str, &str)> {
     Some((&inner[..end], &inner[end + close.len_utf8()..]))
 }
 
-/// Scale of an image's values: µm for the full range of the stored numbers (`None` where they are no heights), and the
-/// unit.
+/// Scale of an image's values: the height in µm of the full range of the stored numbers, and the unit's name. The
+/// height is `None` for a channel of another quantity.
+///
+/// The line is `V [soft scale] (hard scale) hard value`, where the soft scale names the key of a sensitivity.
 fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), String> {
     let text = image.text("@2:Z scale")?;
     let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");
@@ -107,7 +111,8 @@ fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), Stri
     Ok((height, name))
 }
 
-/// Title of an image (in quotes in `@2:Image Data`), and direction of the scan in lower case.
+/// Title of an image, and direction of the scan in lower case. The title is in quotes in `@2:Image Data`, or in
+/// brackets after an S.
 fn title(image: &Section) -> Result<(String, String), String> {
     let text = image.text("@2:Image Data").or_else(|_| image.text("@3:Image Data"))?;
     let quoted = text.split('"').nth(1);
@@ -116,8 +121,8 @@ fn title(image: &Section) -> Result<(String, String), String> {
     Ok((name.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
 }
 
-/// Columns, rows and type of the numbers of an image, such that they fill its `length` in bytes. A stopped scan has
-/// only its valid rows.
+/// Columns, rows and type of the numbers of an image: those whose size is the `length` of its data in bytes. A scan
+/// that was stopped stores its valid rows only.
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
@@ -134,12 +139,15 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 /// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines.
 ///
 /// For an aspect ratio other than 1:1, versions of the program differ in the meaning of a `Scan Size` of one number.
-/// The pixel size is [`Pixel::Open`] unless the numbers of points have the aspect ratio, which makes the pixels square,
-/// or the `Scan Size` has two numbers in that ratio.
+/// The pixel size is known in two cases only, and [`Pixel::Open`] otherwise:
+///
+/// - the `Scan Size` has two numbers in the aspect ratio, which are the sides of the scan;
+/// - the numbers of points have the aspect ratio, which makes the pixels square.
 ///
 /// # Errors
 /// A header without a scan size.
 pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
+    // Images without a size have that of the whole scan, in a section of its own.
     let of_scan =
         || all.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
     let text = image.text("Scan size").or_else(|missing| of_scan().ok_or(missing))?;
@@ -154,7 +162,7 @@ pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) 
     if across == down {
         return Ok(Pixel::Um(dx, dy));
     }
-    // Numbers of points agree to one point, sizes to their few digits.
+    // The numbers of points have the aspect ratio to within one point, the sides to 1 %: they have few digits.
     let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
     let sizes_agree = (across * y / (down * x) - 1.0).abs() < 1e-2;
     if sizes_agree {
@@ -169,6 +177,7 @@ pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) 
     Ok(Pixel::Um(dx, dx))
 }
 
+/// Reads the channel `wanted` (its number or title), or the default one of channel.rs.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if !bytes.starts_with(b"\\*") {
         return Err(
@@ -198,6 +207,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
     data.take(offset)?;
+    // The bytes per pixel of the height's formula: 2 in files without the key.
     let declared = if image.text("Bytes/pixel").is_ok() { image.count("Bytes/pixel")? } else { 2 };
     if !(1..=8).contains(&declared) {
         return Err(format!("Bytes/pixel is {declared}, not 2 or 4"));

@@ -1,4 +1,9 @@
-//! [`Raw`]: the contents of a file as a parser found them; and its conversion to a height field.
+//! [`Raw`]: the contents of a file as a parser found them, and their conversion to a height field.
+//!
+//! Every format has a parser that returns a [`Raw`]. [`Raw::into_field`] then does the rest for all formats: it marks
+//! and fills missing points (*holes*, holes.rs), combines the file's scale with the caller's options, and collects
+//! warnings (*doubts*, doubts.rs). For each property it records the value and its [`Source`] (provenance.rs), as
+//! [`Understood`].
 
 use super::doubts::{self, Doubt};
 use super::provenance::{Provenance, Source, Understood};
@@ -8,8 +13,8 @@ use crate::{Fill, HeightField, HeightFieldError};
 use ndarray::{Array2, Axis};
 use std::path::Path;
 
-/// Largest relative difference between a given scale and the file's. Chosen: decimals of seven digits and the integer
-/// pixels per metre of a PNG differ by less.
+/// Largest relative difference between the option's scale and the file's that counts as agreement. Chosen: the rounding
+/// of seven decimal digits, and of a PNG's whole pixels per metre, is smaller.
 const AGREEMENT: f64 = 1e-6;
 
 /// Meaning of the stored numbers.
@@ -46,7 +51,7 @@ pub(super) enum FirstRow {
 pub(super) enum Pixel {
     /// Pixel size along x and y, in µm.
     Um(f64, f64),
-    /// Unknown; the text completes "the file does not say its …".
+    /// Unknown. The text completes the message "the file does not say its …".
     Open(String),
 }
 
@@ -77,7 +82,7 @@ pub(super) fn rounded(value: f64) -> f64 {
 }
 
 impl Raw {
-    /// Contents of a format that fixes the first row, with an unknown pixel size and a single channel.
+    /// Contents of a file whose format fixes the first row, with an unknown pixel size and a single channel.
     pub(super) fn new(values: Array2<f64>, meaning: Meaning, first: FirstRow) -> Self {
         let (first, pixel_source) = ((first, Source::Format), Source::File);
         Self { values, meaning, first, pixel: Pixel::Open("pixel size".to_owned()), pixel_source, channel: None }
@@ -127,6 +132,7 @@ impl Raw {
 
     /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
     pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
+        // µm for each unit of the values, for the detection of missing points.
         let um = if let Meaning::Lengths { um, .. } = self.meaning { um } else { 1.0 };
         let holes = Holes::mark(&mut self.values, um);
         let total = self.values.len();
@@ -180,6 +186,7 @@ impl Raw {
             let what = what.to_owned();
             HeightFieldError::MissingScale { path: path.to_owned(), parameter, what }
         };
+        // The option must agree with one of the file's candidates for the height of full scale, in µm.
         let check = |own: &[f64]| match scale.max_height_um {
             Some(given_um) if !own.iter().any(|value| agree(*value, given_um)) => {
                 Err(HeightFieldError::ScaleDisagrees { path: path.to_owned(), parameter, given_um, file_um: own[0] })
@@ -193,6 +200,7 @@ impl Raw {
             Meaning::Lengths { um, unit } => {
                 self.values.mapv_inplace(|value| value * um);
                 let (low, high) = range(&self.values);
+                // `max_height` may be the highest value, or the range.
                 check(&[high, high - low])?;
                 Ok(unit.clone())
             }
@@ -221,6 +229,7 @@ fn understood(holes: &Holes, total: usize, fill: Fill) -> Understood {
     if holes.count == 0 {
         return Understood::new(Source::File, "none");
     }
+    // Isolated numbers are recognised by their values alone (isolated.rs): a guess.
     let guessed: usize = holes.isolated.iter().map(|(_, count)| count).sum();
     let source = if guessed == holes.count { Source::Guess } else { Source::File };
     let isolated = holes.isolated_in_words();

@@ -119,7 +119,7 @@ fn xyz_points_are_sorted_into_their_grid() {
     assert!((field.dx_um() * 3.0 - 1.0).abs() < 1e-4 && field.dx_um() == field.dy_um());
     let with = |text: &str| refusal("p.xyz", text.as_bytes(), &NO_SCALE);
     assert!(with("0 0 1\n1 0 1\n0 1 1\n1.5 1 1\n3 0 1\n").contains("not on a regular grid"));
-    assert!(with("0 0 1\n1 0 1\n1 0 2\n").contains("share the place"));
+    assert!(with("0 0 1\n1 0 1\n1 0 2\n").contains("share the node"));
     assert!(with("0 0 1\n1 1 1\n2 2 1\n3 3 1\n4 4 1\n").contains("fill little of a grid of 5 × 5"));
     assert!(with("0 0 1\n1 nan 1\n").contains("finite"));
     assert!(with("0 0\n1 1\n").contains("2 numbers"));

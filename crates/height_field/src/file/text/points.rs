@@ -1,11 +1,20 @@
 //! Points x, y, z on a regular grid, in any order.
+//!
+//! The grid is inferred from the coordinates: along each axis its step is the extent divided by the number of steps.
 
 use ndarray::Array2;
 
-/// Largest distance of a coordinate from the grid, in steps. Chosen for decimals of few digits.
+/// Largest distance of a coordinate from its node, in steps. Chosen: coordinates are rounded to few decimals.
 const ON_GRID: f64 = 0.05;
 /// Most grid nodes for each given point. Chosen: beyond it points are scattered rather than missing.
 const NODES_PER_POINT: usize = 4;
+/// Largest gap between equal coordinates, relative to the widest gap. Chosen: rounding is far smaller than a step.
+const EQUAL: f64 = 0.1;
+/// Largest relative deviation of a single step from the median gap. Chosen below 1: a gap at one missing node is twice
+/// as wide.
+const SINGLE_STEP: f64 = 0.4;
+/// Most steps along an axis. Chosen: far beyond any file, and exact as an integer.
+const STEPS_MAX: f64 = 1e9;
 
 /// One axis of the grid, in µm.
 struct Axis {
@@ -23,31 +32,31 @@ impl Axis {
         sorted.sort_by(f64::total_cmp);
         let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
         let extent = last - first;
-        // Gaps far smaller than the widest one are the rounding of equal coordinates.
         let widest = sorted.windows(2).fold(0.0, |widest: f64, pair| widest.max(pair[1] - pair[0]));
+        // Smaller gaps are the rounding of equal coordinates.
         let mut gaps: Vec<f64> =
-            sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|g| *g > 0.1 * widest).collect();
+            sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > EQUAL * widest).collect();
         if gaps.is_empty() {
             return Ok(Self { first, step: None, count: 1 });
         }
         gaps.sort_by(f64::total_cmp);
         // Gaps at missing nodes are several steps wide. Gaps near the median are single steps.
         let median = gaps[gaps.len() / 2];
-        let single: Vec<f64> = gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < 0.4).collect();
+        let single: Vec<f64> = gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < SINGLE_STEP).collect();
         let steps = (extent * single.len() as f64 / single.iter().sum::<f64>()).round();
-        // The mean of all steps is more exact than a single one.
+        // The extent divided by the number of steps has a smaller rounding error than any single step.
         let step = extent / steps;
-        let off = |&&value: &&f64| {
+        let is_off_grid = |&&value: &&f64| {
             let position = (value - first) / step;
             (position - position.round()).abs() > ON_GRID
         };
-        if let Some(value) = coordinates.iter().find(off) {
+        if let Some(value) = coordinates.iter().find(is_off_grid) {
             return Err(format!(
-                "{name} = {value} µm lies between the places of a grid of {step} µm: the points are not on a regular \
+                "{name} = {value} µm lies between the nodes of a grid of {step} µm: the points are not on a regular \
                  grid"
             ));
         }
-        if steps > 1e9 {
+        if steps > STEPS_MAX {
             return Err(format!("along {name} its grid has {steps} steps, too many"));
         }
         Ok(Self { first, step: Some(step), count: steps as usize + 1 })
@@ -90,7 +99,7 @@ pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
     for ((px, py), pz) in xs.iter().zip(&ys).zip(&zs) {
         let at = [y.index(*py), x.index(*px)];
         if std::mem::replace(&mut taken[at], true) {
-            return Err(format!("two points share the place x = {px}, y = {py}: they are not on a regular grid"));
+            return Err(format!("two points share the node x = {px}, y = {py}: they are not on a regular grid"));
         }
         values[at] = *pz;
     }
