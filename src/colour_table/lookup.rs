@@ -1,37 +1,38 @@
-//! How a table is read, by value or by a recorded kernel.
+//! Look-up in a [`super::ColourTable`], written once for all families of numbers.
+//!
+//! A look-up reads four rings about the radius `r = |(u, v)|`. On each ring it reads 4 × 4 coefficients about direction and w.
+//! Words are those of `pack.rs`. The WGSL twin is `src/methods/table.wgsl`.
 
+use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
 use crate::numeric::math::{cubic_b_spline_weights, polynomial};
 use crate::numeric::{Index, Number, Numbers, Real};
 use std::array;
 use std::f64::consts::LN_2;
 
-/// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
+/// Upper bound of `|q|²` for a sum of two unit vectors: 4, and room for rounding.
 pub const SUM_SQUARED_MAX: f32 = 4.001;
 
-/// Bits of a mantissa in [`super::pack`], half of whose range its words have added.
-const MANTISSA_BITS: u32 = super::pack::EXCESS.ilog2() + 1;
-
-/// A colour table as an evaluator reads it.
+/// A [`super::ColourTable`] as an evaluator over the numbers `N` reads it.
 #[derive(Clone, Copy, Debug)]
 pub struct ColourView<N: Numbers> {
-    /// How the words are to be read.
+    /// Layout of the words.
     pub layout: ColourLayout,
     /// [`super::ColourTable::words`].
     pub words: N::Words,
 }
 
 impl<N: Numbers> ColourView<N> {
-    /// The colour `F` of `q = (u, v, w)` (see the [module](super)), linear sRGB in 1/sr; colours outside sRGB have negative
-    /// channels. Zero unless `active`, `w > 0`, and `q` the sum of two unit vectors.
+    /// The colour `F(q)` of the [module](super), linear sRGB in 1/sr; colours outside sRGB have negative channels. Zero unless
+    /// `active`, `w > 0`, and `q` can be a sum of two unit vectors.
     #[inline(always)]
     pub fn relief_rgb(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let squared = u.fma(u, v * v);
-        // Nothing that is not finite is the sum of two unit vectors.
+        // Comparisons with NaN are false.
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
-        // As the twin in WGSL has it, division by division: next to a bright order a rounding of the place among the rings shows.
+        // The divisions of the WGSL twin, one by one: next to a bright order a rounding of the radial position shows.
         let growth = lit(self.layout.growth.into());
         let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.knee_radius.into());
         let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
@@ -48,8 +49,8 @@ impl<N: Numbers> ColourView<N> {
         })
     }
 
-    /// The value on the ring of this number at `turn` (a direction in turns) and `w`; numbers below 0 are beyond the centre,
-    /// on the other side. `efolds` is `ln(1 + w/w_log)`.
+    /// Colour on ring `number` at the direction `turn` (in turns) and `w`; `efolds` is `ln(1 + w/w_log)`. Negative numbers are
+    /// rings on the other side of the centre.
     #[inline(always)]
     fn on_ring(&self, number: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
         let (lit, index) = (N::Real::lit, N::Index::lit);
@@ -66,31 +67,30 @@ impl<N: Numbers> ColourView<N> {
         let y = w.fma(N::from_bits(knots_per_w), knots_per_efold * efolds);
         let column = x.floor();
         let row = y.floor().min(N::real(heights) - lit(4.0));
-        let across = cubic_b_spline_weights(x - column);
-        let along = cubic_b_spline_weights(y - row);
-        // A turn lies in [−½, 1], so one addition makes the number of the direction positive, and one subtraction small
-        // enough.
-        let beyond = N::index(column + around - lit(1.0));
-        let mut direction = N::Index::select(directions.le(beyond), beyond - directions, beyond);
+        let direction_weights = cubic_b_spline_weights(x - column);
+        let height_weights = cubic_b_spline_weights(y - row);
+        // A turn lies in [−½, 1], so that one addition and at most one subtraction bring the direction into range.
+        let wrapped = N::index(column + around - lit(1.0));
+        let mut direction = N::Index::select(directions.le(wrapped), wrapped - directions, wrapped);
         let start = offset + N::index(row);
-        // The four heights side by side, which vectors of four serve; [channel][height].
+        // [channel][height], so that the four heights fill a vector.
         let mut sums = [[lit(0.0); 4]; 3];
-        for across in across {
+        for direction_weight in direction_weights {
             let first = direction * heights + start;
-            // Word by word: they begin anywhere.
+            // Single words, since they begin at any word.
             let words: [N::Index; 4] = array::from_fn(|j| {
                 let [word] = N::gather::<1>(self.words, first + index(j as u32), active);
                 word
             });
-            // A mantissa in the place of a float's makes `(1 + m/512)·2^e`, of which 1.5·2^e is the excess: exact, and no
-            // conversion of whole numbers.
+            // Stored mantissa bits m in the top of a float's mantissa make `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the
+            // excess 256 exactly, without a conversion from integers.
             let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
             let excess = powers.map(|power| N::from_bits(power | index(1 << 22)));
             let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
             for (sum, in_place) in sums.iter_mut().zip(in_place) {
                 *sum = array::from_fn(|j| {
                     let bits = (in_place(words[j]) & index(0x1ff << 14)) | powers[j];
-                    (N::from_bits(bits) - excess[j]).fma(across, sum[j])
+                    (N::from_bits(bits) - excess[j]).fma(direction_weight, sum[j])
                 });
             }
             let next = direction + index(1);
@@ -98,11 +98,11 @@ impl<N: Numbers> ColourView<N> {
         }
         let squared = w * w;
         let shape = (squared + zero_squared) / (squared + knee_squared);
-        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| along[j].fma(sum[j], total)) * shape)
+        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| height_weights[j].fma(sum[j], total)) * shape)
     }
 }
 
-/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1], off by at most 6e-9 of a turn.
+/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1]: a minimax fit with an error of at most 6e-9 turns.
 const TURNS: [f64; 8] = [
     1.591_548_4e-1,
     -5.304_612e-2,
@@ -114,20 +114,20 @@ const TURNS: [f64; 8] = [
     -6.453_036_6e-4,
 ];
 
-/// The direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 for no direction. WGSL leaves `atan2` 4096 units in
-/// the last place, which is a quarter of the distance between directions, so both twins have this.
+/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin. WGSL allows `atan2` an error of 4096 units in
+/// the last place, a quarter of the distance between directions, so both twins use this function.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
-    let (across, along) = (v.abs(), u.abs());
-    let largest = across.max(along).max(R::lit(1e-37));
-    let ratio = across.min(along) / largest;
+    let (abs_u, abs_v) = (u.abs(), v.abs());
+    let largest = abs_v.max(abs_u).max(R::lit(1e-37));
+    let ratio = abs_v.min(abs_u) / largest;
     let octant = ratio * polynomial(ratio * ratio, &TURNS);
-    let quadrant = R::select(along.lt(across), R::lit(0.25) - octant, octant);
+    let quadrant = R::select(abs_u.lt(abs_v), R::lit(0.25) - octant, octant);
     let half = R::select(u.lt(R::lit(0.0)), R::lit(0.5) - quadrant, quadrant);
     R::select(v.lt(R::lit(0.0)), -half, half)
 }
 
-/// Weights of the values at −1, 0, 1, 2 of the cubic through them, at `t` in [0, 1].
+/// Weights of the values at −1, 0, 1, 2 in the cubic through them, at `t` in [0, 1].
 #[inline(always)]
 fn lagrange_weights<R: Real>(t: R) -> [R; 4] {
     let (a, b, c) = (t + R::lit(1.0), t - R::lit(1.0), t - R::lit(2.0));
@@ -140,13 +140,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turns_are_those_of_the_arc_tangent() {
+    fn turns_match_the_arc_tangent() {
         for i in 0..2000 {
             let angle = (f64::from(i) - 1000.0) * 1e-3 * std::f64::consts::PI;
             let (sin, cos) = angle.sin_cos();
             let found = f64::from(turns(0.3 * cos as f32, 0.3 * sin as f32));
             let expected = angle / std::f64::consts::TAU;
-            // The coefficients' error and a few roundings; at the ends ±½ are the same direction.
+            // Error of the coefficients and a few roundings. Turns of −½ and ½ are the same direction.
             let off = (found - expected).abs();
             assert!(off.min((off - 1.0).abs()) < 1e-7, "{found} {expected}");
         }
@@ -154,7 +154,7 @@ mod tests {
     }
 
     #[test]
-    fn cubics_go_through_their_values() {
+    fn lagrange_weights_reproduce_cubics() {
         for i in 0..=10 {
             let t = f64::from(i) / 10.0;
             let moment: f64 = lagrange_weights(t).iter().zip([-1.0, 0.0, 1.0, 2.0]).map(|(w, x)| w * x * x * x).sum();

@@ -5,7 +5,7 @@ use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use crate::numeric::{Number, Real, Values};
 use crate::scattering::{COSINE_MIN, ComplexIndex, Obliquity, Options, Pair, Vec3};
-use crate::table::{KernelKind, NodeCurve, PowerCurves, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::collections::BTreeMap;
 use std::f64::consts::{LOG2_E, TAU};
 
@@ -70,7 +70,7 @@ impl<'a> Lobes<'a> {
         lobes: impl Fn() -> Power<'a>,
         smooth: impl Fn() -> Power<'a>,
     ) -> Option<Self> {
-        (table.kernel() == KernelKind::Power).then(|| {
+        (table.quantity() == NodeQuantity::Power).then(|| {
             let power = if panels_over_the_hemisphere(table) <= PANELS_MAX { smooth() } else { lobes() };
             Self { table, options, power, mirrored: false }
         })

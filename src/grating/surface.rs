@@ -11,9 +11,10 @@ use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
 use crate::scattering::{SpectralIndex, Vec3};
-use crate::table::{Estimate, Progress, TableError, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{
+    CoherenceWindow, Estimate, FREQUENCY_MAX_PER_UM, Progress, TableError, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM,
+};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{SQRT_2, TAU};
 use sunbeam_rigorous::Profile;
 
 /// Places and wavelengths between the nodes at which a table is held against what it was made of.
@@ -189,7 +190,7 @@ fn meshes(profile: &Profile, index: Option<&SpectralIndex>, build_limit: f64) ->
 
 /// How finely the nodes of a table lie.
 fn fineness(period_um: f64, spacing: Option<Spacing>) -> Fineness {
-    let cells = 2e3 * period_um / WAVELENGTH_MIN_NM + 1.0;
+    let cells = FREQUENCY_MAX_PER_UM * period_um + 1.0;
     let stored = spacing.map_or(STORED_PERFECT, |spacing| {
         let wavelengths = (WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM) / spacing.step_nm;
         let fitting = (0.5 * ROOM / entries(cells, wavelengths)).sqrt();
@@ -219,7 +220,7 @@ const SOLUTION_SECONDS: f64 = 1.2e-9;
 
 /// What a table takes, on two cores, with so many nodes on the profile.
 fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
-    let cells = 2e3 * period_um / WAVELENGTH_MIN_NM + 1.0;
+    let cells = FREQUENCY_MAX_PER_UM * period_um + 1.0;
     let wavelengths = if has_wavelengths { ESTIMATED[0] } else { 1.0 };
     let nodes = nodes as f64;
     let place = AIR_SECONDS * nodes * nodes + wavelengths * SOLUTION_SECONDS * nodes.powi(3);
@@ -229,7 +230,7 @@ fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
 
 /// Standard deviation of an order in cycles/µm.
 pub(super) fn sigma_per_um(coherence_length_um: f64) -> f64 {
-    4.0 / (coherence_length_um * TAU * SQRT_2)
+    CoherenceWindow::from_length_um(coherence_length_um).order_sigma_per_um()
 }
 
 /// Why a grating was not tabulated.

@@ -3,7 +3,7 @@
 use crate::energy::AlbedoTable;
 use crate::height_field::HeightField;
 use crate::scattering::{Options, Pair, Vec3};
-use crate::table::{Model, Tiling, lag_grid, taper};
+use crate::table::{CoherenceWindow, Model, Tiling, lag_grid, taper};
 use crate::transform::{Direction, Fft2, OrderTransform};
 use std::f64::consts::{PI, TAU};
 use std::sync::{Arc, Mutex};
@@ -64,7 +64,8 @@ impl Exact {
 
     /// `S(f; κ)` in µm², `f` in cycles/µm, `kappa` in rad/µm.
     pub fn power_density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        let s = self.options.coherence_length_um / 4.0;
+        let window = CoherenceWindow::from_length_um(self.options.coherence_length_um);
+        let s = window.sigma_um();
         let (nx, ny) = self.transform.size();
         // Above half the sampling rate the sums over pixels would only repeat.
         let beyond = 2.0 * f[0].abs() * self.pixel_um.0 > 1.0 || 2.0 * f[1].abs() * self.pixel_um.1 > 1.0;
@@ -77,13 +78,13 @@ impl Exact {
                 let kernel = |d: f64| (-4.0 * PI * PI * s * s * d * d).exp();
                 let ex = order_kernel(nx, self.extent_um.0, f[0], 0.5, kernel);
                 let ey = order_kernel(ny, self.extent_um.1, f[1], 0.5, kernel);
-                4.0 * PI * s * s * separable(&data, &ex, &ey).re
+                window.order_peak_um2() * separable(&data, &ex, &ey).re
             }
             (Model::Patch, None) => {
                 let kernel = |d: f64| (-2.0 * PI * PI * s * s * d * d).exp();
                 let ex = order_kernel(nx, self.extent_um.0, f[0], 0.5f64.sqrt(), kernel);
                 let ey = order_kernel(ny, self.extent_um.1, f[1], 0.5f64.sqrt(), kernel);
-                4.0 * PI * s * s * separable(&data, &ex, &ey).norm_sqr()
+                window.order_peak_um2() * separable(&data, &ex, &ey).norm_sqr()
             }
             (Model::Ensemble, Some(_)) => {
                 let (gx, gy) = lag_grid(nx, ny);

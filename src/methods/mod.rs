@@ -142,7 +142,7 @@ pub const COMMON_WGSL: &str = include_str!("common.wgsl");
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 const WAVELENGTH_MAX_UM: f32 = 0.78;
 /// What a cosine is divided by at least, as in [`crate::scattering::Pair`].
-const COSINE_MIN: f32 = 1e-7;
+const COSINE_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
 /// Whether `q` can be a sum of two directions above the surface. Nothing that is not finite can.
 fn is_query(q: [f32; 3]) -> bool {

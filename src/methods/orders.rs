@@ -6,7 +6,7 @@ use super::order_grid::{OrderGrid, TERMS_MULTIPLE};
 use super::term_weights::TermWeights;
 use super::{MethodError, MethodOptions, WAVELENGTH_MIN_UM};
 use crate::height_field::HeightField;
-use crate::table::Progress;
+use crate::table::{CoherenceWindow, Progress};
 use crate::transform::{Series, TermTransform, chebyshev_terms, taylor_terms};
 use arrayvec::ArrayVec;
 use rayon::prelude::*;
@@ -67,8 +67,8 @@ impl Orders {
         let terms = count.next_multiple_of(TERMS_MULTIPLE);
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
-        let s_um = coherence_length_um / 4.0;
-        let sharpness = [lx, ly].map(|l| 2.0 * (PI * s_um / l).powi(2));
+        let window = CoherenceWindow::from_length_um(coherence_length_um);
+        let sharpness = [lx, ly].map(|l| 2.0 * (PI * window.sigma_um() / l).powi(2));
         let neighbourhood = neighbourhood(sharpness, [nx, ny], tolerance, options)?;
         let reach = |n: usize, extent_um: f64| {
             let reached = (2.0 * extent_um / f64::from(WAVELENGTH_MIN_UM)).ceil() as usize;
@@ -90,7 +90,7 @@ impl Orders {
                 Series::Taylor => 1,
             },
             half_range_um: transform.half_range_um() as f32,
-            peak_um2: (4.0 * PI * s_um * s_um) as f32,
+            peak_um2: window.order_peak_um2() as f32,
             neighbourhood: neighbourhood as u32,
             argument_of_terms: match options.terms {
                 Some(_) => 0.0,

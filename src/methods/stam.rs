@@ -13,6 +13,7 @@ use super::{
     MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
 };
 use crate::height_field::HeightField;
+use crate::table::CoherenceWindow;
 use crate::transform::periods;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
@@ -50,7 +51,7 @@ impl Stam {
     pub fn new(field: &HeightField, coherence_length_um: f64, options: &MethodOptions) -> Result<Self, MethodError> {
         Ok(Self {
             period_um: spacing_um(field, options)?,
-            window_um: (coherence_length_um / 4.0) as f32,
+            window_um: CoherenceWindow::from_length_um(coherence_length_um).sigma_um() as f32,
             colours: colours::density()?,
         })
     }

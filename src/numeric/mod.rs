@@ -16,7 +16,7 @@ use std::ffi::CStr;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
 /// Most values that [`Numbers::tabulated`] holds.
-const TABULATED_MAX: usize = 40;
+pub(crate) const TABULATED_MAX: usize = 40;
 
 /// Variables that a loop carries. Tuples and arrays of them are such variables too.
 pub trait State: Copy {

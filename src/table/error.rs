@@ -1,26 +1,38 @@
-use super::estimate::Rough;
+//! Errors of building tables.
+
+use super::advice::RoundNumber;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
-/// Why tables were not built.
+/// Reason why a table is not built.
+///
+/// ```
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let field = Preset::Blazed.build(None, None)?;
+/// let error = Surface::new(&field, &Options { tolerance: 1.0, ..Options::default() }).err();
+/// assert_eq!(error.map(|error| error.to_string()).as_deref(), Some("tolerance is 1; accepted: 1e-6 to 0.1"));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, PartialEq, Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs)] // The messages explain the fields.
 pub enum TableError {
-    /// The build would take more memory, in GB, or more time, in minutes on two cores, than its limit allows.
+    /// The build needs more memory (GB) or time (minutes on two cores) than its limit.
     #[error(
         "building the tables would take about {} GB and {} min on two cores, and the limit is {} GB and {} min: {advice}",
-        Rough(*needed_gb), Rough(*needed_minutes), Rough(*limit_gb), Rough(*limit_minutes)
+        RoundNumber(*needed_gb), RoundNumber(*needed_minutes), RoundNumber(*limit_gb), RoundNumber(*limit_minutes)
     )]
     TooMuch { needed_gb: f64, needed_minutes: f64, limit_gb: f64, limit_minutes: f64, advice: String },
-    /// A table that 32-bit offsets cannot address.
+    /// The table is larger than 32-bit offsets can address.
     #[error("the table would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB that it can address")]
     TooLarge { needed_mb: f64, limit_mb: f64 },
+    /// An option is out of range.
     #[error("{name} is {value}; accepted: {accepted}")]
     OutOfRange { name: &'static str, value: f64, accepted: &'static str },
 }
 
 impl TableError {
-    /// Refuses a number out of range, and says what is accepted.
+    /// Checks that an option is in range; `accepted` describes the range for the message.
     ///
     /// # Errors
     /// [`TableError::OutOfRange`].

@@ -1,122 +1,62 @@
-//! Choice of the frequency lattice, axis by axis (the Gaussian window separates).
+//! Choice of the lattice of spatial frequencies on which `S(f; κ)` is tabulated, axis by axis (the window separates).
+//!
+//! Along one axis, nodes lie at `f = m/P` for whole `|m| ≤ reach`. There are two kinds of lattice:
+//!
+//! - *Native*: P is the tile, so that nodes are diffraction orders. The interpolation kernel is the Gaussian of an order,
+//!   of standard deviation `P/(2πσ)` nodes for a window of standard deviation σ. Interpolation is then exact but for the
+//!   Gaussian's cut tails.
+//! - *Oversampled*, where a native look-up would read too many nodes (σ far below the tile) or the tile does not repeat:
+//!   `P = 3·L` with L the largest lag that matters. The window multiplies the data before the transform to nodes, and a
+//!   semicircle kernel ([`super::kernel`]) interpolates.
+//!
+//! The data over lags are the autocorrelation of the phase screen (ensemble, window `exp(−τ²/4s²)`, so σ = √2·s) or the
+//! screen itself (patch, window `exp(−x²/2s²)`, so σ = s). Both tails are neglected where the window falls below `e^−Λ`,
+//! `Λ = ln(16/tolerance)`.
 
 use super::band::{BAND_MARGIN, Band};
-use super::joining::{Joining, OVERSAMPLING, semicircle};
+use super::kernel::{InterpolationKernel, OVERSAMPLING, semicircle};
+use super::{CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, Tiling};
+use crate::numeric::TABULATED_MAX;
 use serde::{Deserialize, Serialize};
-use std::f64::consts::PI;
+use std::f64::consts::{PI, SQRT_2};
 use sunbeam_fourier::next_fast_len;
 
-/// Most nodes that a look-up reads along one axis; [`Lattice`]s are planned to stay below at every tolerance.
-pub(super) const TAPS_MAX: usize = 40;
-/// One axis of the lattice of spatial frequencies, with nodes at `m / period_um`, `|m| ≤ reach`.
+/// Upper bound of the nodes that a look-up reads along one axis. Plans stay below it at every accepted tolerance.
+pub(super) const TAPS_MAX: usize = TABULATED_MAX;
+
+/// One axis of the lattice of spatial frequencies: nodes at `m / period_um`, `|m| ≤ reach`.
+///
+/// ```
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let field = Preset::Blazed.build(None, None)?;
+/// let surface = Surface::new(&field, &Options { conserve_energy: false, ..Options::default() })?;
+/// // A grating of 2.5 µm: nodes are its orders, and a look-up reads one of them.
+/// let x = &surface.table().lattice().x;
+/// assert!(x.is_native());
+/// assert_eq!((x.period_um, x.taps, x.first_tap(3.2)), (2.5, 1, 3));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LatticeAxis {
-    /// Period whose reciprocal is the spacing of nodes, in µm.
+    /// Period P in µm; its reciprocal is the spacing of nodes.
     pub period_um: f64,
-    /// Pixels in one period, those of the relief or coarser ones (see [`Band`]).
+    /// Pixels in one period: those of the relief, or coarser ones (`band.rs`).
     pub pixels: usize,
-    /// How nodes are joined, `e_j`.
-    pub joining: Joining,
-    /// Standard deviation of that, in nodes.
+    /// Interpolation kernel.
+    pub kernel: InterpolationKernel,
+    /// Standard deviation of the kernel in nodes.
     pub sigma: f64,
-    /// Nodes read by one look-up.
+    /// Number of nodes that a look-up reads.
     pub taps: usize,
-    /// Largest node number kept.
+    /// Largest node number in the table.
     pub reach: usize,
-    /// Standard deviation in µm of the window that is applied beforehand; `None` on the native lattice of the orders, which the
-    /// joining Gaussian itself applies.
+    /// Standard deviation in µm of the window that multiplies the data before the transform to nodes. `None` on a native
+    /// lattice, whose kernel already is the window's transform.
     pub window_um: Option<f64>,
-    /// Node number beyond which the pixels say nothing, half their rate; nodes further out repeat those within and only
-    /// help to join them. Infinite on the native lattice, whose orders end there by themselves.
+    /// Largest node number that the pixels resolve (half their sampling rate). Nodes beyond it repeat those within and
+    /// serve interpolation near the cutoff. Infinite on a native lattice, whose orders end there.
     pub cutoff: f64,
-}
-
-/// Both axes of a lattice.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Lattice {
-    /// Along x.
-    pub x: LatticeAxis,
-    /// Along y.
-    pub y: LatticeAxis,
-}
-
-impl Lattice {
-    /// The share of a tolerance that splines in κ may take: all on the native lattice, where joining the nodes is exact
-    /// but for tails far below the tolerance; else a tenth, since that error comes on top, and since a taper leaves deep gaps
-    /// in κ, in which a percentile over all κ is no comfort.
-    pub(super) fn spline_share(&self) -> f64 {
-        let native = |axis: &LatticeAxis| axis.window_um.is_none();
-        if native(&self.x) && native(&self.y) { 1.0 } else { 0.1 }
-    }
-}
-
-/// How much further down the tails of orders are followed where the tile is a grating and look-ups are few.
-const GRATING_MARGIN: f64 = 400.0;
-
-/// Tiles in a period from which on the orders' own lattice is taken: other lattices have fewer nodes under a look-up, but more in all.
-const NATIVE_PERIODS: f64 = 1.5;
-
-/// Most pixels that an axis is planned with. So many are refused before anything is built; the bound keeps the numbers of
-/// the plan within range.
-const PIXELS_MAX: f64 = 1e12;
-
-/// What an axis has to serve.
-pub(super) struct AxisDemand {
-    pub pixels: usize,
-    pub pixel_um: f64,
-    /// Standard deviation in µm of the Gaussian that multiplies the field or its autocorrelation along this axis.
-    pub window_um: f64,
-    /// Largest lag in µm that there is, for data that do not repeat; see [`super::spectrum::plan_lattice`].
-    pub support_um: Option<f64>,
-    /// Relative error aimed at.
-    pub tolerance: f64,
-    /// Whether the tile is a grating: one row or one column of pixels.
-    pub is_grating: bool,
-    /// Largest |f| asked for, in cycles/µm.
-    pub frequency_max: f64,
-    /// Pixels of the grid of lags, where nodes are made of an autocorrelation; see [`Band`].
-    pub lags: Option<usize>,
-}
-
-impl AxisDemand {
-    /// The cheapest lattice for this demand.
-    ///
-    /// On the native lattice (period = tile) the joining Gaussian is the transform of the window itself, followed to `√(2Λ)`
-    /// standard deviations, `Λ = ln(16/tolerance)`. Else the period P is chosen: [`OVERSAMPLING`] times the largest lag that
-    /// counts, which is where the data end or where the window has fallen to `e^−Λ`, whichever is nearer.
-    pub fn plan(&self) -> LatticeAxis {
-        let log_error = (16.0 / self.tolerance).ln();
-        let tile_um = self.pixels as f64 * self.pixel_um;
-        let lag_um = (2.0 * log_error).sqrt() * self.window_um;
-        let period = OVERSAMPLING * self.support_um.map_or(lag_um, |support| lag_um.min(support));
-        let native = self.support_um.is_none() && period > NATIVE_PERIODS * tile_um;
-        let mut pixel_um = self.pixel_um;
-        let (pixels, joining, taps) = if native {
-            // Gratings put their power into few orders, whose tails then outshine what lies between them further out.
-            let margin = if self.is_grating { GRATING_MARGIN.ln() } else { 0.0 };
-            let sigma = tile_um / (2.0 * PI * self.window_um);
-            let taps = 2.0 * (2.0 * (log_error + margin)).sqrt() * sigma;
-            (self.pixels, Joining::Gaussian { sigma }, taps.ceil() as usize)
-        } else {
-            let (joining, taps) = semicircle(log_error);
-            pixel_um = self.lags.map_or(pixel_um, |lags| {
-                let edge = self.frequency_max + BAND_MARGIN * taps as f64 / period;
-                pixel_um * lags as f64 / Band::pixels(lags, pixel_um, edge) as f64
-            });
-            (next_fast_len((period / pixel_um).ceil().clamp(8.0, PIXELS_MAX) as usize), joining, taps)
-        };
-        let period_um = pixels as f64 * pixel_um;
-        // Below the clamp: the tolerance is at least 1e-6, and orders are at most √(2Λ)/π nodes wide where their lattice is taken.
-        let taps = taps.clamp(1, TAPS_MAX);
-        let wanted = (self.frequency_max * period_um + 0.5 * taps as f64).ceil() as usize;
-        let (reach, cutoff) = if native {
-            (wanted.min(pixels / 2), f64::INFINITY)
-        } else {
-            (wanted.min((pixels + taps).div_ceil(2)), 0.5 * pixels as f64)
-        };
-        let (sigma, taps, window_um) = (joining.sigma(), taps.min(2 * reach + 1), (!native).then_some(self.window_um));
-        LatticeAxis { period_um, pixels, joining, sigma, taps, reach, window_um, cutoff }
-    }
 }
 
 impl LatticeAxis {
@@ -125,18 +65,160 @@ impl LatticeAxis {
         2 * self.reach + 1
     }
 
-    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads: the nearest ones that there are. Those
-    /// left out are at least half the taps away, or do not exist.
+    /// Whether nodes are the diffraction orders of the tile.
+    pub fn is_native(&self) -> bool {
+        self.window_um.is_none()
+    }
+
+    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads. They are the nearest nodes of the table.
     pub fn first_tap(&self, position: f64) -> i64 {
         let last = self.reach as i64 + 1 - self.taps as i64;
         ((position - 0.5 * self.taps as f64).ceil() as i64).clamp(-(self.reach as i64), last)
     }
 
-    /// What is applied beforehand at `distance_um` from the window's centre: the window, and what undoes the joining's transform.
+    /// Factor on the data at a lag or offset of `distance_um`: the window over the kernel's normalised transform; 1 on a
+    /// native lattice.
     pub(super) fn window(&self, distance_um: f64) -> f64 {
         self.window_um.map_or(1.0, |window_um| {
-            let joined = self.joining.transform(distance_um / self.period_um) / self.joining.transform(0.0);
-            (-0.5 * (distance_um / window_um).powi(2)).exp() / joined
+            let transform = self.kernel.transform(distance_um / self.period_um) / self.kernel.transform(0.0);
+            (-0.5 * (distance_um / window_um).powi(2)).exp() / transform
         })
+    }
+}
+
+/// Both axes of a lattice.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lattice {
+    /// Axis along x.
+    pub x: LatticeAxis,
+    /// Axis along y.
+    pub y: LatticeAxis,
+}
+
+impl Lattice {
+    /// Whether nodes are the diffraction orders of the tile along both axes.
+    pub fn is_native(&self) -> bool {
+        self.x.is_native() && self.y.is_native()
+    }
+
+    /// Number of nodes, kept or not; saturating.
+    pub(super) fn nodes(&self) -> usize {
+        self.x.nodes().saturating_mul(self.y.nodes())
+    }
+}
+
+/// Extent of the patch's data over the width of an aperiodic scan. A field ends at half the width either side, but without
+/// the decay of an autocorrelation towards its largest lag; 0.8 instead of 0.5 makes up for it (chosen).
+const PATCH_SUPPORT: f64 = 0.8;
+
+/// Factor on the interpolation's tolerance for the ensemble of an aperiodic scan. Its spectrum has gaps between its lobes,
+/// where errors of the lobes count fully. Amplitudes of a patch need none: their ratio of lobe to gap is a square root.
+/// Chosen; it adds one node per axis to a look-up.
+const GAP_FACTOR: f64 = 0.125;
+
+/// Tolerance that interpolation between nodes is planned for.
+pub(super) fn interpolation_tolerance(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
+    let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
+    if has_gaps { GAP_FACTOR * tolerance } else { tolerance }
+}
+
+/// Grid in pixels on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.
+pub(crate) fn lag_grid(nx: usize, ny: usize) -> (usize, usize) {
+    (next_fast_len(2 * nx), next_fast_len(2 * ny))
+}
+
+/// Plans the lattice of a [`super::Spectrum`] from sizes alone: pixels along x and y, their size in µm, the coherence, and
+/// the relative error `tolerance` of the table.
+pub(super) fn plan_lattice(
+    (nx, ny): (usize, usize),
+    (dx_um, dy_um): (f64, f64),
+    model: Model,
+    tiling: Tiling,
+    window: CoherenceWindow,
+    tolerance: f64,
+) -> Lattice {
+    let (window_um, support) = match model {
+        Model::Ensemble => (SQRT_2 * window.sigma_um(), 1.0),
+        Model::Patch => (window.sigma_um(), PATCH_SUPPORT),
+    };
+    let is_grating = nx == 1 || ny == 1;
+    let tolerance = interpolation_tolerance(model, tiling, tolerance);
+    let (lags_x, lags_y) = if tiling == Tiling::Aperiodic { lag_grid(nx, ny) } else { (nx, ny) };
+    let axis = |pixels: usize, pixel_um: f64, lags: usize| {
+        let support_um = (tiling == Tiling::Aperiodic).then_some(support * (pixels as f64 * pixel_um));
+        let lags = (model == Model::Ensemble).then_some(lags);
+        AxisDemand { pixels, pixel_um, window_um, support_um, tolerance, is_grating, lags }.plan()
+    };
+    Lattice { x: axis(nx, dx_um, lags_x), y: axis(ny, dy_um, lags_y) }
+}
+
+/// Factor between the tolerance and the level `e^−Λ` at which tails and images are neglected: errors of both axes and both
+/// sides add up (chosen).
+const TAIL_FACTOR: f64 = 16.0;
+
+/// Extra factor between tolerance and tails for a grating. Few orders hold its power, and their tails outshine the gaps
+/// between orders. Chosen; a look-up reads one or two nodes either way.
+const GRATING_TAIL_FACTOR: f64 = 400.0;
+
+/// Periods P in tiles from which the native lattice is taken. An oversampled one would read fewer nodes per look-up, but
+/// hold P/tile times as many. Chosen between the two costs.
+const NATIVE_PERIODS: f64 = 1.5;
+
+/// Fewest pixels of an oversampled axis, so that its kernel does not overlap itself.
+const PIXELS_MIN: f64 = 8.0;
+
+/// Most pixels of an oversampled axis. The cost estimate refuses far fewer; the bound keeps the plan's numbers in range.
+const PIXELS_MAX: f64 = 1e12;
+
+/// Requirements on one axis.
+struct AxisDemand {
+    pixels: usize,
+    pixel_um: f64,
+    /// Standard deviation in µm of the Gaussian that multiplies the data along this axis.
+    window_um: f64,
+    /// Largest lag in µm of an aperiodic tile; `None` where the tile repeats.
+    support_um: Option<f64>,
+    /// Relative error of interpolation.
+    tolerance: f64,
+    /// Whether the tile is a grating: one row or one column of pixels.
+    is_grating: bool,
+    /// Pixels of the grid of lags, where data are an autocorrelation; see [`Band`].
+    lags: Option<usize>,
+}
+
+impl AxisDemand {
+    /// The lattice whose look-up is cheapest; see the [module](self).
+    fn plan(&self) -> LatticeAxis {
+        let log_error = (TAIL_FACTOR / self.tolerance).ln();
+        let tile_um = self.pixels as f64 * self.pixel_um;
+        // The window falls to e^−Λ at √(2Λ) standard deviations.
+        let lag_um = (2.0 * log_error).sqrt() * self.window_um;
+        let period = OVERSAMPLING * self.support_um.map_or(lag_um, |support| lag_um.min(support));
+        let native = self.support_um.is_none() && period > NATIVE_PERIODS * tile_um;
+        let mut pixel_um = self.pixel_um;
+        let (pixels, kernel, taps) = if native {
+            let margin = if self.is_grating { GRATING_TAIL_FACTOR.ln() } else { 0.0 };
+            let sigma = tile_um / (2.0 * PI * self.window_um);
+            let taps = 2.0 * (2.0 * (log_error + margin)).sqrt() * sigma;
+            (self.pixels, InterpolationKernel::Gaussian { sigma }, taps.ceil() as usize)
+        } else {
+            let (kernel, taps) = semicircle(log_error);
+            pixel_um = self.lags.map_or(pixel_um, |lags| {
+                let edge = FREQUENCY_MAX_PER_UM + BAND_MARGIN * taps as f64 / period;
+                pixel_um * lags as f64 / Band::pixels(lags, pixel_um, edge) as f64
+            });
+            (next_fast_len((period / pixel_um).ceil().clamp(PIXELS_MIN, PIXELS_MAX) as usize), kernel, taps)
+        };
+        let period_um = pixels as f64 * pixel_um;
+        // The clamp never acts from above: a native Gaussian is at most √(2Λ)/π nodes wide, and tolerances are at least 1e-6.
+        let taps = taps.clamp(1, TAPS_MAX);
+        let wanted = (FREQUENCY_MAX_PER_UM * period_um + 0.5 * taps as f64).ceil() as usize;
+        let (reach, cutoff) = if native {
+            (wanted.min(pixels / 2), f64::INFINITY)
+        } else {
+            (wanted.min((pixels + taps).div_ceil(2)), 0.5 * pixels as f64)
+        };
+        let (sigma, taps, window_um) = (kernel.sigma(), taps.min(2 * reach + 1), (!native).then_some(self.window_um));
+        LatticeAxis { period_um, pixels, kernel, sigma, taps, reach, window_um, cutoff }
     }
 }

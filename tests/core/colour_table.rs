@@ -11,7 +11,7 @@ use sunbeam::height_field::HeightField;
 use sunbeam::lobe::Exact;
 use sunbeam::methods::{ColourTable, ColourTableOptions, Relief};
 use sunbeam::scattering::{Obliquity, Options, Pair};
-use sunbeam::table::{Model, PackedTable, Progress, Spectrum, Tiling, WAVELENGTH_MIN_NM, build};
+use sunbeam::table::{CoherenceWindow, Model, PackedTable, Progress, Spectrum, Tiling, build};
 
 const TOLERANCE: f64 = 1e-3;
 /// What an eye just does not see, and the share of pixels that has to stay below.
@@ -43,8 +43,8 @@ impl Case {
     fn spectral(&self) -> &PackedTable {
         self.spectral.get_or_init(|| {
             let ColourTableOptions { coherence_length_um, model, tiling, .. } = self.options;
-            let s_um = coherence_length_um / 4.0;
-            let spectrum = Spectrum::new(&self.field, model, tiling, s_um, 2e3 / WAVELENGTH_MIN_NM, TOLERANCE);
+            let window = CoherenceWindow::from_length_um(coherence_length_um);
+            let spectrum = Spectrum::new(&self.field, model, tiling, window, TOLERANCE);
             build(&spectrum, TOLERANCE, &Progress::none()).unwrap().packed
         })
     }

@@ -12,7 +12,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use sunbeam::height_field::HeightField;
 use sunbeam::lobe::Exact;
 use sunbeam::scattering::Options;
-use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
+use sunbeam::table::{CoherenceWindow, DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{OrderTransform, chebyshev_terms};
 
 /// Of a Chebyshev series with as many terms as there are nodes, relative to the power of the whole.
@@ -68,13 +68,13 @@ impl Truth {
     /// The spectra at `places`, `wi + wo` each, from 380 to 780 nm in steps of `step_nm`.
     pub fn new(field: &HeightField, coherence_length_um: f64, places: &[[f64; 3]], step_nm: f64) -> Self {
         let transform = OrderTransform::new(field);
-        let s = coherence_length_um / 4.0;
+        let window = CoherenceWindow::from_length_um(coherence_length_um);
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
         let axis = |extent_um: f64, pixels: usize| Axis {
             extent_um,
             pixels: pixels as i64,
-            sharpness: 2.0 * (PI * s / extent_um).powi(2),
+            sharpness: 2.0 * (PI * window.sigma_um() / extent_um).powi(2),
         };
         let (x, y) = (axis(lx, nx), axis(ly, ny));
         let wavelengths = (400.0 / step_nm + 1e-9).floor() as usize + 1;
@@ -108,7 +108,7 @@ impl Truth {
                 },
             );
         }
-        let peak = |i: usize| 4.0 * PI * s * s / wavelength_um(i % wavelengths).powi(2);
+        let peak = |i: usize| window.order_peak_um2() / wavelength_um(i % wavelengths).powi(2);
         let patch = sums.iter().enumerate().map(|(i, (amplitude, _))| peak(i) * amplitude.norm_sqr()).collect();
         let ensemble = sums.iter().enumerate().map(|(i, (_, power))| peak(i) * power.max(0.0)).collect();
         Self { step_nm, wavelengths, patch, ensemble, places: places.to_vec(), coherence_length_um }

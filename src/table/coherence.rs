@@ -1,0 +1,74 @@
+//! Coherence of the light on the surface: the window, its model, and what lies beyond the tile.
+
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{PI, SQRT_2, TAU};
+
+/// Coherence length over the window's standard deviation: the definition of `coherence_length`.
+const LENGTH_SIGMAS: f64 = 4.0;
+
+/// The Gaussian window `exp(−|x|²/2s²)` within which light interferes (docs/model.md#coherence).
+///
+/// Interfaces give the coherence length `4s`. Formulas need `s`, or the width of an order that follows from it.
+///
+/// ```
+/// use sunbeam::table::CoherenceWindow;
+/// use std::f64::consts::TAU;
+///
+/// let window = CoherenceWindow::from_length_um(65.0);
+/// assert_eq!(window.sigma_um(), 16.25);
+/// // The power of an order is a Gaussian over both components of frequency. Its integral is 1.
+/// let (peak, sigma) = (window.order_peak_um2(), window.order_sigma_per_um());
+/// assert!((TAU * sigma * sigma * peak - 1.0).abs() < 1e-12);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CoherenceWindow {
+    sigma_um: f64,
+}
+
+impl CoherenceWindow {
+    /// The window of a coherence length in µm.
+    pub fn from_length_um(length_um: f64) -> Self {
+        Self { sigma_um: length_um / LENGTH_SIGMAS }
+    }
+
+    /// The window of a standard deviation in µm.
+    pub fn from_sigma_um(sigma_um: f64) -> Self {
+        Self { sigma_um }
+    }
+
+    /// Standard deviation `s` of the window in µm.
+    pub fn sigma_um(self) -> f64 {
+        self.sigma_um
+    }
+
+    /// Standard deviation of an order's power `K(f) = 4πs²·exp(−4π²s²|f|²)` in cycles/µm, per axis: `1/(2π√2·s)`.
+    pub fn order_sigma_per_um(self) -> f64 {
+        1.0 / (TAU * self.sigma_um * SQRT_2)
+    }
+
+    /// Peak of an order's power, `K(0) = 4πs²` in µm².
+    pub fn order_peak_um2(self) -> f64 {
+        4.0 * PI * self.sigma_um * self.sigma_um
+    }
+}
+
+/// Coherence model (docs/model.md#coherence).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Model {
+    /// Mean over all positions of the window: orders add by power.
+    #[default]
+    Ensemble,
+    /// One window at a fixed position: orders add by amplitude.
+    Patch,
+}
+
+/// Continuation of the relief beyond the tile (docs/model.md#coherence).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Tiling {
+    /// The tile repeats without end.
+    Periodic,
+    /// The tile is a single scan, tapered at its edges.
+    Aperiodic,
+}
