@@ -1,11 +1,11 @@
-"""Small scenes that several parts render."""
+"""A small scene for several parts, and the difference of two pictures."""
 
 from __future__ import annotations
 
 import mitsuba as mi
 import numpy as np
 
-# Pixels along each side, and samples a pixel.
+# Pixels along each side, and samples per pixel.
 SIZE, SPP = 16, 16
 
 
@@ -33,12 +33,12 @@ def picture(scene: mi.Scene, seed: int = 0) -> np.ndarray:
     return np.array(mi.render(scene, spp=SPP, seed=seed), dtype=float)[..., :3]
 
 
-# Kernels of different shape round differently, which sends single paths elsewhere: pixels that may differ by more than
-# RELATIVE of the brightest, out of all.
+# Difference of a pixel relative to the brightest one, and the fraction of pixels that may exceed it. Kernels of
+# different structure round differently, which changes single paths.
 RELATIVE, STRAY = 1e-3, 0.02
 
 
 def differing(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """Fraction of pixels that differ by more than RELATIVE of the brightest; NaN differs from everything."""
+    """The fraction of pixels that differ by more than RELATIVE of the brightest; NaN always differs."""
     close = np.abs(ours - theirs).max(axis=-1) <= RELATIVE * np.abs(theirs).max()
     return float(np.mean(~close))

@@ -1,4 +1,4 @@
-"""The path-traced snake beside the pictures of the reference variant, judged by the spread of both."""
+"""The path-traced snake compared with the reference variant, in standard errors of both sets of pictures."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ from .parts import Check
 from .plan import Plan
 from .variants import reference, use
 
-# Standard errors by which a pixel, and the sum over all pixels of a channel, may be apart. The spread of few pictures
-# is known to a fifth, so that of pixels one in a hundred may be further apart.
-ERRORS, EXCEEDING = 4.0, 0.01
-# Relative rounding: what all pictures have alike has no spread. A pixel that differs by less has the same paths.
+# Largest difference of a pixel, and of a channel's sum over all pixels, in standard errors.
+ERRORS = 4.0
+# Fraction of pixels that may exceed ERRORS: the standard deviation of few pictures is known to 20 % only.
+EXCEEDING = 0.01
+# Relative rounding, which pictures without noise differ by. A pixel that differs by less has the same paths.
 ROUNDING = 1e-3
 
 
@@ -42,11 +43,11 @@ def compared(plan: Plan, kind: str) -> dict:
 
 
 def pictures(plan: Plan, variant: str) -> np.ndarray:
-    """Linear sRGB (pictures, rows, columns, 3), of one seed each."""
+    """Renders in linear sRGB with different seeds, (pictures, rows, columns, 3)."""
     use(variant)
     files, view = snake_files(plan.mesh_resolution), View(*plan.snake_size)
     bsdf = mi.load_dict(skin_bsdf(plan.skin, files.pigment))
-    # A sun without extent: no picture has a bright sample that others lack.
+    # A sun without extent: with a disc, rare bright samples would dominate the noise.
     light = Light(sun="directional")
     scene = mi.load_dict(snake_scene(bsdf, files, light, view, plan.snake_spp))
     made = np.array([np.array(mi.render(scene, seed=seed))[..., :3] for seed in range(plan.snake_pictures)])
@@ -58,7 +59,7 @@ def pictures(plan: Plan, variant: str) -> np.ndarray:
 def judged(ours: np.ndarray, theirs: np.ndarray) -> dict:
     """Differences of two sets of pictures (n, rows, columns, 3) in standard errors, by pixel and by channel.
 
-    A glint that one picture alone has moves a mean by one standard error, so rare ones do not count as a difference.
+    A glint in a single picture moves the mean by one standard error, so it does not count as a difference.
     """
     pixels = apart(ours, theirs)
     channels = apart(*(each.sum(axis=(1, 2)) for each in (ours, theirs)))
@@ -75,7 +76,7 @@ def judged(ours: np.ndarray, theirs: np.ndarray) -> dict:
 
 
 def apart(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """How far the means of two sets (n, …) are apart, in standard errors of the difference; NaN where one is NaN."""
+    """The difference of the means of two sets (n, …) in its standard errors; NaN if one mean is NaN."""
     means = [each.mean(axis=0) for each in (ours, theirs)]
     errors = np.hypot(*(each.std(axis=0, ddof=1) / np.sqrt(len(each)) for each in (ours, theirs)))
     return np.abs(means[0] - means[1]) / (errors + ROUNDING * np.abs(means[1]) + 1e-12)

@@ -1,8 +1,8 @@
-"""Check (c): what each realtime method costs and how far it is from the path-traced ensemble, for one view.
+"""Check (c): cost of each realtime method, and its difference from the path-traced ensemble, for one view.
 
-Nothing has to hold here: the methods are different models of the same skin, and the table says how different. Part of a
-difference is that a few rays a pixel miss some of a skin's glints, whatever the method. So each is also compared with
-the ensemble along the very same rays, where the model alone is left.
+No bound applies, since the methods are different models of a skin. A few rays a pixel miss some of a skin's glints,
+whatever the method. Each method is therefore also compared with the ensemble along the same rays, where only the models
+differ.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from .cases import Case, bare_scene, plugin
 from .quadrature import Quadrature
 
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Rays along each side of a pixel: with fewer, the speckle of the patch model hides what the methods differ by.
+# Rays along each side of a pixel; with fewer, the patch model's speckle hides the differences between methods.
 SUPERSAMPLE = 4
-# The path tracer's ensemble along the rays of the realtime renderer, without and with its energy kept, its default.
+# The path tracer's ensemble along the rays of the realtime renderer, without and with energy conservation.
 SAME_RAYS, ENERGY_KEPT = "ensemble, same rays", "ensemble, energy kept"
-# The realtime renderer's colour table that keeps energy too.
+# The realtime renderer's colour table with energy conservation.
 TABLE_KEPT = "table, energy kept"
-# Pixels across each of the three pictures on the sheet.
+# Width in pixels of each of the three pictures on the sheet.
 PANEL = 288
-# The published methods keep no energy, so the reference keeps none either; what it changes is told beside them.
+# The reference does not conserve energy, as the published methods; a separate row has the effect of conserving it.
 REFERENCE = {"model": "ensemble", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 
@@ -45,12 +45,12 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
 
     reports = {}
     for method in METHODS:
-        # The published methods know no ensemble.
+        # The published methods have the patch model alone.
         skin = {**case.skin, **REFERENCE, "model": "ensemble" if method == "table" else "patch"}
         reports[method] = realtime.render(file(method), method, files.mesh, skin, light, view, SUPERSAMPLE)
     skin = {**case.skin, **REFERENCE, "conserve_energy": True}
     reports[TABLE_KEPT] = realtime.render(file(TABLE_KEPT), "table", files.mesh, skin, light, view, SUPERSAMPLE)
-    # The sum over wavelengths is that of the full-spectrum method.
+    # The wavelengths and weights of FLSS.
     quadrature = Quadrature.of_report(reports["flss"])
 
     ensembles = {SAME_RAYS: plugin(case, **REFERENCE)}
@@ -96,18 +96,19 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
 
 
 def _pixels(rays: np.ndarray) -> np.ndarray:
-    """The rays of each pixel along axes 1 and 3."""
+    """Rays grouped by pixel, with the rays of a pixel along axes 1 and 3."""
     height, width, *rest = rays.shape
     return rays.reshape(height // SUPERSAMPLE, SUPERSAMPLE, width // SUPERSAMPLE, SUPERSAMPLE, *rest)
 
 
 def caption(name: str, figures: dict) -> str:
+    """The caption of a method's row on the sheet."""
     text = f"reference | {name} | FLIP {figures['flip']['mean']:.3f}, CIEDE2000 {figures['delta_e_2000']['mean']:.2f}"
     return text + (f", {figures['gpu_ms']:.0f} ms on the GPU" if "gpu_ms" in figures else "")
 
 
 def lines(found: dict) -> list[str]:
-    """A table to print."""
+    """The table as lines of text."""
     table = [
         f"  times are those of {found['adapter']}; on the right against the ensemble along the same rays",
         f"{'':24}{'ΔE mean':>9}{'ΔE 99 %':>9}{'FLIP':>8}{'relMSE':>10}"

@@ -89,7 +89,7 @@ impl ColourTable {
             purpose: Purpose::Table,
         };
         demand.check(options.build_limit)?;
-        let window = CoherenceWindow::from_length_um(coherence_length_um);
+        let window = CoherenceWindow::new(coherence_length_um);
         let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);
         let (of_table, of_rings) = progress.halves();
         let built = crate::table::build(&spectrum, options.tolerance, &of_table)?;
@@ -104,7 +104,7 @@ impl ColourTable {
 
 /// Standard deviation in cycles/µm of the narrowest feature of S: an order's Gaussian, which an aperiodic scan's taper widens.
 fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
-    let window = CoherenceWindow::from_length_um(coherence_length_um);
+    let window = CoherenceWindow::new(coherence_length_um);
     let window = match tiling {
         Tiling::Periodic => window,
         Tiling::Aperiodic => {

@@ -52,7 +52,7 @@ pub(super) struct Term {
 
 impl Path {
     /// Path of a group of rings for orders of standard deviation `sigma` in cycles/µm.
-    pub fn new(group: &[RingPlan], sigma: f64) -> Self {
+    pub(super) fn new(group: &[RingPlan], sigma: f64) -> Self {
         let (inner, outer) = (group[0].radius, group[group.len() - 1].radius);
         let visible = inner / VISIBLE_UM.0 - inner / VISIBLE_UM.1;
         let step = (STEP_SIGMAS * sigma).min(visible / STEPS_MIN);
@@ -65,7 +65,7 @@ impl Path {
     }
 
     /// Terms of a ring: [`RingPlan::heights`] of them for each visible ρ, in the order of ρ.
-    pub fn terms(
+    pub(super) fn terms(
         &self,
         table: &SpectralTable,
         ring: &RingPlan,
@@ -105,7 +105,7 @@ impl Path {
     }
 
     /// Number of spline coefficients that are read at each ρ.
-    pub fn coefficients(&self, terms: &[Vec<Term>]) -> Vec<usize> {
+    pub(super) fn coefficients(&self, terms: &[Vec<Term>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
         for Term { node, first, .. } in terms.iter().flatten() {
             counts[*node] = counts[*node].max(first + 4);
@@ -114,7 +114,7 @@ impl Path {
     }
 
     /// Colours of all rings of the group on [`RAYS`] rays from `first_ray` on: `[ring][height][channel]`.
-    pub fn integrate(
+    pub(super) fn integrate(
         &self,
         table: &SpectralTable,
         coefficients: &[usize],

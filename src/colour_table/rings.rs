@@ -50,18 +50,18 @@ pub(super) struct RingPlan {
 
 impl RingPlan {
     /// Number of spline coefficients over w, and of the samples they are computed from.
-    pub fn heights(&self) -> usize {
+    pub(super) fn heights(&self) -> usize {
         self.intervals + 3
     }
 
     /// Position of `w` in knots, from 0 to `intervals`.
-    pub fn knot_position(&self, w: f64) -> f64 {
+    pub(super) fn knot_position(&self, w: f64) -> f64 {
         self.knots.0 * w + self.knots.1 * (1.0 + w / W_LOG).ln()
     }
 
     /// The w of the samples: at the knots, and one more in the first and the last interval. The first is a tenth of an interval
     /// above w = 0, where scaling by w² would be lost to rounding.
-    pub fn samples(&self) -> Vec<f64> {
+    pub(super) fn samples(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
         positions[0] = 0.1;
@@ -92,7 +92,7 @@ pub(super) struct Rings {
 impl Rings {
     /// Plans the rings for orders of standard deviation `sigma` (cycles/µm) and heights over `range_um`. `tapered` adds knots near
     /// the horizon, and `resolution` multiplies the number of samples along each axis.
-    pub fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
+    pub(super) fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
         let spacing = (DIRECTION_SPACING * WAVELENGTH_UM * sigma / resolution).min(SPACING_MAX);
         let knee_radius = spacing * RING_SPACING / DIRECTION_SPACING;
         let growth = GROWTH / resolution;
@@ -132,7 +132,7 @@ impl Rings {
     }
 
     /// Number of words of all samples.
-    pub fn words(&self) -> usize {
+    pub(super) fn words(&self) -> usize {
         self.rings.iter().map(|ring| ring.directions * ring.heights()).sum()
     }
 }

@@ -1,7 +1,8 @@
-//! From solved nodes to the words of a table.
+//! Builds the table of efficiencies: solves each cell at Chebyshev nodes and resamples it to the table's nodes.
 
 use super::GratingError;
 use super::efficiencies::{EfficiencyLayout, EfficiencyView, UNIT};
+use super::orders::Orders;
 use super::place::{Place, unstretched};
 use super::wavelengths::{Spacing, at_all_wavelengths, solved_wavelengths, wavelengths, wavelengths_of};
 use crate::numeric::{Index, Plain};
@@ -12,77 +13,67 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::PI;
 
-/// What is solved at one place of the cells.
-pub(super) trait Orders: Sync {
-    /// Unpolarised efficiencies of all orders that propagate at `t` and the Bloch phase `b` ([`super::place`]), for each of these
-    /// as the incident wave: at each wavelength in nm a matrix, `[incident · orders + outgoing]`, orders counted from the one that
-    /// goes furthest to −x. Where a wavelength is longer than `period/t`, the continuation of what is at shorter ones.
-    ///
-    /// # Errors
-    /// A place that cannot be solved well enough.
-    fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError>;
-}
-
-/// How finely the nodes lie.
+/// Density of a table's nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fineness {
-    /// Nodes along either side of a cell in the table.
+pub(super) struct TableResolution {
+    /// Number of nodes along each side of a cell.
     pub stored: u32,
-    /// The wavelengths; `None` where nothing depends on them.
+    /// Wavelengths; `None` for a perfect conductor, whose efficiencies do not depend on the wavelength at given `t` and
+    /// `b`.
     pub spacing: Option<Spacing>,
-    /// Root mean square of an efficiency's highest Chebyshev terms, above which a cell is solved at more nodes.
+    /// Accepted root mean square of an efficiency's highest Chebyshev terms. Cells above it are solved at more nodes.
     pub tolerance: f64,
 }
 
-/// Chebyshev nodes along either side of a cell at which orders are solved: the fewest that do.
+/// Numbers of Chebyshev nodes along each side of a cell, tried in this order until the highest terms are small enough.
 const SOLVED: [usize; 4] = [8, 12, 17, 24];
 
-/// What the table of a grating takes and how far off it is.
+/// Size, build time and measured error of a grating's table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GratingReport {
     /// Bytes of the table.
     pub bytes: usize,
-    /// Places of the cells that were solved, each at all wavelengths.
+    /// Number of incidences solved, each at all wavelengths.
     pub solved: usize,
-    /// Root mean square error of an order's unpolarised efficiency, at places and wavelengths that are no nodes.
+    /// Root mean square error of an order's unpolarised efficiency, at random incidences and wavelengths.
     pub rms: f64,
     /// The 99th percentile of that error.
     pub p99: f64,
-    /// Seconds for everything.
+    /// Seconds of the whole build.
     pub build_seconds: f64,
 }
 
-/// A table of efficiencies.
+/// A table of efficiencies, read through [`EfficiencyView`].
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct EfficiencyTable {
     pub layout: EfficiencyLayout,
     pub words: Vec<u32>,
-    /// Places that were solved.
+    /// Number of incidences solved.
     pub solved: usize,
 }
 
-/// A place of a cell by its fractions `x` of `t − b` and `t + b`: what is solved there.
+/// Coordinates `(t, b)` of the point of a cell whose fractions of `t − b` and `t + b` are `x`.
 pub(super) fn node(cell: usize, x: [f64; 2]) -> (f64, f64) {
     let (p, q) = ((cell / 2) as f64 + x[0], (cell - cell / 2) as f64 + x[1]);
     (0.5 * (p + q), 0.5 * (q - p))
 }
 
 impl EfficiencyTable {
-    /// Solves the nodes and tabulates them.
+    /// Solves and tabulates all cells.
     ///
     /// # Errors
-    /// A node that cannot be solved.
+    /// An incidence that cannot be solved.
     pub fn build(
         period_um: f64,
         orders: &impl Orders,
-        fineness: Fineness,
+        resolution: TableResolution,
         progress: &Progress,
     ) -> Result<Self, GratingError> {
-        let (nm, cells_of) = wavelengths(period_um, fineness.spacing.map(|spacing| spacing.step_nm));
-        let every = fineness.spacing.map_or(1, |spacing| spacing.solved_every);
+        let (nm, cells_of) = wavelengths(period_um, resolution.spacing.map(|spacing| spacing.step_nm));
+        let every = resolution.spacing.map_or(1, |spacing| spacing.solved_every);
         let count = cells_of[0];
         let (mut step, mut solved) = (0, 0);
-        // Of each wavelength, cell after cell.
+        // `[wavelength][cell]`.
         let mut packed: Vec<Vec<Vec<u16>>> = vec![Vec::new(); nm.len()];
         let work: usize = (1..=count).sum();
         let mut done = 0;
@@ -90,12 +81,12 @@ impl EfficiencyTable {
             let longest = wavelengths_of(s, &cells_of);
             let solved_at = solved_wavelengths(longest, every);
             let solved_nm: Vec<f64> = solved_at.iter().map(|&j| nm[j]).collect();
-            let mut cell = Cell::solve(s, orders, &solved_nm, fineness.tolerance, &mut step, &mut solved)?;
+            let mut cell = Cell::solve(s, orders, &solved_nm, resolution.tolerance, &mut step, &mut solved)?;
             for matrices in &mut cell.matrices {
                 *matrices = at_all_wavelengths(&solved_at, std::mem::take(matrices));
             }
             for (j, packed) in packed.iter_mut().enumerate().take(longest) {
-                packed.push(cell.packed(j, fineness.stored as usize));
+                packed.push(cell.packed(j, resolution.stored as usize));
             }
             done += s + 1;
             progress.report(done as f64 / work as f64);
@@ -116,7 +107,7 @@ impl EfficiencyTable {
             step_nm: nm[1] - nm[0],
             wavelengths: nm.len() as u32,
             cells: count as u32,
-            nodes: fineness.stored,
+            nodes: resolution.stored,
         };
         Ok(Self { layout, words, solved })
     }
@@ -124,18 +115,18 @@ impl EfficiencyTable {
     /// Root mean square and 99th percentile of the difference to `orders` at `count` random places and wavelengths.
     ///
     /// # Errors
-    /// A place that cannot be solved.
+    /// An incidence that cannot be solved.
     pub fn error(&self, period_um: f64, orders: &impl Orders, count: usize) -> Result<(f64, f64), GratingError> {
         let mut random = Pcg64Mcg::seed_from_u64(1);
-        let questions: Vec<[f64; 3]> = (0..count)
+        let queries: Vec<[f64; 3]> = (0..count)
             .map(|_| {
                 let nm = random.random_range(WAVELENGTH_MIN_NM..WAVELENGTH_MAX_NM);
-                // Evenly over the incidences' projected hemisphere.
+                // Uniform over the projected hemisphere of incidences.
                 let (radius, turn) = (random.random::<f64>().sqrt(), random.random_range(0.0..2.0 * PI));
                 [nm, radius * turn.cos(), radius * turn.sin()]
             })
             .collect();
-        let mut differences = questions
+        let mut differences = queries
             .par_iter()
             .map(|&[nm, x, y]| {
                 let periods = 1e3 * period_um / nm;
@@ -159,18 +150,22 @@ impl EfficiencyTable {
     }
 }
 
-/// The orders of one cell, solved at Chebyshev nodes in either coordinate's angle.
+/// Efficiencies of one cell at Chebyshev nodes in each coordinate's angle.
+///
+/// Reciprocity maps a node to its mirror image about the diagonal, where both coordinates swap; one triangle is solved.
 struct Cell {
     index: usize,
     nodes: usize,
-    /// `[first coordinate ≥ second, in a triangle][wavelength]`, each a matrix of [`Orders::efficiencies`].
+    /// `[node of the triangle][wavelength]`, each a matrix of [`Orders::efficiencies`].
     matrices: Vec<Vec<Vec<f64>>>,
 }
 
 impl Cell {
-    /// Solves a cell at as many nodes as leave its highest terms below the tolerance, or at the most there are. `step` is the
-    /// step of [`SOLVED`] to begin with, and becomes that for the next cell, which is much like this one. Adds the places solved to
-    /// `solved`.
+    /// Solves a cell with enough nodes that its highest terms are within the tolerance, or with the last number of
+    /// [`SOLVED`].
+    ///
+    /// `step` is the position in [`SOLVED`] to start from, and is updated for the next cell, which is similar. `solved`
+    /// counts the incidences.
     fn solve(
         index: usize,
         orders: &impl Orders,
@@ -184,7 +179,7 @@ impl Cell {
             *solved += cell.matrices.len();
             let left = cell.highest_terms();
             if left <= tolerance || *step + 1 == SOLVED.len() {
-                // Fewer nodes may do again.
+                // The next cell may need fewer nodes.
                 *step -= usize::from(*step > 0 && left <= 0.25 * tolerance);
                 return Ok(cell);
             }
@@ -199,7 +194,7 @@ impl Cell {
         nodes: usize,
     ) -> Result<Self, GratingError> {
         let x: Vec<f64> = chebyshev_angles(nodes).map(|angle| (0.5 * angle).sin().powi(2)).collect();
-        // On one side of the diagonal: the others follow from these by reciprocity.
+        // One triangle; reciprocity gives the other.
         let places: Vec<[usize; 2]> = (0..nodes).flat_map(|i| (0..=i).map(move |k| [i, k])).collect();
         let matrices = places
             .par_iter()
@@ -215,17 +210,17 @@ impl Cell {
         Ok(Self { index, nodes, matrices })
     }
 
-    /// An efficiency at a pair of nodes and a wavelength, `[incident · orders + outgoing]`.
+    /// The efficiency `at = incident · orders + outgoing` at a pair of nodes and the `j`-th wavelength.
     fn value(&self, i: usize, k: usize, j: usize, at: usize) -> f64 {
         let (high, low) = (i.max(k), i.min(k));
         let matrix = &self.matrices[high * (high + 1) / 2 + low][j];
         let width = self.index + 1;
-        // Reversed, the outgoing order arrives: both are counted from the other side.
+        // The reversed path: the outgoing order arrives, and both are counted from the other side.
         let from = if i < k { (self.index - at % width) * width + self.index - at / width } else { at };
         matrix[from]
     }
 
-    /// Root mean square over efficiencies and wavelengths of what the two highest degrees of either coordinate add up to.
+    /// Root mean square, over efficiencies and wavelengths, of the two highest Chebyshev terms.
     fn highest_terms(&self) -> f64 {
         let n = self.nodes;
         let terms = matrix_of(n, n, |degree, k| {
@@ -237,7 +232,7 @@ impl Cell {
         for j in 0..wavelengths {
             for at in 0..entries {
                 let values = matrix_of(n, n, |i, k| self.value(i, k, j, at));
-                // Along one coordinate, all of the other: by reciprocity the other way is the same.
+                // Terms of one coordinate at every node of the other; reciprocity gives the other coordinate's.
                 for degree in [n - 2, n - 1] {
                     for k in 0..n {
                         let term: f64 = terms[degree].iter().zip(&values).map(|(weight, row)| weight * row[k]).sum();
@@ -249,12 +244,12 @@ impl Cell {
         (sum / (entries * wavelengths) as f64).sqrt()
     }
 
-    /// The cell's entries at one wavelength, as [`EfficiencyLayout`] has them.
+    /// The cell's efficiencies at one wavelength, in the order of [`EfficiencyLayout`].
     fn packed(&self, j: usize, stored: usize) -> Vec<u16> {
         let (width, solved) = (self.index + 1, self.nodes);
         let entries = width * width;
         let resample = resampling(solved, stored);
-        // Along the second coordinate, then along the first.
+        // Resamples the second coordinate, then the first.
         let mut half_way = vec![0.0; solved * stored * entries];
         for i in 0..solved {
             for k in 0..solved {
@@ -289,6 +284,7 @@ impl Cell {
     }
 }
 
+/// A matrix `[row][column]` of a function.
 fn matrix_of(rows: usize, columns: usize, value: impl Fn(usize, usize) -> f64) -> Vec<Vec<f64>> {
     (0..rows).map(|i| (0..columns).map(|k| value(i, k)).collect()).collect()
 }
@@ -298,11 +294,11 @@ pub(super) fn chebyshev_angles(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |k| 0.5 * PI * (1.0 + (PI * (k as f64 + 0.5) / count as f64).cos()))
 }
 
-/// The matrix from values at Chebyshev nodes to those at the table's: `[stored][solved]`.
+/// Matrix `[stored][solved]` that takes values at Chebyshev nodes to values at the table's nodes.
 pub(super) fn resampling(solved: usize, stored: usize) -> Vec<Vec<f64>> {
     matrix_of(stored, solved, |g, k| {
         let x = unstretched(g as f64 / (stored - 1) as f64);
-        // The node's place over [−1, 1] and its angle there.
+        // The table node's position in [−1, 1], as an angle.
         let turn = ((1.0 - 2.0 * x).acos() / PI * 2.0 - 1.0).clamp(-1.0, 1.0).acos();
         let angle = PI * (k as f64 + 0.5) / solved as f64;
         let sum: f64 = (1..solved).map(|n| (n as f64 * turn).cos() * (n as f64 * angle).cos()).sum();
@@ -310,8 +306,7 @@ pub(super) fn resampling(solved: usize, stored: usize) -> Vec<Vec<f64>> {
     })
 }
 
-/// The mean of a matrix at a place that is its own mirror image, and of its mirror image: rounding of the solver apart, they
-/// are the same.
+/// Averages a matrix on the diagonal with its mirror image, from which it differs by the solver's rounding alone.
 fn make_reciprocal(matrix: &mut [f64], s: usize) {
     let width = s + 1;
     let before = matrix.to_vec();

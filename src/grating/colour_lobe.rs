@@ -1,9 +1,13 @@
-//! The orders of a grating in linear sRGB, for renderers that carry colours instead of wavelengths.
+//! The lobe of a grating in linear sRGB, for renderers that carry colours instead of wavelengths.
 //!
-//! `f_r = ∫ Σ e_m K(νq − f_m) weight(1/ν) dν` over ν = 1/λ with `q = (wi + wo)_xy`. Along the line νq an order is a Gaussian about
-//! `ν = u·m/(d·ρ²)`, `ρ = |q|`, as wide as `σ/ρ`: the few orders of which that lies in the visible range count, each with the
-//! weights averaged over its Gaussian, out of a table. An order's efficiency is that at its middle. Order 0 has no wavelength
-//! of its own; the colour of its efficiency is tabulated over directions.
+//! ```text
+//! f_r = ∫ Σ_m e_m K(νq − f_m) weight(1/ν) dν      ν = 1/λ,  q = (u, v) = (wi + wo)_xy,  ρ = |q|
+//! ```
+//!
+//! Along the line νq, order m is a Gaussian about `ν_m = u·m/(d·ρ²)` of standard deviation `τ = σ/ρ`. The few orders
+//! with `ν_m` in the visible range contribute, each with sRGB's weights averaged over its Gaussian (a table) and its
+//! efficiency at `ν_m`. Order 0 has no wavelength of its own; the colour of its efficiency is tabulated over
+//! directions. d is the period, σ the standard deviation of an order in cycles/µm (`lobe.rs`).
 
 use super::GratingLayout;
 use super::colour_tables::{ColourTables, NU_HALF, NU_MIDDLE, PROPOSED, SPREADS, TAU_SCALE};
@@ -12,72 +16,76 @@ use super::lobe::{REACH, groove_t};
 use super::place::Place;
 use super::polarisation::JonesView;
 use crate::lobe::{Gamut, LinearSrgb, Lobe, are_above, desaturated, luminance, mixture_density, sample_mixture};
-use crate::numeric::math::{lerp, normal_quantile};
-use crate::numeric::{Index, Number, Numbers, Real};
+use crate::numeric::math::normal_quantile;
+use crate::numeric::{Number, Numbers, Real};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::f64::consts::{LOG2_E, TAU};
 
-/// The wavelength in nm, in the middle of what is seen, at which order 0 is taken to polarise.
+/// Wavelength in nm of order 0's polarisation, in the middle of the visible range.
 const ORDER_ZERO_NM: f64 = 550.0;
 
-/// A grating's lobe in colours over the words of its tables; as [`GratingLobe`](super::GratingLobe).
+/// The lobe of a [`GratingColourSurface`](super::GratingColourSurface) over its table data (see [`Lobe`]). The
+/// material's reflectance is included.
 #[derive(Clone, Copy)]
 pub struct GratingColourLobe<N: Numbers> {
-    /// How the words of the efficiencies are to be read.
+    /// Layout of the efficiencies, period and order width.
     pub layout: GratingLayout,
-    /// How those of the colours are.
+    /// Layout of the colour tables.
     pub tables: ColourTables,
-    /// What becomes of negative channels.
+    /// Treatment of negative channels.
     pub gamut: Gamut,
-    /// The words of the efficiencies, and of the colours.
+    /// Data of the efficiencies and of the colour tables.
     pub words: [N::Words; 2],
 }
 
-/// `wi + wo` in the plane: its length, its direction, and what orders of the grating it meets.
+/// The line νq through the orders' frequencies.
 struct Line<N: Numbers> {
+    /// ρ.
     length: N::Real,
+    /// `q/ρ`.
     towards: [N::Real; 2],
-    /// Frequency of the first order in cycles/µm.
+    /// Frequency 1/d of the first order in cycles/µm.
     spacing: f64,
+    /// σ in cycles/µm.
     sigma: f64,
-    /// The orders that count, by rising distance from 0 if `sign` is 1; they are these times `sign`.
+    /// First and last order whose Gaussian reaches the visible range, times `sign`.
     first: N::Real,
     last: N::Real,
     sign: N::Real,
 }
 
 impl<N: Numbers> GratingColourLobe<N> {
-    /// The luminance of [`GratingColourLobe::eval`], whatever the gamut, as a Mueller matrix like that of
-    /// [`GratingLobe::matrix`](super::GratingLobe::matrix). An order polarises as it does in the middle of its colours, and order
-    /// 0 as at 550 nm.
+    /// Mueller matrix of the luminance, whatever the gamut, in the frames of
+    /// [`GratingLobe::matrix`](super::GratingLobe::matrix). An order has its polarisation at `ν_m`, order 0 that at 550
+    /// nm.
     #[inline(always)]
     pub fn matrix(&self, jones: &JonesView<N>, from: [N::Real; 3], to: [N::Real; 3], active: N::Mask) -> [N::Real; 16] {
-        let along = (to[1] - from[1]) * N::Real::lit(0.5);
-        let of = |place: &Place<N>, (at, nm): (N::Index, N::Real), colour: [N::Real; 3], active| {
+        let groove_cosine = (to[1] - from[1]) * N::Real::lit(0.5);
+        let polarised = |place: &Place<N>, (at, nm): (N::Index, N::Real), colour: [N::Real; 3], active| {
             let power = luminance(colour);
-            jones.matrix(place, at, nm, along, active).map(|element| element * power)
+            jones.matrix(place, at, nm, groove_cosine, active).map(|element| element * power)
         };
-        self.values(from, to, active, of, |colour, active| {
+        self.sum_orders(from, to, active, polarised, |colour, active| {
             let nm = N::Real::lit(ORDER_ZERO_NM);
             let periods = N::Double::lit(1e3 * self.layout.period_um / ORDER_ZERO_NM);
             let half = periods * N::Double::lit(0.5);
             let t = groove_t::<N>(periods, (N::widen(from[1]) - N::widen(to[1])) * N::Double::lit(0.5));
             let place = Place::<N>::new(t, (N::widen(to[0]) - N::widen(from[0])) * half);
-            of(&place, (place.incident, nm), colour, active & place.propagates)
+            polarised(&place, (place.incident, nm), colour, active & place.propagates)
         })
     }
 
-    /// The sum over orders of what `of` makes of a place, the order that leaves, its wavelength in nm and the colour that it adds
-    /// to `f_r`; and of what `of_zero` makes of that of order 0.
+    /// Sums `R` quantities over the orders. `quantity` gets an order's place, `(outgoing number, wavelength in nm)` and
+    /// its colour in `f_r`; `quantity_zero` gets the colour of order 0.
     #[inline(always)]
-    fn values<const R: usize>(
+    fn sum_orders<const R: usize>(
         &self,
         wi: [N::Real; 3],
         wo: [N::Real; 3],
         active: N::Mask,
-        of: impl Fn(&Place<N>, (N::Index, N::Real), [N::Real; 3], N::Mask) -> [N::Real; R],
-        of_zero: impl Fn([N::Real; 3], N::Mask) -> [N::Real; R],
+        quantity: impl Fn(&Place<N>, (N::Index, N::Real), [N::Real; 3], N::Mask) -> [N::Real; R],
+        quantity_zero: impl Fn([N::Real; 3], N::Mask) -> [N::Real; R],
     ) -> [N::Real; R] {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
         let active = active & are_above::<N>(wi, wo);
@@ -89,25 +97,25 @@ impl<N: Numbers> GratingColourLobe<N> {
         let x = N::widen(wo[0]) - N::widen(wi[0]);
         let specular = self.weights(zero, tau, active);
         let unscattered = self.order_zero(N::narrow(x * half), N::narrow(y), active);
-        let start = of_zero(array::from_fn(|c| specular[c] * unscattered[c]), active);
+        let start = quantity_zero(array::from_fn(|c| specular[c] * unscattered[c]), active);
         let (_, sum) = N::while_loop(
             c"orders",
             (line.first, start),
             |(m, _)| active & m.le(line.last),
             |(m, sum)| {
                 let order = m * line.sign;
-                let (nu, kernel) = line.met(order);
+                let (nu, kernel) = line.nearest(order);
                 let range = [1e3 / WAVELENGTH_MAX_NM, 1e3 / WAVELENGTH_MIN_NM].map(real);
                 let periods = N::widen(nu.clip(range[0], range[1]) * real(self.layout.period_um));
                 let t = groove_t::<N>(periods, y);
                 let place = Place::<N>::new(t, (x * periods - N::widen(order)) * half);
                 let (at, there) = place.outgoing(N::widen(order));
-                // Order 0 has been counted.
+                // Order 0 is in the start value.
                 let counts = active & there & place.propagates & real(0.5).lt(order.abs());
                 let nm = real(1e3) / nu.clip(range[0], range[1]);
                 let efficiency = view.entry(&view.row(&place, nm, counts), at, counts) * kernel;
                 let colour = self.weights(nu, tau, counts).map(|weight| weight * efficiency);
-                let add = of(&place, (at, nm), colour, counts);
+                let add = quantity(&place, (at, nm), colour, counts);
                 (m + real(1.0), array::from_fn(|i| sum[i] + N::Real::select(counts, add[i], zero)))
             },
         );
@@ -120,8 +128,8 @@ impl<N: Numbers> GratingColourLobe<N> {
     fn density(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let (real, zero) = (N::Real::lit, N::Real::lit(0.0));
         let line = self.line(wi, wo);
-        let row = self.tables.shares_row::<N>(wi);
-        let total = self.tables.share::<N>(self.words[1], row, real(0.0), true, active);
+        let row = self.tables.sampling_row::<N>(wi);
+        let total = self.tables.order_weight::<N>(self.words[1], row, real(0.0), true, active);
         let variance = line.sigma * line.sigma;
         let squared = line.length * line.length;
         let (_, sum) = N::while_loop(
@@ -130,8 +138,8 @@ impl<N: Numbers> GratingColourLobe<N> {
             |(m, _)| active & m.le(line.last),
             |(m, sum)| {
                 let order = m * line.sign;
-                let share = self.tables.share::<N>(self.words[1], row, order, false, active);
-                let (_, kernel) = line.met(order);
+                let weight = self.tables.order_weight::<N>(self.words[1], row, order, false, active);
+                let (_, kernel) = line.nearest(order);
                 let frequency = order * real(line.spacing);
                 let density = PROPOSED.iter().fold(zero, |density, &(mean, deviation)| {
                     let spread = squared.fma(real(deviation * deviation), real(variance));
@@ -144,31 +152,31 @@ impl<N: Numbers> GratingColourLobe<N> {
                     let gaussian = (off * off / spread * real(-0.5 * LOG2_E)).exp2() / spread.sqrt();
                     density + gaussian * moment
                 });
-                (m + real(1.0), (share * kernel).fma(density, sum))
+                (m + real(1.0), (weight * kernel).fma(density, sum))
             },
         );
-        // √(2π)·σ of the Gaussian along the line, over its two dimensions' 2πσ².
+        // √(2π)·σ of the Gaussian along the line, over 2πσ² of the two-dimensional one.
         let scale = real(1.0 / (PROPOSED.len() as f64 * TAU * line.sigma));
         N::Real::select(zero.lt(total), sum * scale * wo[2] / total, zero)
     }
 
-    /// A direction from three random numbers in [0, 1): the first chooses an order, then a wavenumber, the others a frequency
-    /// within the order's Gaussian. The zero vector where the direction falls below the horizon.
+    /// A direction from three random numbers in [0, 1): the first chooses an order, then a wavenumber, the others a
+    /// frequency within the order's Gaussian. The zero vector where the direction falls below the horizon.
     #[inline(always)]
     fn draw(&self, wi: [N::Real; 3], u: [N::Real; 3], active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
-        let row = self.tables.shares_row::<N>(wi);
-        let share = |order: N::Real, total| self.tables.share::<N>(self.words[1], row, order, total, active);
-        let wanted = u[0] * share(zero, true);
+        let row = self.tables.sampling_row::<N>(wi);
+        let weight = |order: N::Real, total| self.tables.order_weight::<N>(self.words[1], row, order, total, active);
+        let target = u[0] * weight(zero, true);
         let least = real(-f64::from(self.tables.orders));
-        // The order whose share of the sum holds `wanted`, what lies before it, and its share.
+        // The order at which the running sum passes the target, the sum before it, and its own weight.
         let (order, before, own) = N::while_loop(
             c"order",
-            (least, zero, share(least, false)),
-            |(order, before, own)| active & (before + own).le(wanted) & order.lt(real(f64::from(self.tables.orders))),
-            |(order, before, own)| (order + one, before + own, share(order + one, false)),
+            (least, zero, weight(least, false)),
+            |(order, before, own)| active & (before + own).le(target) & order.lt(real(f64::from(self.tables.orders))),
+            |(order, before, own)| (order + one, before + own, weight(order + one, false)),
         );
-        let left = ((wanted - before) / own.max(real(1e-20))).clip(zero, real(1.0 - 6e-8));
+        let left = ((target - before) / own.max(real(1e-20))).clip(zero, real(1.0 - 6e-8));
         let place = left * real(PROPOSED.len() as f64);
         let which = place.floor();
         let quantile = normal_quantile(place - which);
@@ -190,7 +198,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         drawn.map(|c| N::Real::select(there, c, zero))
     }
 
-    /// The line of a pair through the orders' frequencies.
+    /// The line of a pair of directions.
     #[inline(always)]
     fn line(&self, wi: [N::Real; 3], wo: [N::Real; 3]) -> Line<N> {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
@@ -200,7 +208,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         let inverse = one / length.max(real(1e-9));
         let towards = [N::Real::select(tiny, one, q[0] * inverse), N::Real::select(tiny, zero, q[1] * inverse)];
         let (spacing, sigma) = (1.0 / self.layout.period_um, self.layout.sigma_per_um);
-        // Orders whose Gaussian meets the visible range: m·spacing·|u|/ρ within [ν_min·ρ − 5σ, ν_max·ρ + 5σ].
+        // m·spacing·|u|/ρ within [ν_min·ρ − 5σ, ν_max·ρ + 5σ].
         let per_order = (towards[0].abs() * real(spacing)).max(real(1e-9));
         let reach = real(REACH * sigma);
         let most = real(f64::from(self.tables.orders));
@@ -217,7 +225,7 @@ impl<N: Numbers> GratingColourLobe<N> {
         }
     }
 
-    /// `∫ weight(1/ν) exp(−(ν − nu)²/2τ²) dν` of the three channels, in 1/µm of ν times 1/µm of weight.
+    /// `∫ weight(1/ν) exp(−(ν − nu)²/2τ²) dν` for the three channels.
     #[inline(always)]
     fn weights(&self, nu: N::Real, tau: N::Real, active: N::Mask) -> [N::Real; 3] {
         let real = N::Real::lit;
@@ -228,13 +236,13 @@ impl<N: Numbers> GratingColourLobe<N> {
         values.map(|value| N::Real::select(inside, value * widths, real(0.0)))
     }
 
-    /// The colour of order 0 between directions whose half difference is (x, y).
+    /// Colour of order 0 between directions whose half difference is (x, y).
     #[inline(always)]
     fn order_zero(&self, x: N::Real, y: N::Real, active: N::Mask) -> [N::Real; 3] {
         let (real, zero, one) = (N::Real::lit, N::Real::lit(0.0), N::Real::lit(1.0));
-        let across = (one - y * y).max(zero);
-        let within = (one - x * x / across.max(real(1e-12))).max(zero);
-        self.tables.order_zero::<N>(self.words[1], within.sqrt(), across.sqrt(), active)
+        let plane = (one - y * y).max(zero);
+        let within = (one - x * x / plane.max(real(1e-12))).max(zero);
+        self.tables.order_zero::<N>(self.words[1], within.sqrt(), plane.sqrt(), active)
     }
 }
 
@@ -243,7 +251,7 @@ impl<N: Numbers> Lobe<N, LinearSrgb> for GratingColourLobe<N> {
 
     #[inline(always)]
     fn eval(&self, wi: [N::Real; 3], wo: [N::Real; 3], _: LinearSrgb, active: N::Mask) -> [N::Real; 3] {
-        let colour = self.values(wi, wo, active, |_, _, colour, _| colour, |colour, _| colour);
+        let colour = self.sum_orders(wi, wo, active, |_, _, colour, _| colour, |colour, _| colour);
         match self.gamut {
             Gamut::Keep => colour,
             Gamut::Desaturate => desaturated(colour),
@@ -274,38 +282,13 @@ impl<N: Numbers> Lobe<N, LinearSrgb> for GratingColourLobe<N> {
 }
 
 impl<N: Numbers> Line<N> {
-    /// The inverse wavelength in 1/µm at which the line is nearest to an order, and the order's Gaussian there.
+    /// `ν_m` in 1/µm, where the line is nearest to an order, and the order's Gaussian there.
     #[inline(always)]
-    fn met(&self, order: N::Real) -> (N::Real, N::Real) {
+    fn nearest(&self, order: N::Real) -> (N::Real, N::Real) {
         let real = N::Real::lit;
         let frequency = order * real(self.spacing);
         let nu = frequency * self.towards[0] / self.length.max(real(1e-9));
-        let beside = frequency * self.towards[1] * real(1.0 / self.sigma);
-        (nu, (beside * beside * real(-0.5 * LOG2_E)).exp2())
+        let offset = frequency * self.towards[1] * real(1.0 / self.sigma);
+        (nu, (offset * offset * real(-0.5 * LOG2_E)).exp2())
     }
-}
-
-/// Bilinear look-up of packets of four words, of which three count: `[first][second]`, places in [0, 1].
-#[inline(always)]
-pub(super) fn packets<N: Numbers>(
-    words: N::Words,
-    begin: u32,
-    counts: [u32; 2],
-    places: [N::Real; 2],
-    active: N::Mask,
-) -> [N::Real; 3] {
-    let real = N::Real::lit;
-    let index = |i: u32| N::Index::lit(i);
-    let [(i, p), (j, q)] = array::from_fn(|axis| {
-        let last = f64::from(counts[axis] - 1);
-        let x = places[axis].clip(real(0.0), real(1.0)) * real(last);
-        let low = x.floor().min(real(last - 1.0));
-        (N::index(low), x - low)
-    });
-    let at = |di: u32, dj: u32| {
-        let packet = index(begin / 4) + (i + index(di)) * index(counts[1]) + j + index(dj);
-        N::gather::<4>(words, packet, active).map(N::from_bits)
-    };
-    let (a, b, c, d) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
-    array::from_fn(|channel| lerp(lerp(a[channel], b[channel], q), lerp(c[channel], d[channel], q), p))
 }

@@ -1,4 +1,4 @@
-//! A grating that answers in colours.
+//! A grating in linear sRGB.
 
 use super::GratingColourLobe;
 use super::colour_tables::ColourTables;
@@ -8,7 +8,7 @@ use crate::numeric::{Numbers, Plain};
 use crate::scattering::Vec3;
 use serde::{Deserialize, Serialize};
 
-/// A diffracting grating that answers in linear sRGB from tables.
+/// A grating of the rigorous theory in linear sRGB, from tables.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct GratingColourSurface {
     grating: GratingSurface,
@@ -17,23 +17,23 @@ pub struct GratingColourSurface {
 }
 
 impl GratingColourSurface {
-    /// The colours of a grating.
+    /// Builds the colour tables of a grating.
     pub fn new(grating: GratingSurface) -> Self {
         let (tables, words) = ColourTables::build(&grating);
         Self { grating, tables, words }
     }
 
-    /// The grating at wavelengths.
+    /// The grating's surface at wavelengths.
     pub fn grating(&self) -> &GratingSurface {
         &self.grating
     }
 
-    /// The words of the tables: efficiencies, and colours.
+    /// Table data: efficiencies, colours.
     pub fn words(&self) -> [&[u32]; 2] {
         [self.grating.words(), &self.words]
     }
 
-    /// Where in the words of the colours what begins.
+    /// Layout of the colour tables.
     pub(crate) fn tables(&self) -> &ColourTables {
         &self.tables
     }
@@ -43,13 +43,13 @@ impl GratingColourSurface {
         4 * self.words().map(<[u32]>::len).iter().sum::<usize>()
     }
 
-    /// The same grating with another coherence length in µm.
+    /// A copy with another coherence length in µm.
     #[must_use]
     pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
         Self { grating: self.grating.with_coherence_length(coherence_length_um), ..self }
     }
 
-    /// The evaluator by value.
+    /// The lobe over plain numbers, in `f32` or `f64`.
     pub fn lobe<F>(&self) -> GratingColourLobe<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -57,13 +57,13 @@ impl GratingColourSurface {
         self.lobe_over(self.words())
     }
 
-    /// The evaluator over a family of numbers, whose words are those of [`GratingColourSurface::words`].
+    /// The lobe over [`GratingColourSurface::words`] of one family of numbers.
     pub fn lobe_over<N: Numbers>(&self, words: [N::Words; 2]) -> GratingColourLobe<N> {
         GratingColourLobe { layout: *self.grating.layout(), tables: self.tables, gamut: Gamut::Keep, words }
     }
 
-    /// `f_r` in 1/sr as linear sRGB, with what the material reflects: [`GratingSurface::eval`] weighted by D65 and the CIE 1931
-    /// functions.
+    /// `f_r` in 1/sr as linear sRGB, the material's reflectance included: [`GratingSurface::eval`] weighted by D65 and
+    /// the CIE 1931 functions.
     pub fn eval(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         self.lobe::<f64>().eval(wi, wo, LinearSrgb, true)
     }

@@ -1,56 +1,64 @@
-//! What the colours of a grating are read from besides its efficiencies.
+//! Tables of a grating's colour lobe beside its efficiencies: spectral weights, the colour of order 0, and the
+//! sampler's orders.
+//!
+//! Wavelengths are counted by ν = 1/λ in 1/µm. An order is a Gaussian over ν of standard deviation τ; the table of
+//! weights holds sRGB's weights averaged over it.
 
-use super::colour_lobe::packets;
 use super::surface::GratingSurface;
 use crate::colour::WavelengthWeights;
+use crate::numeric::math::lerp;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use std::array;
 
-/// The visible range of ν = 1/λ in 1/µm, its middle and half its width, with what lies within the table's wavelengths.
+/// Middle of the tables' range of ν in 1/µm.
 pub(crate) const NU_MIDDLE: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM + 1.0 / WAVELENGTH_MAX_NM);
+/// Half width of the tables' range of ν in 1/µm.
 pub(crate) const NU_HALF: f64 = 0.5e3 * (1.0 / WAVELENGTH_MIN_NM - 1.0 / WAVELENGTH_MAX_NM);
-/// Standard deviations of an order beyond the visible range at which the table of weights ends.
+/// Extent of the table of weights beyond the range of ν, in standard deviations τ.
 pub(crate) const SPREADS: f64 = 5.0;
-/// Widths in 1/µm are tabulated over `τ/(τ + this)`.
+/// Scale in 1/µm of the width coordinate `τ/(τ + TAU_SCALE)`, about the width of sRGB's primaries.
 pub(crate) const TAU_SCALE: f64 = 0.25;
-/// Means and standard deviations of ν in 1/µm from which wavelengths are drawn, alike: where sRGB's weights lie.
+/// Means and standard deviations in 1/µm of the Gaussians that ν is drawn from, with equal probability. They cover
+/// sRGB's weights of blue, green and red.
 pub(super) const PROPOSED: [(f64, f64); 3] = [(2.2, 0.13), (1.86, 0.13), (1.63, 0.11)];
-/// Nodes of the table of weights over ν and over widths, and of order 0 along either axis.
+/// Nodes of the table of weights: `[width, ν]`.
 pub(crate) const WEIGHTS: [u32; 2] = [96, 256];
+/// Nodes of the colour of order 0 along each axis.
 pub(crate) const ORDER_ZERO: [u32; 2] = [48, 48];
-/// Bins of the shares of orders over the direction cosine across the grooves, from −1 to 1, and along them, from 0 to 1.
+/// Bins of the sampler over the incident direction: its cosine across the grooves in [−1, 1], and along them in [0, 1].
 const BINS: [u32; 2] = [32, 12];
-/// The largest place of a bin, from 0 to 1: in single precision, too, it lies in the last bin.
+/// Largest coordinate in [0, 1] of the last bin, in single precision, too.
 const BELOW_ONE: f64 = 1.0 - 1e-7;
-/// Wavelengths over which shares are averaged.
+/// Wavelengths of each Gaussian over which the sampler's efficiencies are averaged.
 const PROPOSED_NODES: usize = 16;
 
-/// Where in the words of the colours what begins.
+/// Offsets of the tables in their data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTables {
     /// The highest order that propagates at any incidence and wavelength.
     pub orders: u32,
     order_zero: u32,
-    shares: u32,
+    order_weights: u32,
 }
 
 impl ColourTables {
-    /// The tables of a grating, and their words.
+    /// Builds the tables of a grating, with their data.
     pub(super) fn build(grating: &GratingSurface) -> (Self, Vec<u32>) {
         let orders = (2e3 * grating.layout().period_um / WAVELENGTH_MIN_NM) as u32;
         let mut words: Vec<f32> = weights();
         let order_zero = words.len() as u32;
         words.extend(order_zero_colours(grating));
-        let shares = words.len() as u32;
-        words.extend(shares_of_orders(grating, orders));
-        (Self { orders, order_zero, shares }, words.into_iter().map(f32::to_bits).collect())
+        let order_weights_begin = words.len() as u32;
+        words.extend(order_weights(grating, orders));
+        (Self { orders, order_zero, order_weights: order_weights_begin }, words.into_iter().map(f32::to_bits).collect())
     }
 
-    /// Of the words, the packets of the weights and, from the packet returned on, those of order 0: all that a value is read from.
+    /// The packets that values are read from: the weights, and from the returned packet on the colours of order 0.
     pub(crate) fn packets<'a>(&self, words: &'a [u32]) -> (&'a [u32], u32) {
-        (&words[..self.shares as usize], self.order_zero / 4)
+        (&words[..self.order_weights as usize], self.order_zero / 4)
     }
 
     #[inline(always)]
@@ -61,7 +69,7 @@ impl ColourTables {
         widths: N::Real,
         active: N::Mask,
     ) -> [N::Real; 3] {
-        packets::<N>(words, 0, WEIGHTS, [widths, along], active)
+        interpolated::<N>(words, 0, WEIGHTS, [widths, along], active)
     }
 
     #[inline(always)]
@@ -72,12 +80,12 @@ impl ColourTables {
         across: N::Real,
         active: N::Mask,
     ) -> [N::Real; 3] {
-        packets::<N>(words, self.order_zero, ORDER_ZERO, [within, across], active)
+        interpolated::<N>(words, self.order_zero, ORDER_ZERO, [within, across], active)
     }
 
-    /// Where the shares of the bin of an incident direction begin.
+    /// First entry of the sampler's row for an incident direction.
     #[inline(always)]
-    pub(super) fn shares_row<N: Numbers>(&self, wi: [N::Real; 3]) -> N::Index {
+    pub(super) fn sampling_row<N: Numbers>(&self, wi: [N::Real; 3]) -> N::Index {
         let real = N::Real::lit;
         let across = (real(1.0) - wi[1] * wi[1]).max(real(1e-12)).sqrt();
         let bin =
@@ -85,12 +93,12 @@ impl ColourTables {
         let x = bin((real(1.0) - wi[0] / across) * real(0.5), BINS[0]);
         let y = bin(wi[1].abs(), BINS[1]);
         let width = N::Index::lit(2 * self.orders + 2);
-        N::Index::lit(self.shares) + (x * N::Index::lit(BINS[1]) + y) * width
+        N::Index::lit(self.order_weights) + (x * N::Index::lit(BINS[1]) + y) * width
     }
 
-    /// The share of an order of a row, or the sum of all.
+    /// Sampling weight of an order in a row, or the sum of all orders' (`total`).
     #[inline(always)]
-    pub(super) fn share<N: Numbers>(
+    pub(super) fn order_weight<N: Numbers>(
         &self,
         words: N::Words,
         row: N::Index,
@@ -118,7 +126,7 @@ fn weights() -> Vec<f32> {
     (0..WEIGHTS[0])
         .into_par_iter()
         .flat_map_iter(|row| {
-            // The last row stands for a width without end, the first for none; both are limits.
+            // The first and last rows are the limits of zero and infinite width.
             let share = (f64::from(row) / f64::from(WEIGHTS[0] - 1)).clamp(1e-3, 0.999);
             let tau = TAU_SCALE * share / (1.0 - share);
             let wavelengths = &wavelengths;
@@ -140,7 +148,8 @@ fn weights() -> Vec<f32> {
         .collect()
 }
 
-/// The colour of order 0's efficiency in packets, over the cosines in and out of the plane across the grooves.
+/// Colour of order 0's efficiency in packets, over the cosine within the plane across the grooves and the plane's own
+/// cosine.
 fn order_zero_colours(grating: &GratingSurface) -> Vec<f32> {
     let last = |axis: usize| f64::from(ORDER_ZERO[axis] - 1);
     (0..ORDER_ZERO[0] * ORDER_ZERO[1])
@@ -164,9 +173,9 @@ fn order_zero_colours(grating: &GratingSurface) -> Vec<f32> {
         .collect()
 }
 
-/// Shares of orders and their sum, by bins of the incident direction: efficiencies averaged over the bin and the wavelengths
-/// that are drawn.
-fn shares_of_orders(grating: &GratingSurface, orders: u32) -> Vec<f32> {
+/// Sampling weights of the orders and their sum, by bin of the incident direction: efficiencies averaged over the bin
+/// and over [`PROPOSED`].
+fn order_weights(grating: &GratingSurface, orders: u32) -> Vec<f32> {
     let orders = orders as i32;
     (0..BINS[0] * BINS[1])
         .into_par_iter()
@@ -188,11 +197,37 @@ fn shares_of_orders(grating: &GratingSurface, orders: u32) -> Vec<f32> {
                     }
                 }
             }
-            // Rounded first, so that the sum is that of what is stored.
+            // Rounded first, so that the sum matches the stored weights.
             let row: Vec<f32> = row.into_iter().map(|share| share as f32).collect();
             let total: f32 = row.iter().sum();
             let width = row.len();
             row.into_iter().take(width - 1).chain([total])
         })
         .collect()
+}
+
+/// Bilinear interpolation in a table of packets `[first][second]`: four words each, of which three hold a colour.
+/// `places` are coordinates in [0, 1].
+#[inline(always)]
+fn interpolated<N: Numbers>(
+    words: N::Words,
+    begin: u32,
+    counts: [u32; 2],
+    places: [N::Real; 2],
+    active: N::Mask,
+) -> [N::Real; 3] {
+    let real = N::Real::lit;
+    let index = |i: u32| N::Index::lit(i);
+    let [(i, p), (j, q)] = array::from_fn(|axis| {
+        let last = f64::from(counts[axis] - 1);
+        let x = places[axis].clip(real(0.0), real(1.0)) * real(last);
+        let low = x.floor().min(real(last - 1.0));
+        (N::index(low), x - low)
+    });
+    let at = |di: u32, dj: u32| {
+        let packet = index(begin / 4) + (i + index(di)) * index(counts[1]) + j + index(dj);
+        N::gather::<4>(words, packet, active).map(N::from_bits)
+    };
+    let (a, b, c, d) = (at(0, 0), at(0, 1), at(1, 0), at(1, 1));
+    array::from_fn(|channel| lerp(lerp(a[channel], b[channel], q), lerp(c[channel], d[channel], q), p))
 }

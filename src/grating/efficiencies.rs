@@ -1,62 +1,64 @@
-//! The table of orders' efficiencies.
+//! Layout of the table of efficiencies, and its interpolation.
 
 use super::place::Place;
 use crate::numeric::math::{lerp, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use serde::{Deserialize, Serialize};
 
-/// What one unit of a stored number means: a sum of efficiencies passes one by less than a tenth.
+/// Efficiency of one unit of a stored 16-bit number. Sums of efficiencies up to 1.09 fit, above one by interpolation
+/// error.
 pub(crate) const UNIT: f64 = 1.0 / 60_000.0;
 
-/// How the words of a table are to be read.
+/// Arrangement of a table of efficiencies in 32-bit words.
 ///
-/// The first `wavelengths · cells` words say where a cell begins, in halves of words. A cell of index `s` has `nodes²`
-/// places, the second coordinate the faster; at each there are `s + 1` incident waves, and for each of these the
-/// efficiencies of the `s + 1` orders and then their sum, halves of a word in units of 1/60 000.
+/// The first `wavelengths · cells` words hold the beginning of each cell, counted in 16-bit halves. Cell `s` has
+/// `nodes²` nodes, the second coordinate fastest. Each node has `s + 1` rows, one per incident order, of `s + 2`
+/// halves: the efficiencies of the `s + 1` outgoing orders, then their sum, in units of 1/60 000.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EfficiencyLayout {
-    /// The first wavelength in nm.
+    /// First wavelength in nm.
     pub first_nm: f64,
-    /// From one wavelength to the next in nm.
+    /// Distance of wavelengths in nm.
     pub step_nm: f64,
     /// Number of wavelengths, at least two.
     pub wavelengths: u32,
-    /// Number of cells of the shortest wavelength; longer ones have fewer.
+    /// Number of cells at the shortest wavelength; longer wavelengths use fewer.
     pub cells: u32,
-    /// Nodes along either side of a cell.
+    /// Number of nodes along each side of a cell.
     pub nodes: u32,
 }
 
-/// A table's layout over its words.
+/// A table of efficiencies over one family of numbers.
 #[derive(Clone, Copy)]
 pub(super) struct EfficiencyView<N: Numbers> {
     pub layout: EfficiencyLayout,
     pub words: N::Words,
 }
 
-/// The rows of a table about a wavelength and a place: what is left is which order.
+/// Rows of an incident wave at the corners of its grid cell, with the interpolation weights. Indexed by the outgoing
+/// order.
 pub(super) struct Row<N: Numbers> {
-    /// Where the row of the incident wave begins at the four corners, of the shorter and of the longer wavelength.
+    /// First half of the row at the four corners, `[shorter, longer wavelength]`.
     begins: [[N::Index; 4]; 2],
-    /// Where between the corners and the wavelengths.
+    /// Fractions along both coordinates and the wavelength.
     between: [N::Real; 3],
 }
 
 impl<N: Numbers> EfficiencyView<N> {
-    /// Where a wave at a wavelength in nm lies among the nodes of its cell: of each of the eight about it, those of the shorter
-    /// wavelength first, where the cell begins and which node it is; and where between them, along both coordinates and the
-    /// wavelength.
+    /// The eight nodes around a wave at a wavelength in nm, those of the shorter wavelength first: `[beginning of the
+    /// cell, number of the node]`. Then the fractions along both coordinates and the wavelength.
     #[inline(always)]
     fn nodes(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> ([[N::Index; 2]; 8], [N::Real; 3]) {
         let (real, index) = (N::Real::lit, N::Index::lit);
         let EfficiencyLayout { first_nm, step_nm, wavelengths, cells, nodes } = self.layout;
-        let along = |x: N::Real, count: u32| {
+        // Lower node and fraction along an axis of `count` nodes.
+        let between = |x: N::Real, count: u32| {
             let x = x.clip(real(0.0), real(f64::from(count - 1)));
             let low = x.floor().min(real(f64::from(count - 2)));
             (N::index(low), x - low)
         };
-        let (shorter, to_longer) = along((nm - real(first_nm)) * real(1.0 / step_nm), wavelengths);
-        let [(low_p, p), (low_q, q)] = place.stretched.map(|s| along(s * real(f64::from(nodes - 1)), nodes));
+        let (shorter, to_longer) = between((nm - real(first_nm)) * real(1.0 / step_nm), wavelengths);
+        let [(low_p, p), (low_q, q)] = place.stretched.map(|s| between(s * real(f64::from(nodes - 1)), nodes));
         let cell = place.cell.min(index(cells - 1));
         let begins = [0, 1].map(|j| {
             let [begin] = N::gather::<1>(self.words, (shorter + index(j)) * index(cells) + cell, active);
@@ -69,7 +71,7 @@ impl<N: Numbers> EfficiencyView<N> {
         (nodes, [p, q, to_longer])
     }
 
-    /// [`EfficiencyView::nodes`] with the weight of each.
+    /// [`EfficiencyView::nodes`] with interpolation weights.
     #[inline(always)]
     pub fn weighted(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> [([N::Index; 2], N::Real); 8] {
         let one = N::Real::lit(1.0);
@@ -78,7 +80,7 @@ impl<N: Numbers> EfficiencyView<N> {
         std::array::from_fn(|corner| (nodes[corner], to_longer[corner >> 2] * p[corner >> 1 & 1] * q[corner & 1]))
     }
 
-    /// The rows of a wave at a wavelength in nm.
+    /// The row of a wave at a wavelength in nm.
     #[inline(always)]
     pub fn row(&self, place: &Place<N>, nm: N::Real, active: N::Mask) -> Row<N> {
         let index = N::Index::lit;
@@ -86,11 +88,11 @@ impl<N: Numbers> EfficiencyView<N> {
         let cell = place.cell.min(index(self.layout.cells - 1));
         let width = cell + index(1);
         let (row, places) = (width + index(1), width * (width + index(1)));
-        let of = |corner: usize| {
-            let [begin, node] = nodes[corner];
-            begin + node * places + place.incident.min(cell) * row
+        let begin = |corner: usize| {
+            let [cell_begin, node] = nodes[corner];
+            cell_begin + node * places + place.incident.min(cell) * row
         };
-        Row { begins: [0, 4].map(|j| std::array::from_fn(|corner| of(j + corner))), between }
+        Row { begins: [0, 4].map(|j| std::array::from_fn(|corner| begin(j + corner))), between }
     }
 
     /// Sum of all efficiencies of the row: the entry after the last order's.

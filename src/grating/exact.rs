@@ -1,19 +1,19 @@
-//! A grating solved at the very pair of directions that is asked for.
+//! Judge of the grating tables: orders solved for each query.
 
 use super::GratingError;
 use super::lobe::REACH;
 use super::solved::medium;
-use super::surface::sigma_per_um;
 use crate::scattering::{Pair, SpectralIndex, Vec3};
+use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
 
-/// What power may be off: a tenth of what an order may be.
+/// Accepted imbalance of power: a tenth of the tables' error per order.
 const BALANCE: f64 = 5e-4;
-/// How often nodes are doubled until power is kept.
+/// Largest number of doublings of the nodes while power is not balanced.
 const DOUBLINGS: usize = 3;
 
-/// The oracle of a grating: its orders by Maxwell's equations, with no table.
+/// The reflectance of a grating by Maxwell's equations, without tables.
 pub struct ExactGrating {
     profile: Profile,
     index: Option<SpectralIndex>,
@@ -21,12 +21,13 @@ pub struct ExactGrating {
 }
 
 impl ExactGrating {
-    /// Of a profile in air above a medium of this index, or a perfect conductor.
+    /// A profile in air above a medium of this index, or above a perfect conductor (`None`).
     pub fn new(profile: Profile, index: Option<SpectralIndex>, coherence_length_um: f64) -> Self {
-        Self { profile, index, sigma_per_um: sigma_per_um(coherence_length_um) }
+        Self { profile, index, sigma_per_um: CoherenceWindow::new(coherence_length_um).order_sigma_per_um() }
     }
 
-    /// `f_r` in 1/sr, as [`GratingSurface::eval`](super::GratingSurface::eval): zero unless both directions lie above the surface.
+    /// `f_r` in 1/sr, as [`GratingSurface::eval`](super::GratingSurface::eval): zero unless both directions lie above
+    /// the surface.
     ///
     /// # Errors
     /// An index or wavelength that the solver refuses, and orders that it cannot solve well enough.
@@ -34,26 +35,26 @@ impl ExactGrating {
         let Some(pair) = Pair::new(wi, wo) else { return Ok(0.0) };
         let period_um = self.profile.period_um();
         let periods = 1e3 * period_um / wavelength_nm;
-        // In orders: where the pair lies, and an order's standard deviation.
+        // In units of 1/d: an order's standard deviation, and the frequency asked for.
         let deviation = period_um * self.sigma_per_um;
-        let (centre, along) = (pair.u * periods, pair.v * periods / deviation);
-        if along.abs() >= REACH {
+        let (frequency_x, offset_y) = (pair.u * periods, pair.v * periods / deviation);
+        if offset_y.abs() >= REACH {
             return Ok(0.0);
         }
         let y = 0.5 * (wi[1] - wo[1]);
         let t = periods * ((1.0 - y) * (1.0 + y)).sqrt();
         check_size(&self.profile, &medium(self.index.as_ref(), wavelength_nm)?, wavelength_nm, y.abs())?;
         let mut sum = 0.0;
-        let (first, last) = (centre - REACH * deviation, centre + REACH * deviation);
+        let (first, last) = (frequency_x - REACH * deviation, frequency_x + REACH * deviation);
         for m in first.ceil() as i32..=last.floor() as i32 {
-            // Either direction moved by half of what is missing to the order.
+            // Both directions moved by half of the difference to the order, as in `lobe.rs`.
             let a = 0.5 * ((wo[0] - wi[0]) * periods - f64::from(m));
             if a.abs() < t && (a + f64::from(m)).abs() < t {
-                let off = (centre - f64::from(m)) / deviation;
-                sum += (-0.5 * off * off).exp() * self.efficiency(t, a, m, wavelength_nm)?;
+                let offset_x = (frequency_x - f64::from(m)) / deviation;
+                sum += (-0.5 * offset_x * offset_x).exp() * self.efficiency(t, a, m, wavelength_nm)?;
             }
         }
-        let density = (periods / deviation).powi(2) / TAU * (-0.5 * along * along).exp();
+        let density = (periods / deviation).powi(2) / TAU * (-0.5 * offset_y * offset_y).exp();
         Ok(sum * density)
     }
 

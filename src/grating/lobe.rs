@@ -10,8 +10,9 @@
 //! K(f)   = exp(−|f|²/2σ²)/(2πσ²)       Gaussian of the coherence window, of standard deviation σ
 //! ```
 //!
-//! Below, frequencies are counted in orders, as multiples of 1/d: `d/λ` is `periods`, and `1/(dσ)` the reciprocal of the Gaussian's
-//! standard deviation, `inverse_sigma`. Efficiencies depend on `t` and `a` of the incident wave, the coordinates of `place.rs`.
+//! Below, frequencies are counted in orders, as multiples of 1/d: `d/λ` is `periods`, and `1/(dσ)` the reciprocal of
+//! the Gaussian's standard deviation, `inverse_sigma`. Efficiencies depend on `t` and `a` of the incident wave, the
+//! coordinates of `place.rs`.
 
 use super::efficiencies::{EfficiencyLayout, EfficiencyView};
 use super::place::Place;
@@ -90,7 +91,8 @@ impl<N: Numbers> PerWavelength<N> for GratingLobe<'_, N> {
         let view = self.view();
         let row = view.row(&place, nm, active);
         let target = u[0] * view.row_total(&row, &place, active);
-        // The first order at which the running sum passes the target; the last one if rounding leaves the target above the sum.
+        // The first order at which the running sum passes the target; the last one if rounding leaves the target above
+        // the sum.
         let (outgoing, _) = N::while_loop(
             c"order",
             (index(0), view.entry(&row, index(0), active)),
@@ -155,8 +157,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
 
     /// `Σ_m g(order m)·K(f − f_m)/λ²`, for `R` quantities `g` at once.
     ///
-    /// The incident wave of each order is moved so that the order leaves exactly: either direction takes half of the difference.
-    /// Swapping the directions therefore changes nothing, which keeps the lobe reciprocal.
+    /// The incident wave of each order is moved so that the order leaves exactly: either direction takes half of the
+    /// difference. Swapping the directions therefore changes nothing, which keeps the lobe reciprocal.
     #[inline(always)]
     fn sum_orders<const R: usize>(
         &self,
@@ -181,7 +183,8 @@ impl<N: Numbers> GratingLobe<'_, N> {
         })
     }
 
-    /// `Σ_m g_m·K(f − f_m)/λ²` over the orders whose Gaussians reach the pair; `weights(m, active)` are `R` factors `g_m`.
+    /// `Σ_m g_m·K(f − f_m)/λ²` over the orders whose Gaussians reach the pair; `weights(m, active)` are `R` factors
+    /// `g_m`.
     #[inline(always)]
     fn sum_kernels<const R: usize>(
         &self,

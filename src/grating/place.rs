@@ -1,28 +1,36 @@
-//! Where directions lie between the lines on which orders pass off.
+//! Coordinates in which a grating's efficiencies are smooth, and their cells.
 //!
-//! A wave that meets a relief along x is `exp(i(αx − βz + k_y y))`. With `κ² = k² − k_y²`, what it does depends on
-//! `t = dκ/2π` and `a = dα/2π`, and of `a` only the fraction matters to which orders there are: an order passes off where
-//! `t − a` or `t + a` is whole. Between these lines efficiencies are smooth; next to them they go with the square root of
-//! the distance. So tables are made of cells between whole numbers, and a place in a cell is the fraction of `t − a` and of
-//! `t + a`, stretched at both ends.
+//! An incident wave on a grating of period d is `exp(i(αx − βz + k_y y))`, with the grooves along y. Its efficiencies
+//! depend on
+//!
+//! ```text
+//! t = d·√(k² − k_y²)/2π     transverse wave number in units of the grating's
+//! a = d·α/2π                component along x in the same unit; order m leaves with a + m
+//! ```
+//!
+//! An order grazes the surface where `t − a` or `t + a` is a whole number. Between these lines efficiencies are smooth;
+//! near them they vary with the square root of the distance. Tables therefore consist of cells between whole numbers of
+//! `t − a` and `t + a`. Coordinates in a cell are the two fractions, stretched so that square roots become linear. The
+//! solver takes `t` and the Bloch phase `b`, which is `a` up to a whole number.
 
 use crate::numeric::{Index, Number, Numbers, Real};
 
-/// A place of an incident wave in the cells.
+/// An incident wave's cell and its coordinates there.
 #[derive(Clone, Copy)]
 pub(super) struct Place<N: Numbers> {
-    /// Number of orders that propagate besides one: the whole parts of `t − a` and of `t + a`, added up.
+    /// Number of the cell: the sum of the whole parts of `t − a` and `t + a`. The cell has one more propagating order.
     pub cell: N::Index,
-    /// The incident wave's own among these orders, counted from the one that goes furthest to −x: the whole part of `t + a`.
+    /// The incident wave's number among these orders, the whole part of `t + a`. Orders are counted from the one
+    /// furthest towards −x.
     pub incident: N::Index,
-    /// [`stretched`] fractions of `t − a` and of `t + a`.
+    /// [`stretched`] fractions of `t − a` and `t + a`, in [0, 1].
     pub stretched: [N::Real; 2],
     /// Whether the wave propagates.
     pub propagates: N::Mask,
 }
 
 impl<N: Numbers> Place<N> {
-    /// Of a wave with this `t` and `a`.
+    /// The place of a wave with these coordinates.
     #[inline(always)]
     pub fn new(t: N::Double, a: N::Double) -> Self {
         let zero = N::Double::lit(0.0);
@@ -38,7 +46,7 @@ impl<N: Numbers> Place<N> {
         }
     }
 
-    /// The order that is `m` further to +x among those of the cell, and whether it propagates.
+    /// Number of the order `m` among the cell's orders, and whether it propagates.
     #[inline(always)]
     pub fn outgoing(&self, m: N::Double) -> (N::Index, N::Mask) {
         let at = N::widen(N::real(self.incident)) + m;
@@ -47,14 +55,14 @@ impl<N: Numbers> Place<N> {
     }
 }
 
-/// A number of [0, 1] to one that goes with the square root of the distance from either end.
+/// Maps [0, 1] to [0, 1], with a square root at both ends.
 #[inline(always)]
 pub(super) fn stretched<R: Real>(x: R) -> R {
     let (low, high) = (x.max(R::lit(0.0)).sqrt(), (R::lit(1.0) - x).max(R::lit(0.0)).sqrt());
     low / (low + high)
 }
 
-/// What [`stretched`] makes a number of.
+/// Inverse of [`stretched`].
 pub(super) fn unstretched(s: f64) -> f64 {
     let (low, high) = (s * s, (1.0 - s) * (1.0 - s));
     low / (low + high)
@@ -68,7 +76,7 @@ mod tests {
     type Double = Plain<'static, f64>;
 
     #[test]
-    fn stretching_is_undone() {
+    fn unstretched_inverts_stretched() {
         for i in 0..=100 {
             let x = f64::from(i) / 100.0;
             assert!((unstretched(stretched(x)) - x).abs() < 1e-15);
@@ -76,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn a_wave_and_its_reverse_lie_at_mirrored_places() {
+    fn reversed_waves_have_mirrored_places() {
         // Reversed, order m becomes the incident wave: a → −(a + m). Rounding only.
         for (t, a, m) in [(3.3, 0.4, 1.0), (3.3, -1.7, 2.0), (0.4, 0.1, 0.0), (6.6, -6.1, 12.0)] {
             let (there, back) = (Place::<Double>::new(t, a), Place::<Double>::new(t, -a - m));
@@ -89,7 +97,7 @@ mod tests {
     }
 
     #[test]
-    fn orders_are_those_that_propagate() {
+    fn outgoing_orders_propagate_between_the_horizons() {
         let (t, a) = (2.7, 0.5);
         let place = Place::<Double>::new(t, a);
         for m in -8..=8 {

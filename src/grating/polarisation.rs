@@ -1,5 +1,9 @@
-//! How a grating's orders polarise: a table of Jones matrices beside that of efficiencies, and the Mueller matrices it gives
+//! Polarisation of a grating's orders: a table of Jones matrices beside the efficiencies, and their Mueller matrices
 //! (docs/model.md#gratings-by-maxwells-equations).
+//!
+//! A Jones matrix `[EE, EH, HE, HH]` (outgoing state first) relates the states of Ey and of Hy, the fields along the
+//! grooves. It is stored normalised, since efficiencies hold the power. Its crossed elements EH and HE are proportional
+//! to ky/k and stored divided by it, so that they do not change sign with ky.
 
 use super::GratingError;
 use super::build::{chebyshev_angles, node, resampling};
@@ -14,38 +18,38 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Chebyshev nodes along either side of a cell at which matrices are solved.
+/// Number of Chebyshev nodes along each side of a cell at which matrices are solved.
 const SOLVED: usize = 18;
-/// The fewest and the most nodes of the table there.
+/// Least and greatest number of table nodes along each side of a cell.
 const STORED: [usize; 2] = [12, 18];
-/// Bytes that a table may have for more than the fewest nodes.
+/// Bytes that a table may use for more than the least number of nodes.
 const ROOM: f64 = 24e6;
-/// What one unit of a stored number means. No part of a matrix of unit length is above √2.
+/// Value of one unit of a stored 16-bit number. Elements of a normalised matrix are at most √2.
 const UNIT: f64 = 1.45 / 32_767.0;
-/// What a stored number of zero is.
+/// Stored number that stands for zero.
 const ZERO: f64 = 32_768.0;
-/// Share of a wave number along the grooves below which what is crossed is no longer divided by less: its error would grow.
-const ALONG_MIN: f64 = 0.02;
-/// Power of what is normalised, below which it is nothing.
+/// Smallest |ky/k| that crossed elements are divided by; a smaller divisor would amplify their error.
+const GROOVE_COSINE_MIN: f64 = 0.02;
+/// Power below which a matrix is stored as zero.
 const POWER_MIN: f64 = 1e-18;
 
-/// A Jones matrix between the states of Ey and of Hy, `[EE, EH, HE, HH]`, out first; what is crossed over ky/k, on which it goes
-/// evenly where ky changes its sign.
+/// A normalised Jones matrix `[EE, EH·k/ky, HE·k/ky, HH]`.
 pub(super) type Shape = [Complex64; 4];
 
-/// The shape of a Jones matrix, of unit length, at this share `ky²/k²`, which may be negative.
-pub(super) fn shape([[ee, eh], [he, hh]]: [[Complex64; 2]; 2], ky_squared_share: f64) -> Shape {
-    let along = Complex64::new(ky_squared_share, 0.0).sqrt();
-    let along = if along.norm() < ALONG_MIN { along * (ALONG_MIN / along.norm().max(1e-12)) } else { along };
+/// Normalises a Jones matrix at `ky²/k²`, which may be negative.
+pub(super) fn shape([[ee, eh], [he, hh]]: [[Complex64; 2]; 2], ky_squared: f64) -> Shape {
+    let along = Complex64::new(ky_squared, 0.0).sqrt();
+    let along =
+        if along.norm() < GROOVE_COSINE_MIN { along * (GROOVE_COSINE_MIN / along.norm().max(1e-12)) } else { along };
     let matrix = [ee, eh / along, he / along, hh];
     let power = 0.5 * matrix.iter().map(Complex64::norm_sqr).sum::<f64>();
     if power < POWER_MIN { [Complex64::ZERO; 4] } else { matrix.map(|part| part / power.sqrt()) }
 }
 
-/// A table of the shapes of Jones matrices.
+/// A table of normalised Jones matrices.
 ///
-/// Read as [`EfficiencyLayout`] says, but with `(s + 1)²` packets of four words at each place, a word of a part of the matrix, its
-/// real half and its imaginary half about 32 768; and the beginnings of cells counted in packets.
+/// Arranged as [`EfficiencyLayout`], but each node has `(s + 1)²` packets of four words. A word holds one element, its
+/// real and imaginary part as 16-bit numbers about 32 768. Beginnings of cells are counted in packets.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct JonesTable {
     layout: EfficiencyLayout,
@@ -53,10 +57,10 @@ pub struct JonesTable {
 }
 
 impl JonesTable {
-    /// Solves and tabulates a grating of this period at wavelengths so far apart, `None` where nothing depends on them.
+    /// Solves and tabulates a grating at wavelengths `step_nm` apart; `None` for a perfect conductor.
     ///
     /// # Errors
-    /// A place that cannot be solved.
+    /// An incidence that cannot be solved.
     pub(super) fn build(
         period_um: f64,
         orders: &Solved,
@@ -97,32 +101,33 @@ impl JonesTable {
         Ok(Self { layout, words })
     }
 
-    /// How the words are to be read.
+    /// Arrangement of the table data.
     pub fn layout(&self) -> &EfficiencyLayout {
         &self.layout
     }
 
-    /// The words of the table.
+    /// Table data.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// The table over words of a family of numbers, which are [`JonesTable::words`].
+    /// The table over [`JonesTable::words`] of one family of numbers.
     pub fn view<N: Numbers>(&self, words: N::Words) -> JonesView<N> {
         JonesView { layout: self.layout, words }
     }
 }
 
-/// Nodes along either side of a cell, of a table with so many cells at each wavelength.
+/// Number of nodes along each side of a cell that fits into [`ROOM`], from the numbers of cells at each wavelength.
 fn stored(cells_of: &[usize]) -> usize {
-    // Of a packet.
+    // Bytes of a packet.
     const BYTES: usize = 16;
     let packets: usize = cells_of.iter().flat_map(|&cells| (1..=cells).map(|width| width * width)).sum();
     let fitting = (ROOM / (BYTES * packets) as f64).sqrt() as usize;
     fitting.clamp(STORED[0], STORED[1])
 }
 
-/// The shapes of one cell: `[first coordinate ≥ second, in a triangle][wavelength][incident · orders + outgoing]`.
+/// Matrices of one cell: `[node of the triangle][wavelength][incident · orders + outgoing]`. Reciprocity gives the
+/// other triangle.
 struct Cell {
     index: usize,
     shapes: Vec<Vec<Vec<Shape>>>,
@@ -142,7 +147,7 @@ impl Cell {
         Ok(Self { index, shapes })
     }
 
-    /// The shape at a pair of nodes: on the other side of the diagonal, that of the reversed path.
+    /// The matrix at a pair of nodes; beyond the diagonal, that of the reversed path.
     fn value(&self, i: usize, k: usize, j: usize, at: usize) -> Shape {
         let (high, low) = (i.max(k), i.min(k));
         let shapes = &self.shapes[high * (high + 1) / 2 + low][j];
@@ -161,7 +166,7 @@ impl Cell {
         let add = |sum: &mut Shape, shape: Shape, weight: f64| {
             sum.iter_mut().zip(shape).for_each(|(sum, part)| *sum += part * weight);
         };
-        // Along the second coordinate, then along the first: `[node][stored · entries + entry]`.
+        // Resamples the second coordinate, then the first: `[node][stored · entries + entry]`.
         let mut half_way = vec![vec![[Complex64::ZERO; 4]; stored * entries]; SOLVED];
         for (i, of_node) in half_way.iter_mut().enumerate() {
             for (k, at) in (0..SOLVED).flat_map(|k| (0..entries).map(move |at| (k, at))) {
@@ -186,10 +191,10 @@ impl Cell {
     }
 }
 
-/// A complex number, its real part first.
+/// A complex number: real part, imaginary part.
 type Pair<N> = [<N as Numbers>::Real; 2];
 
-/// A [`JonesTable`] over its words.
+/// A [`JonesTable`] over one family of numbers.
 #[derive(Clone, Copy)]
 pub struct JonesView<N: Numbers> {
     layout: EfficiencyLayout,
@@ -197,15 +202,15 @@ pub struct JonesView<N: Numbers> {
 }
 
 impl<N: Numbers> JonesView<N> {
-    /// The Mueller matrix of an order, row by row over its first element, for a wave with this direction cosine along the
-    /// grooves, in frames of reference whose first axis is the groove's, made transverse.
+    /// Mueller matrix of an order, row by row and divided by its first element. `groove_cosine` is the wave's direction
+    /// cosine along the grooves. Frames of reference have the grooves' direction, made transverse, as first axis.
     #[inline(always)]
     pub(super) fn matrix(
         &self,
         place: &Place<N>,
         outgoing: N::Index,
         nm: N::Real,
-        along: N::Real,
+        groove_cosine: N::Real,
         active: N::Mask,
     ) -> [N::Real; 16] {
         let (real, index) = (N::Real::lit, N::Index::lit);
@@ -221,18 +226,19 @@ impl<N: Numbers> JonesView<N> {
             }
         }
         let [ee, eh, he, hh] = sum;
-        // The second axis of a right-handed frame is opposite to the electric field of the state of Hy.
-        let crossed = |part: Pair<N>| part.map(|x| -(x * along));
+        // In a right-handed frame the electric field of the Hy state is opposite to the second axis.
+        let crossed = |part: Pair<N>| part.map(|x| -(x * groove_cosine));
         mueller::<N>([ee, crossed(eh), crossed(he), hh])
     }
 }
 
-/// The Mueller matrix of `[xx, xy, yx, yy]`, out first, over its first element; that of a depolariser where all are zero. Time goes
-/// as exp(−iωt), and the fourth of Stokes' parameters is `2 Im(x y*)`, as in Mitsuba.
+/// Mueller matrix of the Jones matrix `[xx, xy, yx, yy]` (outgoing state first), divided by its first element. A zero
+/// matrix becomes a depolariser. The time dependence is exp(−iωt), and the fourth Stokes parameter is `2 Im(x y*)`, as
+/// in Mitsuba.
 #[inline(always)]
 fn mueller<N: Numbers>([xx, xy, yx, yy]: [Pair<N>; 4]) -> [N::Real; 16] {
     let (real, half) = (N::Real::lit, N::Real::lit(0.5));
-    // A product with a conjugate.
+    // a·b*.
     let times = |a: Pair<N>, b: Pair<N>| [a[0].fma(b[0], a[1] * b[1]), a[1] * b[0] - a[0] * b[1]];
     let [a, b, c, d] = [xx, xy, yx, yy].map(|z| times(z, z)[0] * half);
     let (x, y) = (times(xx, xy), times(yx, yy));
@@ -245,7 +251,7 @@ fn mueller<N: Numbers>([xx, xy, yx, yy]: [Pair<N>; 4]) -> [N::Real; 16] {
         [u[0] + v[0], u[0] - v[0], f[0] + g[0], g[1] - f[1]],
         [u[1] + v[1], u[1] - v[1], f[1] + g[1], f[0] - g[0]],
     ];
-    // In units of the table a matrix of unit length has some 10⁹.
+    // A normalised matrix has a power of about 10⁹ in the table's units.
     let known = real(1.0).lt(power);
     let scale = real(1.0) / N::Real::select(known, power, real(1.0));
     std::array::from_fn(|i| {
@@ -281,13 +287,14 @@ mod tests {
         table.view::<Double>(&table.words).matrix(&place, at, nm, -wi[1], true)
     }
 
-    /// Elements of matrices of unit power, in the root mean square and at most: what interpolation leaves in orders of a grating
-    /// whose every cell has an anomaly. With two thirds of the nodes it is twice as much.
+    /// Root mean square interpolation error of matrix elements, for a grating with an anomaly in every cell. Two thirds
+    /// of the nodes double it.
     const RMS: f64 = 0.015;
+    /// Largest interpolation error of an element, for the same grating.
     const LARGEST: f64 = 0.15;
 
     #[test]
-    fn matrices_between_the_nodes_are_those_of_the_solver() {
+    fn interpolated_matrices_match_the_solver() {
         let aluminium = ComplexIndex { eta: 1.0, k: 6.5 };
         let (period_um, nm) = (0.9, 517.0);
         let profile = Profile::sinusoid(period_um, 0.2).unwrap();
@@ -318,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_have_no_more_than_their_room() {
+    fn tables_fit_into_their_room() {
         // Periods in µm of the presets, and of a grating of few orders, which has the most nodes.
         for (period_um, most) in [(2.5, false), (1.6, true), (0.9, true)] {
             let (_, cells_of) = wavelengths(period_um, Some(40.0));
@@ -330,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_of_nothing_depolarises() {
+    fn zero_matrices_depolarise() {
         let matrix = mueller::<Double>([[0.0; 2]; 4]);
         assert_eq!(matrix[0], 1.0);
         assert!(matrix[1..].iter().all(|&element| element == 0.0));

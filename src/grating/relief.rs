@@ -5,8 +5,7 @@ use crate::height_field::{HeightField, Preset};
 use ndarray::Axis;
 use sunbeam_rigorous::Profile;
 
-/// The exact profile of a preset that is a grating, with its period and height in µm or their defaults; `None` for others, and
-/// for a plane, which any field describes.
+/// Exact profile of a grating preset, with its period and height in µm or their defaults. `None` for other presets.
 ///
 /// # Errors
 /// A period or height that the solver refuses.
@@ -25,10 +24,10 @@ pub fn preset_profile(
     })
 }
 
-/// The profile of a field whose rows are alike, each column the mean of its rows; the field is one period.
+/// Profile of a field whose rows are alike: the mean of each column. The field is one period.
 ///
 /// # Errors
-/// Rows that differ by more than `tolerance` of the relief's height, and what the solver refuses of a profile.
+/// Rows that differ by more than `tolerance` of the relief's height, and profiles that the solver refuses.
 pub fn profile_of(field: &HeightField, tolerance: f64) -> Result<Profile, GratingError> {
     let heights = field.heights_um();
     let (low, high) = field.range_um();
@@ -44,7 +43,7 @@ pub fn profile_of(field: &HeightField, tolerance: f64) -> Result<Profile, Gratin
     let rows = heights.nrows() as f64;
     let profile: Vec<f64> = heights.axis_iter(Axis(1)).map(|column| column.sum() / rows).collect();
     let period_um = field.extent_um().0;
-    // A plane may have any number of pixels; the solver asks for some.
+    // The solver needs a minimum of samples, but a plane may have any number of pixels.
     if accepted_um == 0.0 {
         return Ok(Profile::flat(period_um)?);
     }
@@ -70,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn reliefs_that_vary_along_y_are_told_by_how_much() {
+    fn reliefs_that_vary_along_y_are_refused_with_the_variation() {
         let message = profile_of(&Preset::Cd.build(None, None).unwrap(), 1e-3).unwrap_err().to_string();
         assert!(message.contains("along y by 1.20e-1 µm") && message.contains("scalar"), "{message}");
         let noisy = Array2::from_shape_fn((4, 16), |(y, x)| (x as f64 * 0.4).sin() + 1e-4 * y as f64);

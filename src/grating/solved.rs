@@ -1,40 +1,40 @@
-//! A grating's orders by Maxwell's equations, as a table asks for them.
+//! Orders of a grating by Maxwell's equations, at the coordinates and wavelengths of the tables.
 
 use super::GratingError;
-use super::build::Orders;
+use super::orders::Orders;
 use super::polarisation::{Shape, shape};
 use crate::scattering::{ComplexIndex, SpectralIndex};
 use std::sync::OnceLock;
 use sunbeam_rigorous::{Air, Amplitudes, Discretisation, Medium, MetalTable, Profile, Resolution, check_size};
 
-/// What power may be off at a node, times the largest cosine of incidence that waves of its `t` have: along the grooves a
-/// share of the light is a small share of what falls on the surface. A tenth of what an order of a table may be off.
+/// Accepted imbalance of power at a node, times the largest cosine of incidence of waves with its `t`. A tenth of the
+/// table's error.
 const BALANCE: f64 = 1e-3;
-/// Largest share of ky² over k², below zero, that a metal's table covers.
+/// A metal's table covers ky²/k² from this value, negated, upwards.
 const CONTINUED: f64 = 0.35;
-/// Times as many nodes as at first that are tried where they do not do.
+/// Multiples of the profile's nodes that are tried while power is not balanced.
 const FINER: [usize; 3] = [2, 4, 8];
 
-/// Wavelengths in nm at which it is asked how many nodes a medium takes.
+/// Wavelengths in nm at which the number of nodes is estimated.
 const RESOLVED_NM: [f64; 6] = [360.0, 420.0, 500.0, 590.0, 700.0, 830.0];
 
-/// How finely a profile above a medium of this index is resolved for all wavelengths of a table.
+/// Resolution of a profile above a medium of this index that serves all wavelengths of a table.
 ///
 /// # Errors
-/// An index that the solver refuses, and a relief that is too large for it at one of these wavelengths.
+/// An index that the solver refuses, and a relief too large for it at one of the wavelengths.
 pub(super) fn resolution(profile: &Profile, index: Option<&SpectralIndex>) -> Result<Resolution, GratingError> {
     let mut resolution = Resolution { nodes: 0, oversampling: 1 };
     for nm in RESOLVED_NM {
         let medium = medium(index, nm)?;
         check_size(profile, &medium, nm, 0.0)?;
-        let asked = Resolution::new(profile, &medium, nm)?;
-        resolution.nodes = resolution.nodes.max(asked.nodes);
-        resolution.oversampling = resolution.oversampling.max(asked.oversampling);
+        let needed = Resolution::new(profile, &medium, nm)?;
+        resolution.nodes = resolution.nodes.max(needed.nodes);
+        resolution.oversampling = resolution.oversampling.max(needed.oversampling);
     }
     Ok(resolution)
 }
 
-/// A profile with its nodes, and with more of them once they are needed.
+/// A profile discretised at its resolution, and more finely on demand.
 pub(super) struct Meshes {
     profile: Profile,
     resolution: Resolution,
@@ -43,16 +43,16 @@ pub(super) struct Meshes {
 }
 
 impl Meshes {
-    /// Places the nodes of [`resolution`].
+    /// Discretises a profile.
     ///
     /// # Errors
-    /// More nodes than the solver serves.
+    /// More nodes than the solver accepts.
     pub fn new(profile: &Profile, resolution: Resolution) -> Result<Self, GratingError> {
         let first = Discretisation::new(profile, resolution)?;
         Ok(Self { profile: profile.clone(), resolution, first, finer: [const { OnceLock::new() }; FINER.len()] })
     }
 
-    /// The nodes of a step of [`FINER`].
+    /// The discretisation with a multiple of [`FINER`].
     fn finer(&self, step: usize) -> Result<&Discretisation, GratingError> {
         if let Some(made) = self.finer[step].get() {
             return Ok(made);
@@ -63,7 +63,7 @@ impl Meshes {
     }
 }
 
-/// A profile with its nodes, and a metal's response at every wavelength of a table.
+/// The solver for a table: a discretised profile, with a metal's response tabulated at every wavelength.
 pub(super) struct Solved<'a> {
     meshes: &'a Meshes,
     index: Option<&'a SpectralIndex>,
@@ -71,8 +71,8 @@ pub(super) struct Solved<'a> {
 }
 
 impl<'a> Solved<'a> {
-    /// Of a profile in air, above a medium of this index by wavelength, or above a perfect conductor; with tables of the
-    /// medium's response at these wavelengths in nm where it is a metal.
+    /// Prepares a profile in air above a medium of this index, or above a perfect conductor (`None`). A metal's
+    /// response is tabulated at the given wavelengths in nm.
     pub fn new(
         meshes: &'a Meshes,
         index: Option<&'a SpectralIndex>,
@@ -87,7 +87,7 @@ impl<'a> Solved<'a> {
     }
 
     fn solve(&self, air: &Air, nm: f64) -> Result<Amplitudes, GratingError> {
-        let covered = self.ky_squared_share(air.t(), nm) > -CONTINUED;
+        let covered = self.ky_squared(air.t(), nm) > -CONTINUED;
         let table = self.tables.iter().find(|(at, _)| *at == nm && covered);
         Ok(match table {
             Some((_, table)) => air.solve_tabulated(table)?,
@@ -95,7 +95,7 @@ impl<'a> Solved<'a> {
         })
     }
 
-    /// With more nodes, until power is kept.
+    /// Solves with more nodes until power is balanced.
     fn solve_finer(&self, t: f64, b: f64, nm: f64) -> Result<Amplitudes, GratingError> {
         let (mut nodes, mut balance) = (0, f64::INFINITY);
         for step in 0..FINER.len() {
@@ -109,74 +109,75 @@ impl<'a> Solved<'a> {
         Err(GratingError::Unbalanced { t, b, wavelength_nm: nm, nodes, balance })
     }
 
-    /// What `of` makes of the orders at a place at each wavelength in nm and of the share `ky²/k²` there.
+    /// `quantity(amplitudes, ky²/k²)` at each wavelength in nm.
     fn each_wavelength<T: Clone>(
         &self,
         t: f64,
         b: f64,
         wavelengths_nm: &[f64],
-        of: impl Fn(&Amplitudes, f64) -> Vec<T>,
+        quantity: impl Fn(&Amplitudes, f64) -> Vec<T>,
     ) -> Result<Vec<Vec<T>>, GratingError> {
         let air = self.meshes.first.air(t, b)?;
-        // A perfect conductor knows no wavelength at given t and b.
+        // A perfect conductor's efficiencies do not depend on the wavelength at given t and b.
         let distinct = if self.index.is_some() { wavelengths_nm } else { &wavelengths_nm[..1] };
         let mut matrices = Vec::with_capacity(wavelengths_nm.len());
         for &nm in distinct {
             let mut amplitudes = self.solve(&air, nm)?;
-            let share = self.ky_squared_share(t, nm);
-            // Where ky is imaginary no power is known that should be kept.
-            if share >= 0.0 && self.imbalance(&amplitudes, t, nm) > BALANCE {
+            let ky_squared = self.ky_squared(t, nm);
+            // With imaginary ky there is no power balance.
+            if ky_squared >= 0.0 && self.imbalance(&amplitudes, t, nm) > BALANCE {
                 amplitudes = self.solve_finer(t, b, nm)?;
             }
-            matrices.push(of(&amplitudes, share));
+            matrices.push(quantity(&amplitudes, ky_squared));
         }
         matrices.resize(wavelengths_nm.len(), matrices.last().cloned().unwrap_or_default());
         Ok(matrices)
     }
 
-    /// The shapes of the orders' Jones matrices, as [`Orders::efficiencies`] has their efficiencies.
+    /// Normalised Jones matrices between all orders, arranged as in [`Orders::efficiencies`].
     ///
     /// # Errors
-    /// A place that cannot be solved well enough.
+    /// As [`Orders::efficiencies`].
     pub fn shapes(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<Shape>>, GratingError> {
-        self.each_wavelength(t, b, wavelengths_nm, |amplitudes, share| {
+        self.each_wavelength(t, b, wavelengths_nm, |amplitudes, ky_squared| {
             let orders = amplitudes.orders();
             let pairs = orders.iter().flat_map(|&from| orders.iter().map(move |&out| (out, from)));
-            pairs.map(|(out, from)| shape(amplitudes.jones(out, from), share)).collect()
+            pairs.map(|(out, from)| shape(amplitudes.jones(out, from), ky_squared)).collect()
         })
     }
 
-    /// What [`BALANCE`] bounds.
+    /// The quantity that [`BALANCE`] bounds.
     fn imbalance(&self, amplitudes: &Amplitudes, t: f64, nm: f64) -> f64 {
         amplitudes.balance_error() * (t / self.periods(nm)).min(1.0)
     }
 
+    /// Period over wavelength, d/λ.
     fn periods(&self, nm: f64) -> f64 {
         1e3 * self.meshes.profile.period_um() / nm
     }
 
     /// `ky²/k²` of a wave of this `t` at a wavelength in nm.
-    fn ky_squared_share(&self, t: f64, nm: f64) -> f64 {
-        let share = t / self.periods(nm);
-        (1.0 - share) * (1.0 + share)
+    fn ky_squared(&self, t: f64, nm: f64) -> f64 {
+        let transverse = t / self.periods(nm);
+        (1.0 - transverse) * (1.0 + transverse)
     }
 }
 
 impl Orders for Solved<'_> {
     fn efficiencies(&self, t: f64, b: f64, wavelengths_nm: &[f64]) -> Result<Vec<Vec<f64>>, GratingError> {
-        self.each_wavelength(t, b, wavelengths_nm, |amplitudes, share| efficiencies(amplitudes, share >= 0.0))
+        self.each_wavelength(t, b, wavelengths_nm, |amplitudes, ky_squared| efficiencies(amplitudes, ky_squared >= 0.0))
     }
 }
 
-/// What lies below the relief at a wavelength in nm.
+/// The medium below the relief at a wavelength in nm.
 pub(super) fn medium(index: Option<&SpectralIndex>, nm: f64) -> Result<Medium, GratingError> {
     let Some(index) = index else { return Ok(Medium::Perfect) };
     let ComplexIndex { eta, k } = index.at(nm);
     Ok(Medium::index(eta, k)?)
 }
 
-/// `[incident · orders + outgoing]`. Amplitudes between the two states go with ky, so where ky is imaginary (`!real`) their
-/// squares go on as negative numbers.
+/// Efficiencies `[incident · orders + outgoing]`. Amplitudes between the two polarisation states are proportional to
+/// ky, so their squares are negative for imaginary ky (`!real`).
 fn efficiencies(amplitudes: &Amplitudes, real: bool) -> Vec<f64> {
     let sign = if real { 1.0 } else { -1.0 };
     let orders = amplitudes.orders();

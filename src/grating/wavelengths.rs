@@ -1,32 +1,35 @@
-//! At which wavelengths a grating is solved, and at which its table has nodes.
+//! Wavelengths of a table of efficiencies: its nodes, and those among them that are solved.
 
 use super::GratingError;
-use super::build::Orders;
+use super::orders::Orders;
 use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
-/// The wavelengths of a table.
+/// Spacing of a table's wavelengths.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Spacing {
-    /// From one wavelength to the next in nm.
+    /// Distance of two wavelengths in nm.
     pub step_nm: f64,
-    /// How many of these steps lie between wavelengths that are solved: what is between follows from these by cubics.
+    /// Number of steps between solved wavelengths. Cubic interpolation gives those in between.
     pub solved_every: usize,
 }
 
-/// Steps between wavelengths in nm that a table may have.
+/// Candidate steps in nm, coarsest first.
 const STEPS_NM: [f64; 4] = [80.0, 40.0, 20.0, 10.0];
-/// Places at which the step is chosen: parts of the largest t there, and Bloch phases; and wavelengths in nm.
-const PLACES: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
-const WAVELENGTHS_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
+/// Incidences at which the step is chosen: `t` as a fraction of the largest one, and the Bloch phase `b`. Arbitrary,
+/// away from grazing orders and from symmetry.
+const PROBES: [[f64; 2]; 2] = [[0.55, 0.23], [0.83, 0.41]];
+/// Wavelengths in nm at which the step is chosen, spread over the visible range.
+const PROBES_NM: [f64; 4] = [430.0, 510.0, 590.0, 690.0];
 
 impl Spacing {
-    /// The longest step, halfway through which efficiencies that are taken to be linear are off by `tolerance` at most, in root
-    /// mean square over the orders of some places; and the fewest solutions whose cubics are as near.
+    /// Chooses the longest step whose linear interpolation errs by at most `tolerance` halfway between wavelengths, in
+    /// root mean square over the orders of [`PROBES`]. Every second wavelength is solved if cubic interpolation is as
+    /// accurate.
     ///
     /// # Errors
-    /// A place that cannot be solved.
+    /// An incidence that cannot be solved.
     pub fn choose(period_um: f64, orders: &impl Orders, tolerance: f64) -> Result<Self, GratingError> {
         let [coarser @ .., finest] = &STEPS_NM;
         let mut step_nm = *finest;
@@ -41,23 +44,23 @@ impl Spacing {
     }
 }
 
-/// How far off efficiencies are halfway between wavelengths so far apart, in root mean square over orders, where these weights give
-/// them from the wavelengths about it; infinite where none of [`WAVELENGTHS_NM`] has all of these.
+/// Root mean square error, over orders, of efficiencies interpolated halfway between wavelengths `step_nm` apart with
+/// these weights. Infinite if the stencil leaves the tables' range at every wavelength of [`PROBES_NM`].
 fn error_between(period_um: f64, orders: &impl Orders, step_nm: f64, weights: &[f64]) -> Result<f64, GratingError> {
     let reach = 0.5 * step_nm * (weights.len() - 1) as f64;
     let inside = |nm: &f64| nm - reach >= WAVELENGTH_MIN_NM && nm + reach <= WAVELENGTH_MAX_NM;
-    let questions: Vec<_> =
-        PLACES.iter().flat_map(|&place| WAVELENGTHS_NM.into_iter().filter(inside).map(move |nm| (place, nm))).collect();
-    if questions.is_empty() {
+    let queries: Vec<_> =
+        PROBES.iter().flat_map(|&place| PROBES_NM.into_iter().filter(inside).map(move |nm| (place, nm))).collect();
+    if queries.is_empty() {
         return Ok(f64::INFINITY);
     }
-    let errors = questions
+    let errors = queries
         .par_iter()
-        .map(|&([share, b], nm)| {
+        .map(|&([fraction, b], nm)| {
             let about = (0..weights.len()).map(|i| nm - reach + step_nm * i as f64);
             let wavelengths_nm: Vec<f64> = about.chain([nm]).collect();
-            let t = share * 1e3 * period_um / (nm + reach);
-            // Folded to where orders propagate.
+            let t = fraction * 1e3 * period_um / (nm + reach);
+            // Limited so that the incident wave propagates.
             let b = b.min(0.9 * t);
             let found = orders.efficiencies(t, b, &wavelengths_nm)?;
             let (about, at) = (&found[..weights.len()], &found[weights.len()]);
@@ -69,12 +72,13 @@ fn error_between(period_um: f64, orders: &impl Orders, step_nm: f64, weights: &[
     Ok((errors.iter().sum::<f64>() / errors.len() as f64).sqrt())
 }
 
-/// Cells that are read up to this wavelength in nm.
+/// Number of cells at a wavelength in nm.
 fn cells(period_um: f64, wavelength_nm: f64) -> usize {
     (2e3 * period_um / wavelength_nm) as usize + 1
 }
 
-/// The wavelengths of a table and how many cells each has: those of the wavelength before it, which is interpolated with it.
+/// Wavelengths of a table in nm, and the number of cells of each. A wavelength has the cells of the one before it,
+/// since look-ups interpolate between the two.
 pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Vec<usize>) {
     let range = WAVELENGTH_MAX_NM - WAVELENGTH_MIN_NM;
     let steps = step_nm.map_or(1.0, |step| (range / step).ceil());
@@ -83,12 +87,12 @@ pub(super) fn wavelengths(period_um: f64, step_nm: Option<f64>) -> (Vec<f64>, Ve
     (nm, cells)
 }
 
-/// How many of the wavelengths a cell has, where each of them has so many cells.
+/// Number of wavelengths at which a cell exists, from the numbers of cells of all wavelengths.
 pub(super) fn wavelengths_of(cell: usize, cells_of: &[usize]) -> usize {
     cells_of.iter().rposition(|&cells| cell < cells).map_or(0, |last| last + 1)
 }
 
-/// The wavelengths in nm that are solved in any cell.
+/// Wavelengths in nm that are solved in at least one cell.
 pub(super) fn ever_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> {
     let (nm, cells_of) = wavelengths(period_um, spacing.map(|spacing| spacing.step_nm));
     let every = spacing.map_or(1, |spacing| spacing.solved_every);
@@ -97,14 +101,14 @@ pub(super) fn ever_solved(period_um: f64, spacing: Option<Spacing>) -> Vec<f64> 
     solved.into_iter().map(|j| nm[j]).collect()
 }
 
-/// Which of the first `count` wavelengths are solved: every one of so many, and the last.
+/// Indices of the solved wavelengths among the first `count`: each `every`-th one and the last.
 pub(super) fn solved_wavelengths(count: usize, every: usize) -> Vec<usize> {
     let last = count.saturating_sub(1);
     (0..last).step_by(every).chain([last]).collect()
 }
 
-/// Values at all wavelengths up to the last that was solved, from those at the ones that were: by the polynomial through the four
-/// about each, or through all where there are fewer.
+/// Values at all wavelengths up to the last solved one, interpolated by the polynomial through the four nearest solved
+/// wavelengths, or through all if there are fewer.
 pub(super) fn at_all_wavelengths(solved_at: &[usize], solved: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let count = solved_at.last().map_or(0, |last| last + 1);
     if count == solved.len() {
@@ -133,12 +137,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lies_between_solved_wavelengths_is_a_cubic() {
+    fn cubics_are_interpolated_exactly() {
         for count in 1..12 {
             for every in 1..=3 {
                 let solved_at = solved_wavelengths(count, every);
                 assert_eq!((solved_at[0], solved_at[solved_at.len() - 1]), (0, count - 1));
-                // No higher than what so many nodes know.
+                // The degree that this number of nodes determines.
                 let degree = solved_at.len().min(4) - 1;
                 let value = |j: usize| vec![(0.3 * j as f64 - 1.0).powi(degree as i32), 1.0];
                 let all = at_all_wavelengths(&solved_at, solved_at.iter().map(|&j| value(j)).collect());

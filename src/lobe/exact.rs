@@ -64,7 +64,7 @@ impl Exact {
 
     /// `S(f; κ)` in µm², `f` in cycles/µm, `kappa` in rad/µm.
     pub fn power_density(&self, f: [f64; 2], kappa: f64) -> f64 {
-        let window = CoherenceWindow::from_length_um(self.options.coherence_length_um);
+        let window = CoherenceWindow::new(self.options.coherence_length_um);
         let s = window.sigma_um();
         let (nx, ny) = self.transform.size();
         // Above half the sampling rate the sums over pixels would only repeat.

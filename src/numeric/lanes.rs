@@ -8,7 +8,7 @@ use std::marker::PhantomData;
 use wide::{CmpLe, CmpLt, f32x4, f64x4, i32x4, u32x4};
 
 /// Numbers that stand side by side.
-pub const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Numbers four at a time over words that live for `'a`.
 #[derive(Clone, Copy, Debug)]

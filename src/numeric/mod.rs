@@ -168,7 +168,7 @@ fn one_by_one<T: Real, const L: usize, const R: usize>(
 
 macro_rules! tuples {
     ($($($t:ident $i:tt)+;)+) => {$(
-        #[allow(non_snake_case)]
+        #[allow(non_snake_case, reason = "type parameters name the elements")]
         impl<$($t: State),+> State for ($($t,)+) {
             const COUNT: usize = 0 $(+ $t::COUNT)+;
             #[inline(always)]

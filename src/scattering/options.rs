@@ -111,7 +111,7 @@ impl Options {
 
 /// Builds the table of `S(f; κ)` for every wavelength of the tables' range.
 pub(crate) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Result<Built, TableError> {
-    let window = CoherenceWindow::from_length_um(options.coherence_length_um);
+    let window = CoherenceWindow::new(options.coherence_length_um);
     let spectrum = Spectrum::new(field, options.model, options.tiling, window, options.tolerance);
     build(&spectrum, options.tolerance, progress)
 }

@@ -27,19 +27,19 @@ pub(super) struct Band {
 
 impl Band {
     /// Pixels of an autocorrelation over `lags` pixels of `pixel_um` whose spectrum ends at `edge` cycles/µm; at most `lags`.
-    pub fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
+    pub(super) fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
         // The conversion saturates for any number of pixels.
         next_fast_len(((2.0 * edge * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
     /// Pixels of the autocorrelation over `length_um` for a planned axis.
-    pub fn kept(axis: &LatticeAxis, length_um: f64) -> usize {
+    pub(super) fn kept(axis: &LatticeAxis, length_um: f64) -> usize {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }
 
     /// The band of an axis that was planned for `lags` pixels of `pixel_um`. The transition is an error function that ends
     /// within about `tolerance` of 1 and 0.
-    pub fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, tolerance: f64) -> Self {
+    pub(super) fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, tolerance: f64) -> Self {
         let length_um = lags as f64 * pixel_um;
         let kept = Self::kept(axis, length_um);
         if kept >= lags {

@@ -64,7 +64,7 @@ pub struct TableReport {
 /// use sunbeam::Preset;
 ///
 /// let field = Preset::Blazed.build(None, None)?;
-/// let window = CoherenceWindow::from_length_um(20.0);
+/// let window = CoherenceWindow::new(20.0);
 /// let spectrum = Spectrum::new(&field, Model::Ensemble, Tiling::Periodic, window, 1e-3);
 /// let table::Built { packed, report, .. } = table::build(&spectrum, 1e-3, &Progress::none())?;
 /// assert!(report.relative_error < 1e-3);

@@ -14,7 +14,7 @@ const LENGTH_SIGMAS: f64 = 4.0;
 /// use sunbeam::table::CoherenceWindow;
 /// use std::f64::consts::TAU;
 ///
-/// let window = CoherenceWindow::from_length_um(65.0);
+/// let window = CoherenceWindow::new(65.0);
 /// assert_eq!(window.sigma_um(), 16.25);
 /// // The power of an order is a Gaussian over both components of frequency. Its integral is 1.
 /// let (peak, sigma) = (window.order_peak_um2(), window.order_sigma_per_um());
@@ -27,7 +27,7 @@ pub struct CoherenceWindow {
 
 impl CoherenceWindow {
     /// The window of a coherence length in µm.
-    pub fn from_length_um(length_um: f64) -> Self {
+    pub fn new(length_um: f64) -> Self {
         Self { sigma_um: length_um / LENGTH_SIGMAS }
     }
 

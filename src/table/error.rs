@@ -15,7 +15,7 @@ use thiserror::Error;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Debug, PartialEq, Error)]
-#[allow(missing_docs)] // The messages explain the fields.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum TableError {
     /// The build needs more memory (GB) or time (minutes on two cores) than its limit.
     #[error(

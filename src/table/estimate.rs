@@ -179,7 +179,7 @@ impl BuildDemand {
     }
 
     fn table(&self) -> TableEstimate {
-        let window = CoherenceWindow::from_length_um(self.coherence_length_um);
+        let window = CoherenceWindow::new(self.coherence_length_um);
         let lattice = plan_lattice(self.size, self.pixel_um, self.model, self.tiling, window, self.tolerance);
         let quantity = self.model.quantity();
         let spacing = LAST_SPACING * first_spacing(&lattice, self.tolerance);

@@ -57,13 +57,13 @@ pub use view::TableView;
 
 use std::ops::RangeInclusive;
 
-/// Shortest wavelength in nm that tables serve: the start of the CIE's visible range.
+/// Shortest tabulated wavelength in nm: the lower end of Mitsuba's spectra (`MI_CIE_MIN`).
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
-/// Longest wavelength in nm that tables serve: the end of the CIE's visible range.
+/// Longest tabulated wavelength in nm: the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
 /// Highest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` over the shortest wavelength.
 pub const FREQUENCY_MAX_PER_UM: f64 = 2e3 / WAVELENGTH_MIN_NM;
-/// Accepted coherence lengths in µm.
+/// Accepted coherence lengths in µm: beyond any light and any relief at both ends (chosen).
 pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;
-/// Accepted relative errors of tables.
+/// Accepted relative errors of tables. Rounding to single precision limits the lower end.
 pub const TOLERANCE: RangeInclusive<f64> = 1e-6..=0.1;

@@ -12,7 +12,7 @@ use sunbeam_fourier::num_complex::Complex64;
 /// use sunbeam::Preset;
 ///
 /// let field = Preset::Blazed.build(None, None)?;
-/// let window = CoherenceWindow::from_length_um(20.0);
+/// let window = CoherenceWindow::new(20.0);
 /// let spectrum = Spectrum::new(&field, Model::Ensemble, Tiling::Periodic, window, 1e-3);
 /// let table = table::build(&spectrum, 1e-3, &Progress::none())?.table;
 ///
@@ -92,7 +92,7 @@ pub(crate) struct PowerCurves<V: Values> {
 impl<V: Values> PowerCurves<V> {
     /// Prepares evaluations at `kappa` in rad/µm, clamped to the table's range.
     #[inline(always)]
-    pub fn new(table: &SpectralTable, kappa: V::Real) -> Self {
+    pub(crate) fn new(table: &SpectralTable, kappa: V::Real) -> Self {
         let kappa = kappa.clip(V::Real::lit(0.0), V::Real::lit(table.kappa_max));
         let t = kappa * V::Real::lit(1.0 / table.kappa_step);
         let first = V::index(t);
@@ -102,7 +102,7 @@ impl<V: Values> PowerCurves<V> {
 
     /// [`NodeCurve::power`] of one record per value: `record` returns it by the value's number.
     #[inline(always)]
-    pub fn power<'a>(&self, record: impl Fn(usize) -> &'a [f32]) -> V::Real {
+    pub(crate) fn power<'a>(&self, record: impl Fn(usize) -> &'a [f32]) -> V::Real {
         let mut read = [[0f32; HEADER + 4]; VALUES_MAX];
         for (lane, read) in read.iter_mut().enumerate().take(V::COUNT) {
             let (record, first) = (record(lane), HEADER + V::lane(self.first, lane));

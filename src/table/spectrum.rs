@@ -40,7 +40,7 @@ impl Model {
 /// use sunbeam::Preset;
 ///
 /// let field = Preset::Blazed.build(None, None)?;
-/// let window = CoherenceWindow::from_length_um(20.0);
+/// let window = CoherenceWindow::new(20.0);
 /// let spectrum = Spectrum::new(&field, Model::Ensemble, Tiling::Periodic, window, 1e-3);
 /// // At κ = 0 heights make no difference: order 0, the middle node, has all the power.
 /// let nodes = spectrum.nodes(0.0);

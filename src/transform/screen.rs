@@ -1,15 +1,17 @@
+//! Order amplitudes by FFT.
+
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
 use crate::numeric::math::sines_and_cosines;
 use rayon::prelude::*;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Transforms the phase screen of one tile at any κ: `c_j(κ)` for every order `j`, by FFT in double precision.
+/// Order amplitudes `c_j(κ)` of one tile for every order j, by FFT in double precision.
 ///
-/// Heights are taken about the middle of their range, which turns all `c_j` of one κ by a common phase and leaves
-/// every reflectance as it is; a tile that lies 1 mm up loses no digits.
+/// Heights are taken from the middle of their range, so that an offset of the tile costs no digits. All `c_j` of one κ
+/// then have a common phase factor, which no reflectance depends on.
 pub struct OrderTransform {
-    /// Heights about the middle of their range, in µm, row-major.
+    /// Heights from the middle of their range, in µm, row-major.
     centred_um: Vec<f64>,
     nx: usize,
     ny: usize,
@@ -35,7 +37,7 @@ impl OrderTransform {
         self.half_range_um
     }
 
-    /// The phase screen `exp(iκh)` itself, row-major, `kappa` in rad/µm.
+    /// The phase screen `exp(iκh)`, row-major; `kappa` in rad/µm.
     pub fn screen(&self, kappa: f64) -> Vec<Complex64> {
         let mut screen = vec![Complex64::ZERO; self.centred_um.len()];
         screen.par_chunks_mut(4096).zip(self.centred_um.par_chunks(4096)).for_each(|(screen, heights)| {
@@ -48,7 +50,7 @@ impl OrderTransform {
         screen
     }
 
-    /// Every `c_j(κ)`, bins in FFT order, row-major `[jy][jx]`; `kappa` in rad/µm. `Σ|c_j|² = 1`.
+    /// All `c_j(κ)`: row-major `[jy][jx]` in FFT order; `kappa` in rad/µm. `Σ|c_j|² = 1`.
     pub fn amplitudes(&self, kappa: f64) -> Vec<Complex64> {
         let mut bins = self.screen(kappa);
         self.fft.process(&mut bins, &mut Vec::new());
@@ -58,7 +60,7 @@ impl OrderTransform {
     }
 }
 
-/// Heights about the middle of their range, row-major in µm, and the half range H.
+/// Heights from the middle of their range (row-major), and half the range H; both in µm.
 pub(super) fn centred_heights(field: &HeightField) -> (Vec<f64>, f64) {
     let (low, high) = field.range_um();
     let mid = low + 0.5 * (high - low);

@@ -6,8 +6,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 const PERIOD_UM: f64 = 1.6;
-const FINENESS: Fineness =
-    Fineness { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
+const TABLE_RESOLUTION: TableResolution =
+    TableResolution { stored: 17, spacing: Some(Spacing { step_nm: 47.0, solved_every: 1 }), tolerance: 1e-3 };
 
 /// Orders with a closed form, of the kind that gratings have: reciprocal, with a square root where one passes off, and
 /// changing with the wavelength. They are no solution of anything.
@@ -36,7 +36,7 @@ impl Orders for Made {
 }
 
 fn made(coherence_length_um: f64) -> GratingSurface {
-    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &Made, FINENESS, &Progress::none()).unwrap()
+    GratingSurface::tabulate(PERIOD_UM, coherence_length_um, &Made, TABLE_RESOLUTION, &Progress::none()).unwrap()
 }
 
 fn direction(theta: f64, phi: f64) -> Vec3 {

@@ -1,81 +1,83 @@
-// From the triangles that the rasteriser found to queries: the place on the triangle, the shading frame there, the
-// directions in it, and whether the sun is seen from there. Pixels are listed first, those with a triangle and the others,
-// and then those that take a ray through the tree, and each list has a pass of its own: adapters that run several pixels in
-// step would otherwise make all of them wait for those that need more.
+// Turns the triangles of the rasteriser into queries: the point on the triangle, the shading frame there, the
+// directions in the frame, and whether the sun is visible.
 //
-// The conventions are those of Mitsuba 3 for a mesh with normals and texture coordinates, so that pictures can be
-// compared pixel by pixel.
+// Pixels are sorted into lists: `skin` has a triangle, `bare` has none, and `rest` needs a ray through the tree. Each
+// list has a pass of its own, because adapters run several pixels in step and all of them wait for the slowest.
+//
+// The conventions are those of Mitsuba 3 for a mesh with normals and texture coordinates: pictures agree pixel by
+// pixel.
 
-// Lists of pixels, and how many there are in each. A pixel is a word: its column, and its row in the upper half.
+// Lists of pixels. A pixel is a word with the column in the lower half and the row in the upper half.
 struct Lists {
-    // Of `chosen`.
+    // Number of entries of `chosen`, the queries that need an answer.
     chosen: atomic<u32>,
-    // Those that take a ray through the tree.
+    // Number of pixels that need a ray through the tree.
     rest: atomic<u32>,
-    // Those where the rasteriser found a triangle.
+    // Number of pixels with a triangle of the rasteriser.
     skin: atomic<u32>,
-    // The others.
+    // Number of pixels without one.
     bare: atomic<u32>,
-    // The skin from the first entry on, the bare backwards from the last of so many entries as there are pixels, and the
-    // rest after that.
+    // With n pixels in the picture: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from entry n on.
     entries: array<u32>,
 }
 
+// The rasteriser's triangle of each pixel plus 1; 0 for none.
 @group(0) @binding(4) var seen: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read_write> queries: array<Query>;
-// The indices of the queries that need an answer.
+// Indices of the queries that need an answer.
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> lists: Lists;
-// The sum over the samples so far, rows from the top.
+// Radiance summed over the samples so far, rows from the top.
 @group(0) @binding(8) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(9) var<uniform> sunlight: Sunlight;
-// Its depths, rows from the top.
+// The depths of the sun's map, rows from the top.
 @group(0) @binding(10) var<storage, read> sunlit: array<f32>;
 
-// Half the edge of the ground.
+// Half the side of the ground.
 const LOCATE_GROUND: f32 = 200.0;
-// Mitsuba's RayEpsilon: 1500 times the spacing of single precision.
+// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision.
 const LOCATE_EPSILON: f32 = 8.940697e-5;
 
-// Starts a ray so far off the surface that it does not meet it again.
+// A starting point off the surface, so that the ray does not meet the surface again.
 fn locate_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let largest = max(abs(p.x), max(abs(p.y), abs(p.z)));
     let distance = (1.0 + largest) * LOCATE_EPSILON;
     return p + n * select(-distance, distance, dot(n, direction) >= 0.0);
 }
 
-// Some tangent, for triangles without texture coordinates of their own (Duff et al., Building an Orthonormal Basis,
-// Revisited, JCGT 6(1), 2017).
+// A tangent for triangles with degenerate texture coordinates (Duff et al., Building an Orthonormal Basis, Revisited,
+// JCGT 6(1), 2017).
 fn locate_tangent(n: vec3<f32>) -> vec3<f32> {
     let side = select(-1.0, 1.0, n.z >= 0.0);
     let a = -1.0 / (side + n.z);
     return vec3<f32>(1.0 + side * n.x * n.x * a, side * n.x * n.y * a, -side * n.x);
 }
 
+// A direction of the shading frame in the grating's frame.
 fn locate_to_grating(w: vec3<f32>) -> vec3<f32> {
     let r = frame.rotation;
     return vec3<f32>(r.x * w.x + r.y * w.y, r.x * w.y - r.y * w.x, w.z);
 }
 
-// How far a curved surface may leave its tangent plane within a texel, and how far from the plane what throws a shadow on
-// all of a texel has to be; in texels.
+// Largest distance in texels of a curved surface from its tangent plane within a texel.
 const LOCATE_SAME: f32 = 0.5;
+// Distance in texels from the plane at which an occluder shadows the whole texel.
 const LOCATE_APART: f32 = 2.0;
-// Less of the sun's light than this share falls on a plane of which a texel shows too much.
+// Cosine of the sun's angle below which a texel covers too much of a plane.
 const LOCATE_GRAZING: f32 = 0.1;
 
-// Whether the sun is seen from a place: LOCATE_DARK, LOCATE_LIT, LOCATE_UNSURE.
+// Visibility of the sun: hidden, visible, or undecided by the map.
 const LOCATE_DARK: u32 = 0u;
 const LOCATE_LIT: u32 = 1u;
 const LOCATE_UNSURE: u32 = 2u;
 
-// Whether the sun is seen from a place on a plane with this normal. The depths around it either continue the plane, or
-// lie far in front of it, or it takes a ray to tell.
+// Visibility of the sun from a point of a plane with the normal n. The sun is visible where the four depths around the
+// point continue the plane, and hidden where all lie far in front of it. Otherwise only a ray can decide.
 fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
-    let place = sunlight_place(sunlight, p);
-    let texel = (0.5 * place.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
+    let position = sunlight_position(sunlight, p);
+    let texel = (0.5 * position.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
     if any(texel < vec2<f32>(0.0)) || any(texel >= vec2<f32>(sunlight.side - 1.0)) {
-        // The box has a margin, so the ray passes the mesh.
+        // The map has a margin: the ray to the sun misses the mesh.
         return LOCATE_LIT;
     }
     let cosine = dot(n, sunlight.to_sun);
@@ -83,30 +85,32 @@ fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
         return LOCATE_UNSURE;
     }
     let size = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
-    let slope = -vec2<f32>(dot(n, sunlight.across), dot(n, sunlight.up)) * size / cosine;
+    let slope = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * size / cosine;
     let corner = floor(texel);
     let t = texel - corner;
     let side = u32(sunlight.side);
     let at = u32(corner.y) * side + u32(corner.x);
     let depths = vec4<f32>(sunlit[at], sunlit[at + 1u], sunlit[at + side], sunlit[at + side + 1u]);
-    let plane = vec4<f32>(-t.x, 1.0 - t.x, -t.x, 1.0 - t.x) * slope.x + vec4<f32>(-t.y, -t.y, 1.0 - t.y, 1.0 - t.y) * slope.y;
-    // How far what the sun sees is in front of the plane, in texels. Where it sees no mesh, nothing is in front of
-    // anything; the margin of the box keeps the depths of the mesh above 0.
-    let along = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
-    let in_front = ((along - place.z) * sunlight.half_depth - plane) / size.x;
+    let plane = vec4<f32>(-t.x, 1.0 - t.x, -t.x, 1.0 - t.x) * slope.x
+        + vec4<f32>(-t.y, -t.y, 1.0 - t.y, 1.0 - t.y) * slope.y;
+    // Distances in texels of the depths in front of the plane. A depth of 0 is no mesh, which is behind everything; the
+    // margin of the box keeps depths of the mesh above 0.
+    let towards_sun = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
+    let in_front = ((towards_sun - position.z) * sunlight.half_depth - plane) / size.x;
     if all(in_front <= vec4<f32>(LOCATE_SAME)) {
         return LOCATE_LIT;
     }
     return select(LOCATE_UNSURE, LOCATE_DARK, all(in_front >= vec4<f32>(LOCATE_APART)));
 }
 
-// A query, and where it is asked: the place, and the normal of the plane there.
+// A query with its point, and the normal of the triangle or ground there.
 struct Seen {
     query: Query,
     p: vec3<f32>,
     face: vec3<f32>,
 }
 
+// The query at barycentric coordinates b of a triangle.
 fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Seen {
     let b0 = 1.0 - b.x - b.y;
     let e1 = c1.position - c0.position;
@@ -127,7 +131,7 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
 
     var wi = vec3<f32>(dot(frame.to_sun, s), dot(frame.to_sun, t), dot(frame.to_sun, n));
     var wo = vec3<f32>(dot(to_viewer, s), dot(to_viewer, t), dot(to_viewer, n));
-    // The same skin on both sides: seen from behind, behind is in front.
+    // The skin has two equal sides: seen from behind, z is flipped.
     if wo.z < 0.0 {
         wi.z = -wi.z;
         wo.z = -wo.z;
@@ -142,7 +146,7 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
     return found;
 }
 
-// What is seen along a ray where it meets no mesh nearer than `farthest`: the ground, or nothing.
+// The query of a ray that meets no mesh nearer than `farthest`: the ground, or nothing.
 fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Seen {
     var found: Seen;
     let ground = -frame.origin.z / ray.z;
@@ -158,7 +162,7 @@ fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Seen {
     return found;
 }
 
-// What is seen along a ray that meets the mesh as `hit` says, at a triangle with these corners.
+// The query of a ray with this hit, on a triangle with these corners.
 fn locate_seen(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Seen {
     var found = locate_beyond(ray, hit.distance);
     if found.query.kind == QUERY_NOTHING && hit.triangle != TRACE_NONE {
@@ -167,29 +171,33 @@ fn locate_seen(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> 
     return found;
 }
 
+// The number of a pixel, rows from the top.
 fn locate_index(pixel: vec2<u32>) -> u32 {
     return pixel.y * frame.width + pixel.x;
 }
 
+// A pixel as an entry of the lists.
 fn locate_packed(pixel: vec2<u32>) -> u32 {
     return (pixel.y << 16u) | pixel.x;
 }
 
+// The pixel of an entry of the lists.
 fn locate_unpacked(packed: u32) -> vec2<u32> {
     return vec2<u32>(packed & 0xffffu, packed >> 16u);
 }
 
-// How many pixels there are, which is also where the entries of the rest begin.
+// Number of pixels n; the entries of `rest` begin there.
 fn locate_area() -> u32 {
     return frame.width * frame.height;
 }
 
-// What a sample adds to its pixel as yet: the ground's radiance is known, the skin's is the method's to answer.
+// The radiance that a sample adds before the method has answered: that of the ground.
 fn locate_radiance(query: Query) -> vec3<f32> {
-    return select(vec3<f32>(0.0), frame.weight * frame.to_sun.z * frame.soil, query.kind == QUERY_GROUND && query.lit != 0u);
+    let is_lit_ground = query.kind == QUERY_GROUND && query.lit != 0u;
+    return select(vec3<f32>(0.0), frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
 }
 
-// Whether the sun is seen from what is seen at a pixel.
+// Visibility of the sun from the point of a query.
 fn locate_light_at(found: Seen) -> u32 {
     let query = found.query;
     if query.kind == QUERY_NOTHING || query.wi.z <= 0.0 || query.wo.z <= 0.0 {
@@ -198,8 +206,8 @@ fn locate_light_at(found: Seen) -> u32 {
     return locate_light(found.p, found.face);
 }
 
-// Stores what is seen at a pixel, or with `missed` that it takes a ray to tell, and what that adds to the pixel as yet. The
-// first sample replaces the previous picture.
+// Stores the query of a pixel and adds its radiance to the picture; the first sample replaces the previous picture. A
+// pixel whose ray missed its triangle, or with an undecided sun, goes to `rest`.
 fn locate_store(pixel: vec2<u32>, found: Seen, missed: bool) {
     let index = locate_index(pixel);
     var query = found.query;
@@ -216,10 +224,11 @@ fn locate_store(pixel: vec2<u32>, found: Seen, missed: bool) {
     picture[index] = sum;
 }
 
+// Unit direction of the ray of a pixel.
 fn locate_ray(pixel: vec2<u32>) -> vec3<f32> {
     let size = vec2<f32>(f32(frame.width), f32(frame.height));
-    let place = 2.0 * (vec2<f32>(pixel) + frame.place) / size - 1.0;
-    return normalize(frame.forward + place.x * frame.across + place.y * frame.down);
+    let position = 2.0 * (vec2<f32>(pixel) + frame.subpixel) / size - 1.0;
+    return normalize(frame.forward + position.x * frame.right + position.y * frame.down);
 }
 
 // The number of an invocation in a dispatch over a list.
@@ -227,10 +236,10 @@ fn locate_number(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * 64u + id.x;
 }
 
-// Pixels or entries that an invocation sorts, one bit for each, so that invocations seldom have to wait for each other.
+// Pixels or entries that an invocation sorts, one bit each: one atomic operation then serves a whole run.
 const LOCATE_RUN: u32 = 32u;
 
-// Sorts runs of pixels along rows.
+// Sorts runs of pixels along rows into `skin` and `bare`.
 @compute @workgroup_size(64)
 fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -256,7 +265,7 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
 }
 
-// The bare, as far as it goes without the tree.
+// Queries of `bare`, without the tree.
 @compute @workgroup_size(64)
 fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -267,7 +276,7 @@ fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     locate_store(pixel, locate_beyond(locate_ray(pixel), TRACE_FAR), false);
 }
 
-// The skin, likewise.
+// Queries of `skin`, without the tree.
 @compute @workgroup_size(64)
 fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -281,7 +290,7 @@ fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let c2 = mesh_vertex(triangle, 2u);
     let ray = locate_ray(pixel);
     let hit = trace_corners(frame.origin, ray, triangle, c0.position, c1.position, c2.position);
-    // The rasteriser rounds corners to fractions of a pixel, so it now and then names a neighbour.
+    // The rasteriser rounds corners to fractions of a pixel and sometimes names a neighbouring triangle.
     let missed = hit.triangle == TRACE_NONE;
     var found: Seen;
     if !missed {
@@ -290,7 +299,7 @@ fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     locate_store(pixel, found, missed);
 }
 
-// The rest.
+// Queries of `rest`, with rays through the tree.
 @compute @workgroup_size(64)
 fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -299,7 +308,7 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
     let pixel = locate_unpacked(lists.entries[locate_area() + number]);
     let ray = locate_ray(pixel);
-    // Where there is no triangle, any will do: what it gives is not used.
+    // Without a triangle, triangle 0 is read and not used.
     let named = textureLoad(seen, pixel, 0).x;
     var triangle = max(named, 1u) - 1u;
     var hit = Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
@@ -324,7 +333,7 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     picture[index] += vec4<f32>(locate_radiance(query), 0.0);
 }
 
-// Chooses among runs of the skin.
+// Lists the lit queries of `skin` in `chosen`, by runs.
 @compute @workgroup_size(64)
 fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let first = LOCATE_RUN * locate_number(id, groups);

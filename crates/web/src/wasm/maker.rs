@@ -1,4 +1,4 @@
-//! What a worker makes.
+//! Data that workers make. `README.md` documents the calls.
 
 use super::quick::read;
 use super::report::{progress, thrown};
@@ -15,23 +15,23 @@ pub struct JsRelief(Relief);
 
 #[wasm_bindgen(js_class = Relief)]
 impl JsRelief {
-    /// Reads and levels it.
+    /// Reads and levels a relief.
     #[wasm_bindgen(constructor)]
     pub fn new(json: &str, bytes: Option<Vec<u8>>) -> Result<JsRelief, JsValue> {
         Ok(Self(Relief::new(&read(json)?, bytes.as_deref()).map_err(thrown)?))
     }
 
-    /// What there is to say about it; its level and tiling are those of the settings.
+    /// Facts about the relief, as JSON.
     pub fn facts(&self, json: &str) -> Result<String, JsValue> {
         Ok(serde_json::to_string(&self.0.facts(&read(json)?)).unwrap_or_default())
     }
 
-    /// A grey picture of it.
+    /// A grey picture of the relief.
     pub fn picture(&self, side_max: usize) -> JsReliefPicture {
         JsReliefPicture(image::relief_picture(self.0.field(), side_max))
     }
 
-    /// What making the method's data takes.
+    /// Estimated memory and time of the method's data, as JSON.
     pub fn estimate(&self, json: &str) -> Result<String, JsValue> {
         Ok(serde_json::to_string(&self.0.estimate(&read(json)?)).unwrap_or_default())
     }
@@ -42,13 +42,13 @@ impl JsRelief {
         self.0.method_data(&read(json)?, &progress).map_err(thrown)
     }
 
-    /// What answers on the processor.
+    /// The reflectance on the processor.
     pub fn reflectance(&self, json: &str, listener: &JsValue) -> Result<JsReflectance, JsValue> {
         let (progress, _listening) = progress(listener);
         Ok(JsReflectance(self.0.reflectance(&read(json)?, &progress).map_err(thrown)?))
     }
 
-    /// What spectra are read from.
+    /// The data of spectra.
     pub fn spectra(&self, json: &str, listener: &JsValue) -> Result<JsSpectra, JsValue> {
         let (progress, _listening) = progress(listener);
         Ok(JsSpectra(self.0.spectra(&read(json)?, &progress).map_err(thrown)?))
@@ -61,19 +61,19 @@ pub struct JsReliefPicture(image::ReliefPicture);
 
 #[wasm_bindgen(js_class = ReliefPicture)]
 impl JsReliefPicture {
-    /// Pixels along a row.
+    /// Width in pixels.
     #[wasm_bindgen(getter)]
     pub fn width(&self) -> usize {
         self.0.size.0
     }
 
-    /// Rows.
+    /// Height in pixels.
     #[wasm_bindgen(getter)]
     pub fn height(&self) -> usize {
         self.0.size.1
     }
 
-    /// µm for each pixel.
+    /// Size of a pixel in µm.
     #[wasm_bindgen(getter)]
     pub fn um_per_pixel(&self) -> f64 {
         self.0.um_per_pixel
@@ -85,7 +85,7 @@ impl JsReliefPicture {
         self.0.bar_um
     }
 
-    /// Four bytes for each pixel, rows from the top.
+    /// RGBA bytes, rows from the top.
     #[wasm_bindgen(getter)]
     pub fn rgba(&self) -> Vec<u8> {
         self.0.rgba.clone()
@@ -104,7 +104,7 @@ impl JsReflectance {
         Ok(())
     }
 
-    /// Linear sRGB over the hemisphere.
+    /// The BRDF map, linear sRGB in 1/sr.
     pub fn map(&self, theta_deg: f64, phi_deg: f64, side: usize, listener: &JsValue) -> Vec<f32> {
         let (progress, _listening) = progress(listener);
         self.0.map(direction(theta_deg, phi_deg), side, &progress).as_flattened().to_vec()
@@ -134,7 +134,7 @@ impl JsSpectra {
     }
 }
 
-/// A direction of length 1 in double precision.
+/// The direction normalised in double precision.
 fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     let refused = || thrown(WebError::Internal("a direction is three numbers, not all of them 0".to_owned()));
     let direction: [f32; 3] = direction.try_into().map_err(|_| refused())?;
@@ -142,7 +142,8 @@ fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     Ok(unit.to_array())
 }
 
-/// Mesh, tree and pigment for the artist, or those of a draft; see [`Settings::draft_scene`](crate::Settings::draft_scene).
+/// Mesh, tree and pigment for the artist, or those of a draft
+/// ([`Settings::draft_scene`](crate::Settings::draft_scene)).
 #[wasm_bindgen]
 pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
     let settings = read(json)?;

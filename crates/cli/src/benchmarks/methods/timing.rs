@@ -1,27 +1,34 @@
+//! Times of a colour on one core.
+
 use super::Effort;
-use super::candidates::Candidate;
+use super::candidate::Candidate;
 use crate::benchmarks::DirectionPair;
 use cpu_time::ThreadTime;
 use serde::Serialize;
 use std::hint::black_box;
 
-/// Fewest directions of a timing: fewer are not like the rest.
+/// Smallest number of directions of a timing: the mean over fewer depends on which ones they are.
 const DIRECTIONS_MIN: usize = 64;
+/// Fraction of [`Effort::repetition_ms`] that a timing lasts at least: long compared with the resolution of the clock.
+const TIMED_FRACTION: f64 = 0.2;
 
-/// Time per colour, over the repetitions of one run: a core's own time on the CPU; on a GPU that of its clock, on a software
-/// adapter the wall clock's.
+/// Time per colour, over the repetitions of one run.
+///
+/// On the CPU it is a thread's own time; on a GPU that of its clock, on a software adapter that of the wall clock.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Timing {
+pub(crate) struct Timing {
     /// Median in µs.
-    pub microseconds: f64,
-    pub least_us: f64,
-    pub most_us: f64,
-    /// Median of the ratio to the first candidate (`flss` with the library's defaults) in the same repetition.
-    pub ratio: f64,
+    pub(crate) microseconds: f64,
+    /// Shortest in µs.
+    pub(crate) least_us: f64,
+    /// Longest in µs.
+    pub(crate) most_us: f64,
+    /// Median ratio to the first candidate's time in the same repetition: `flss` with the library's defaults.
+    pub(crate) ratio: f64,
 }
 
 impl Timing {
-    /// Of times in µs and those of the first candidate beside each.
+    /// The statistics of times in µs, one a repetition, and of the first candidate's times in the same repetitions.
     pub(super) fn new(times: &[f64], first: &[f64]) -> Self {
         let ratios = times.iter().zip(first).map(|(time, first)| time / first).collect();
         Self {
@@ -38,30 +45,15 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// Times on one core, the candidates in turn within each repetition. Those that cost the same work share all of their times:
-/// where an allocation happens to lie tells them apart by more than the fronts' margin.
+/// Times on one core, the candidates in turn within each repetition.
+///
+/// Candidates that cost the same work share all of their times: the address of an allocation alone tells them apart by
+/// more than the margin of the front.
 pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: &Effort) -> Vec<Timing> {
-    let counts: Vec<usize> = candidates
-        .iter()
-        .map(|candidate| {
-            let pass = || seconds(candidate, &pairs[..DIRECTIONS_MIN]);
-            let warm = [pass(), pass(), pass()].into_iter().fold(f64::INFINITY, f64::min);
-            ((effort.repetition_ms * 1e-3 * DIRECTIONS_MIN as f64 / warm) as usize).clamp(DIRECTIONS_MIN, pairs.len())
-        })
-        .collect();
+    let counts: Vec<usize> = candidates.iter().map(|candidate| directions_per_pass(candidate, pairs, effort)).collect();
     let repetitions: Vec<Vec<f64>> = (0..effort.repetitions)
         .map(|_| {
-            let time = |(candidate, count): (&Candidate, &usize)| {
-                // The others have had the caches meanwhile, and some share their data.
-                seconds(candidate, &pairs[..*count]);
-                // Whole passes over the same directions until the clock's steps do not matter.
-                let (mut spent, mut passes) = (0.0, 0);
-                while passes == 0 || spent < 0.2e-3 * effort.repetition_ms {
-                    spent += seconds(candidate, &pairs[..*count]);
-                    passes += 1;
-                }
-                1e6 * spent / (passes * count) as f64
-            };
+            let time = |(candidate, count): (&Candidate, &usize)| microseconds(candidate, &pairs[..*count], effort);
             candidates.iter().zip(&counts).map(time).collect()
         })
         .collect();
@@ -74,11 +66,31 @@ pub(super) fn on_cpu(candidates: &[Candidate], pairs: &[DirectionPair], effort: 
     candidates.iter().map(timing).collect()
 }
 
-/// Seconds of this thread's own time, to which what else the machine runs adds little.
+/// The number of directions that takes a repetition's time, by the fastest of three runs over the fewest.
+fn directions_per_pass(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> usize {
+    let pass = || seconds(candidate, &pairs[..DIRECTIONS_MIN]);
+    let fastest = [pass(), pass(), pass()].into_iter().fold(f64::INFINITY, f64::min);
+    let count = effort.repetition_ms * 1e-3 * DIRECTIONS_MIN as f64 / fastest;
+    (count as usize).clamp(DIRECTIONS_MIN, pairs.len())
+}
+
+/// Time per colour in µs, over whole passes through the directions.
+fn microseconds(candidate: &Candidate, pairs: &[DirectionPair], effort: &Effort) -> f64 {
+    // Fills the caches, which the other candidates have used meanwhile.
+    seconds(candidate, pairs);
+    let (mut spent, mut passes) = (0.0, 0);
+    while passes == 0 || spent < TIMED_FRACTION * 1e-3 * effort.repetition_ms {
+        spent += seconds(candidate, pairs);
+        passes += 1;
+    }
+    1e6 * spent / (passes * pairs.len()) as f64
+}
+
+/// Seconds of this thread's own time, which the machine's other work hardly changes.
 fn seconds(candidate: &Candidate, pairs: &[DirectionPair]) -> f64 {
     let start = ThreadTime::now();
     for pair in pairs {
-        // The angular factor is everyone's and not timed; the spectral tables compute it themselves.
+        // The factor O·M costs every method the same and is not timed; the spectral tables include it.
         black_box(candidate.rgb(black_box(pair), 1.0));
     }
     start.elapsed().as_secs_f64().max(1e-9)
@@ -89,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn medians_and_ratios_are_of_repetitions() {
+    fn ratios_are_taken_within_a_repetition() {
         let timing = Timing::new(&[2.0, 6.0, 3.0], &[1.0, 2.0, 3.0]);
         assert_eq!((timing.microseconds, timing.least_us, timing.most_us, timing.ratio), (3.0, 2.0, 6.0, 2.0));
     }
