@@ -185,6 +185,15 @@ def test_named_files_and_folders_exist(page):
     assert set(missing) <= WRITTEN_LATER, f"{page} names what is not there: {missing}"
 
 
+def test_named_functions_are_in_their_files():
+    """Phrases of the form `name` in `file` of contributing.md."""
+    page = (REPOSITORY / "docs" / "contributing.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(\w+)` in\s`([^`\s]+\.\w+)`", page)
+    assert {"obliquity", "pair_obliquity"} <= {function for function, _ in named}
+    for function, file in named:
+        assert re.search(rf"\b{function}\b", (REPOSITORY / file).read_text(encoding="utf-8")), (function, file)
+
+
 def test_rooms_depend_on_rooms_above_them():
     """The table of rooms in architecture.md against the imports of the sources, comments left aside."""
     page = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")

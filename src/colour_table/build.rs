@@ -40,8 +40,8 @@ pub struct ColourTableOptions {
     pub tiling: Tiling,
     /// Relative error of the spectral table from which colours are computed.
     pub tolerance: f64,
-    /// Factor on the number of samples along each axis, in [`RESOLUTION`]. At 1 the error is below a ΔE₀₀ of 1 for 99 % of the
-    /// pixels.
+    /// Factor on the number of samples along each axis, in [`RESOLUTION`]. At 1 the error is below a ΔE₀₀ of 1 for 99 %
+    /// of the pixels.
     pub resolution: f64,
     /// Factor on the memory and time that the spectral table may take, in [`crate::table::BUILD_LIMIT`].
     pub build_limit: f64,
@@ -102,7 +102,8 @@ impl ColourTable {
     }
 }
 
-/// Standard deviation in cycles/µm of the narrowest feature of S: an order's Gaussian, which an aperiodic scan's taper widens.
+/// Standard deviation in cycles/µm of the narrowest feature of S: an order's Gaussian, which an aperiodic scan's taper
+/// widens.
 fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
     let window = CoherenceWindow::new(coherence_length_um);
     let window = match tiling {

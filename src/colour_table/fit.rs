@@ -1,8 +1,8 @@
 //! Fit of one ring: samples of the colour over direction and w to coefficients of a bicubic B-spline.
 //!
-//! Near the horizon F falls as w², except where order zero leaks in. So that relative accuracy survives, the spline goes
-//! through `F·(w² + knee²)/(w² + zero²)`: `knee` is the w where the square law ends, `zero` the one where order zero takes
-//! over.
+//! Near the horizon F falls as w², except where order zero leaks in. So that relative accuracy survives, the spline
+//! goes through `F·(w² + knee²)/(w² + zero²)`: `knee` is the w where the square law ends, `zero` the one where order
+//! zero takes over.
 
 use super::rings::RingPlan;
 use crate::numeric::math::cubic_b_spline;

@@ -1,7 +1,7 @@
 //! Look-up in a [`super::ColourTable`], written once for all families of numbers.
 //!
-//! A look-up reads four rings about the radius `r = |(u, v)|`. On each ring it reads 4 × 4 coefficients about direction and w.
-//! Words are those of `pack.rs`. The WGSL twin is `src/methods/table.wgsl`.
+//! A look-up reads four rings about the radius `r = |(u, v)|`. On each ring it reads 4 × 4 coefficients about direction
+//! and w. Words are those of `pack.rs`. The WGSL twin is `src/methods/table.wgsl`.
 
 use super::pack::MANTISSA_BITS;
 use super::{ColourLayout, Ring};
@@ -23,8 +23,8 @@ pub struct ColourView<N: Numbers> {
 }
 
 impl<N: Numbers> ColourView<N> {
-    /// The colour `F(q)` of the [module](super), linear sRGB in 1/sr; colours outside sRGB have negative channels. Zero unless
-    /// `active`, `w > 0`, and `q` can be a sum of two unit vectors.
+    /// The colour `F(q)` of the [module](super), linear sRGB in 1/sr; colours outside sRGB have negative channels. Zero
+    /// unless `active`, `w > 0`, and `q` can be a sum of two unit vectors.
     #[inline(always)]
     pub fn relief_rgb(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
@@ -49,8 +49,8 @@ impl<N: Numbers> ColourView<N> {
         })
     }
 
-    /// Colour on ring `number` at the direction `turn` (in turns) and `w`; `efolds` is `ln(1 + w/w_log)`. Negative numbers are
-    /// rings on the other side of the centre.
+    /// Colour on ring `number` at the direction `turn` (in turns) and `w`; `efolds` is `ln(1 + w/w_log)`. Negative
+    /// numbers are rings on the other side of the centre.
     #[inline(always)]
     fn on_ring(&self, number: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
         let (lit, index) = (N::Real::lit, N::Index::lit);
@@ -82,8 +82,8 @@ impl<N: Numbers> ColourView<N> {
                 let [word] = N::gather::<1>(self.words, first + index(j as u32), active);
                 word
             });
-            // Stored mantissa bits m in the top of a float's mantissa make `(1 + m/512)·2^e`. Subtracting `1.5·2^e` removes the
-            // excess 256 exactly, without a conversion from integers.
+            // Stored mantissa bits m in the top of a float's mantissa make `(1 + m/512)·2^e`. Subtracting `1.5·2^e`
+            // removes the excess 256 exactly, without a conversion from integers.
             let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
             let excess = powers.map(|power| N::from_bits(power | index(1 << 22)));
             let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
@@ -114,8 +114,8 @@ const TURNS: [f64; 8] = [
     -6.453_036_6e-4,
 ];
 
-/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin. WGSL allows `atan2` an error of 4096 units in
-/// the last place, a quarter of the distance between directions, so both twins use this function.
+/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 at the origin. WGSL allows `atan2` an error of 4096
+/// units in the last place, a quarter of the distance between directions, so both twins use this function.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
     let (abs_u, abs_v) = (u.abs(), v.abs());

@@ -1,20 +1,20 @@
-//! The colour of a relief as a table over the scattering vector `q = wi + wo = (u, v, w)`: the integral over wavelength,
-//! read with a few fetches by RGB renderers and on the GPU.
+//! The colour of a relief as a table over the scattering vector `q = wi + wo = (u, v, w)`: the integral over
+//! wavelength, read with a few fetches by RGB renderers and on the GPU.
 //!
 //! Apart from obliquity, the colour of a pair of directions is
 //!
 //! `F(q) = ∫ R(λ, |q|/2)·S(f; κ)/λ² · weight(λ) dλ`, with `f = (u, v)/λ` and `κ = 2πw/λ`.
 //!
-//! It depends on `q` alone, since the cosine at the half vector is `|q|/2`. `R` is the reflectance of the interface, or 1
-//! where the caller applies it. `weight` is linear sRGB for the CIE 1931 observer under D65, from 380 to 780 nm:
+//! It depends on `q` alone, since the cosine at the half vector is `|q|/2`. `R` is the reflectance of the interface, or
+//! 1 where the caller applies it. `weight` is linear sRGB for the CIE 1931 observer under D65, from 380 to 780 nm:
 //! `S/λ² = 1` at every wavelength has the colour (1, 1, 1). Colours outside sRGB have negative channels.
 //!
 //! Features of `F` differ in width. Around the centre they are as fine as an order, about 0.003. Along the radius
 //! `r = |(u, v)|` the integral over wavelength smears them to about 4 % of `r`. Over `w` they are as wide as
 //! `λ/(range of heights)`. So the table consists of rings in the (u, v) plane whose spacing grows in proportion to `r`
 //! (`rings.rs`). The number of directions on a ring is proportional to its circumference. On a ring, a scaled `F`
-//! (`fit.rs`) is a cubic B-spline over direction (periodic) and w; between rings it is the cubic through four of them. A
-//! look-up ([`ColourView`]) reads 64 words of 32 bits. Since `|q| ≤ 2`, outer rings need fewer knots over w.
+//! (`fit.rs`) is a cubic B-spline over direction (periodic) and w; between rings it is the cubic through four of them.
+//! A look-up ([`ColourView`]) reads 64 words of 32 bits. Since `|q| ≤ 2`, outer rings need fewer knots over w.
 
 mod build;
 mod fit;
@@ -156,8 +156,8 @@ impl Ring {
 impl ColourTable {
     /// Largest size of a table in bytes: half of the smallest storage buffer that WebGPU guarantees.
     pub const LIMIT_BYTES: usize = 64 << 20;
-    /// Largest number of rings: their records take half of the smallest uniform buffer that WebGPU guarantees, 64 KiB. Tables reach
-    /// [`ColourTable::LIMIT_BYTES`] first.
+    /// Largest number of rings: their records take half of the smallest uniform buffer that WebGPU guarantees, 64 KiB.
+    /// Tables reach [`ColourTable::LIMIT_BYTES`] first.
     pub const RINGS_MAX: usize = (64 << 10) / 2 / (4 * Ring::WORDS);
 
     /// Build time, size and resolution.

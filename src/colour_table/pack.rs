@@ -20,7 +20,8 @@ pub(super) fn exponent_offset(largest: f32) -> u32 {
     (exponent(largest.max(f32::MIN_POSITIVE)) + BIAS - EXPONENT_MAX).clamp(1, 200) as u32
 }
 
-/// Packs a colour. The error is at most 0.4 % of the largest channel; values below 2⁻³¹ of the table's largest become 0.
+/// Packs a colour. The error is at most 0.4 % of the largest channel; values below 2⁻³¹ of the table's largest become
+/// 0.
 pub(super) fn pack(colour: [f32; 3], offset: u32) -> u32 {
     let largest = colour.iter().fold(0f32, |a, b| a.max(b.abs()));
     let stored = (exponent(largest.max(f32::MIN_POSITIVE)) + BIAS - offset as i32).clamp(0, EXPONENT_MAX) as u32;

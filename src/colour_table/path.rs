@@ -1,8 +1,8 @@
 //! Integral over wavelength along rays of the frequency plane.
 //!
-//! Samples of one direction of a ring of radius r lie on one ray: wavelength λ reads the radial frequency `ρ = r/λ`, and
-//! `dλ/λ² = −dρ/r`. All rings of a group have the same directions. So along each ray the records of the spectral table are
-//! interpolated once, at uniform ρ that resolve an order, and then serve every ring of the group and every w:
+//! Samples of one direction of a ring of radius r lie on one ray: wavelength λ reads the radial frequency `ρ = r/λ`,
+//! and `dλ/λ² = −dρ/r`. All rings of a group have the same directions. So along each ray the records of the spectral
+//! table are interpolated once, at uniform ρ that resolve an order, and then serve every ring of the group and every w:
 //!
 //! `F(q) = Σ_ρ (Δρ/r)·R·colour(λ)·S(f; κ)` with `f = ρ·(cos, sin)` and `κ = 2πw/λ`.
 

@@ -1,8 +1,9 @@
 //! Resolution of a colour table: radii of its rings, directions on each, knots over w.
 //!
-//! Ring k has the radius `r_k = knee_radius/growth · sinh(growth·(k + ½))`: uniform spacing `knee_radius` near the centre,
-//! relative spacing `growth` further out. The finest feature over radius and direction is the Gaussian of an order, of standard deviation
-//! `λ·sigma`. Features over w are fringes of the whole range of heights, of width `λ/(2·range)` per half wave.
+//! Ring k has the radius `r_k = knee_radius/growth · sinh(growth·(k + ½))`: uniform spacing `knee_radius` near the
+//! centre, relative spacing `growth` further out. The finest feature over radius and direction is the Gaussian of an
+//! order, of standard deviation `λ·sigma`. Features over w are fringes of the whole range of heights, of width
+//! `λ/(2·range)` per half wave.
 
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -10,16 +11,16 @@ use std::f64::consts::{SQRT_2, TAU};
 const WAVELENGTH_UM: f64 = 0.45;
 /// Spacing of directions in standard deviations of an order. A cubic B-spline then errs by 0.5 % of a Gaussian's peak.
 const DIRECTION_SPACING: f64 = 0.87;
-/// Spacing of the rings near the centre in standard deviations of an order. The cubic through four rings errs more than a
-/// B-spline, by 7 % at a spacing of 1.
+/// Spacing of the rings near the centre in standard deviations of an order. The cubic through four rings errs more than
+/// a B-spline, by 7 % at a spacing of 1.
 const RING_SPACING: f64 = 0.45;
 /// Upper bound of both spacings, for short windows: a tenth of the disc of direction cosines (chosen).
 const SPACING_MAX: f64 = 0.1;
-/// Relative spacing of the outer rings. The integral over wavelength smears features by the width of the colour matching
-/// functions, 4 to 9 %.
+/// Relative spacing of the outer rings. The integral over wavelength smears features by the width of the colour
+/// matching functions, 4 to 9 %.
 const GROWTH: f64 = 0.025;
-/// Knots over w per feature: per half wave of the fastest fringe, and per e-fold of `1 + w/`[`W_LOG`]. Chosen for a ΔE₀₀ below 1
-/// at 99 % of the pixels (`tests/core/colour_table.rs`).
+/// Knots over w per feature: per half wave of the fastest fringe, and per e-fold of `1 + w/`[`W_LOG`]. Chosen for a
+/// ΔE₀₀ below 1 at 99 % of the pixels (`tests/core/colour_table.rs`).
 const KNOTS_PER_FEATURE: f64 = 1.3;
 /// Scale of w above which knots are spaced logarithmically. The taper of an aperiodic scan spreads order zero over all
 /// directions, and that light does not fall as w² near the horizon (chosen).
@@ -30,8 +31,8 @@ const INTERVALS_MIN: usize = 3;
 const INTERVALS_MAX: usize = 4096;
 /// Fewest directions on a ring.
 const DIRECTIONS_MIN: usize = 16;
-/// Outermost over innermost radius of a group of rings with equally many directions. A larger ratio wastes directions on
-/// the inner rings, a smaller one integrates along more rays (chosen).
+/// Outermost over innermost radius of a group of rings with equally many directions. A larger ratio wastes directions
+/// on the inner rings, a smaller one integrates along more rays (chosen).
 const GROUP_RATIO: f64 = SQRT_2;
 
 /// Radius and resolution of one ring.
@@ -59,8 +60,8 @@ impl RingPlan {
         self.knots.0 * w + self.knots.1 * (1.0 + w / W_LOG).ln()
     }
 
-    /// The w of the samples: at the knots, and one more in the first and the last interval. The first is a tenth of an interval
-    /// above w = 0, where scaling by w² would be lost to rounding.
+    /// The w of the samples: at the knots, and one more in the first and the last interval. The first is a tenth of an
+    /// interval above w = 0, where scaling by w² would be lost to rounding.
     pub(super) fn samples(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
@@ -90,8 +91,8 @@ pub(super) struct Rings {
 }
 
 impl Rings {
-    /// Plans the rings for orders of standard deviation `sigma` (cycles/µm) and heights over `range_um`. `tapered` adds knots near
-    /// the horizon, and `resolution` multiplies the number of samples along each axis.
+    /// Plans the rings for orders of standard deviation `sigma` (cycles/µm) and heights over `range_um`. `tapered` adds
+    /// knots near the horizon, and `resolution` multiplies the number of samples along each axis.
     pub(super) fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
         let spacing = (DIRECTION_SPACING * WAVELENGTH_UM * sigma / resolution).min(SPACING_MAX);
         let knee_radius = spacing * RING_SPACING / DIRECTION_SPACING;

@@ -1,9 +1,10 @@
-//! Directions drawn by the colour that a surface reflects, whatever the wavelength.
+//! Sampler of colours: directions drawn in proportion to the reflected colour, integrated over wavelength.
 //!
-//! With `r² = u² + v²` and Stam's obliquity factor `O`, `O·cosθi·cosθo = G/4`, `G = (r² + w²)²/w²`: a function of `wi + wo` alone, as
-//! the colour `F` is. So a lattice over `(u, v)` holds `F·G`, the mean of its positive channels, in four slices of w; tents join its
-//! nodes. The hemisphere of `wo` lies in the square `[wi − 1, wi + 1]` of direction cosines, whose mass is summed exactly
-//! ([`SummedArea`]): nothing is tabulated over `wi`. What is drawn in the corners of the square is lost.
+//! With Stam's obliquity factor, `O·cosθi·cosθo = G/4` with `G = (u² + v² + w²)²/w²`. Both `G` and the colour `F`
+//! depend on the scattering vector `(u, v, w) = wi + wo` alone. A lattice over `(u, v)` holds the sum of the positive
+//! channels of `F·G` in four slices of w; tents interpolate between its nodes. The hemisphere of `wo` lies within the
+//! square `[wi − 1, wi + 1]` of `(u, v)`, whose mass a [`SummedArea`] gives exactly, so nothing is tabulated over `wi`.
+//! Draws in the square's corners are lost.
 
 use super::summed_area::{BANDS, SummedArea, SummedAreaLayout, SummedAreaView};
 use crate::numeric::{Index, Number, Numbers, Plain, Real};
@@ -12,31 +13,31 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::array;
 
-/// Wavelength in µm whose orders the tents are as wide as.
+/// Wavelength in µm at which a tent has the variance of an order: the eye's most sensitive.
 const WAVELENGTH_UM: f64 = 0.53;
-/// Nodes along either axis at most, which take 8 MB.
+/// Largest number of nodes along each axis; they take 8 MB.
 const NODES_MAX: usize = 937;
-/// Places to a node along either axis at which the colour is read at most, where the nodes are further apart than orders are wide.
-const PLACES_MAX: usize = 4;
-/// Where in a slice of w, in its width, the colour is read.
+/// Largest number of samples of the colour per node and axis, for nodes further apart than an order's width.
+const SAMPLES_MAX: usize = 4;
+/// Positions within a slice of w, in its width, at which the colour is sampled.
 const HEIGHTS: [f64; 2] = [0.25, 0.75];
-/// What is taken for cosθo when the slices are weighed.
+/// Outgoing cosine assumed when slices are weighted; 0.6 minimises the weights' variance (bench sampler).
 const MEAN_COSINE: f64 = 0.6;
-/// Share of the largest w at a radius beyond which nothing is read: `G` there is that of directions that leave along the surface.
+/// Largest sampled w, as a fraction of the largest possible one at `(u, v)`. Beyond it `wo` grazes the surface.
 const HEIGHT_MAX: f64 = 0.97;
 
-/// What a sampler has to know besides the words.
+/// Layout of the sampler's table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourSamplerLayout {
-    /// The lattice over `(u, v)`, `[v][u]`; its bands are the slices of w.
+    /// Summed areas over `(u, v)`, `[v][u]`; the bands are slices of w.
     pub areas: SummedAreaLayout,
-    /// Nodes per unit of u and of v; the middle node is at 0.
+    /// Nodes per unit of u and v.
     pub per_unit: f32,
-    /// Number of the middle node along either axis.
+    /// Index of the node at 0 along each axis.
     pub middle: u32,
 }
 
-/// What directions are drawn from.
+/// Sampler of one surface in colours.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ColourSampler {
     areas: SummedArea,
@@ -44,23 +45,23 @@ pub struct ColourSampler {
 }
 
 impl ColourSampler {
-    /// A sampler of what `reflected` answers at `(u, v, w)`: a colour times `G` where the obliquity is Stam's. `sigma` is the
+    /// Builds the sampler from `reflected(u, v, w)`: the colour, times `G` for Stam's obliquity. `sigma` is the
     /// standard deviation of an order in cycles/µm.
     pub fn new(sigma: f64, reflected: impl Fn([f32; 3]) -> [f32; 3] + Sync) -> Self {
-        // Tents have the variance of the order.
+        // A tent of this spacing has the variance of an order.
         let wanted = 6f64.sqrt() * sigma * WAVELENGTH_UM;
         let half = ((2.0 / wanted).ceil() as usize).clamp(8, (NODES_MAX - 1) / 2);
         let (nodes, spacing) = (2 * half + 1, 2.0 / half as f64);
-        let places = ((spacing / wanted).ceil() as usize).clamp(1, PLACES_MAX);
+        let samples = ((spacing / wanted).ceil() as usize).clamp(1, SAMPLES_MAX);
         let at =
-            |i: usize, place: usize| (i as f64 - half as f64 + (place as f64 + 0.5) / places as f64 - 0.5) * spacing;
+            |i: usize, sample: usize| (i as f64 - half as f64 + (sample as f64 + 0.5) / samples as f64 - 0.5) * spacing;
         let values: Vec<[f32; BANDS]> = (0..nodes * nodes)
             .into_par_iter()
             .with_min_len(256)
             .map(|i| {
                 let mut sums = [0.0; BANDS];
-                for place in 0..places * places {
-                    let (u, v) = (at(i % nodes, place % places), at(i / nodes, place / places));
+                for sample in 0..samples * samples {
+                    let (u, v) = (at(i % nodes, sample % samples), at(i / nodes, sample / samples));
                     let rest = 4.0 - u * u - v * v;
                     if rest <= 0.0 {
                         continue;
@@ -74,20 +75,20 @@ impl ColourSampler {
                         }
                     }
                 }
-                // A quantity that overflowed or is none must not take all samples.
+                // An overflow or NaN would attract every sample.
                 sums.map(|sum| if sum.is_finite() { sum } else { 0.0 })
             })
             .collect();
         Self { areas: SummedArea::new([nodes; 2], &values), per_unit: (1.0 / spacing) as f32 }
     }
 
-    /// What a sampler has to know besides the words.
+    /// Layout of the sampler's table data.
     pub fn layout(&self) -> ColourSamplerLayout {
         let areas = *self.areas.layout();
         ColourSamplerLayout { areas, per_unit: self.per_unit, middle: areas.nodes[0] / 2 }
     }
 
-    /// The words of the summed areas.
+    /// Table data.
     pub fn words(&self) -> &[u32] {
         self.areas.words()
     }
@@ -97,7 +98,7 @@ impl ColourSampler {
         size_of_val(self.words())
     }
 
-    /// The sampler as numbers by value read it.
+    /// The sampler over plain numbers, in `f32` or `f64`.
     pub fn view<F>(&self) -> ColourSamplerView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -110,19 +111,19 @@ impl ColourSampler {
         self.view::<f64>().pdf(wi, wo, true)
     }
 
-    /// A direction from two random numbers in [0, 1); `None` where there is none above the surface.
+    /// A direction from two random numbers in [0, 1); `None` where the draw falls below the horizon.
     pub fn sample(&self, wi: Vec3, u: [f64; 2]) -> Option<Vec3> {
         let wo = self.view::<f64>().sample(wi, u, true);
         (wo[2] > 0.0).then_some(wo)
     }
 }
 
-/// A [`ColourSampler`] to be read by one family of numbers.
+/// A [`ColourSampler`] over one family of numbers.
 #[derive(Clone, Copy)]
 pub struct ColourSamplerView<N: Numbers> {
-    /// How the words are to be read.
+    /// Layout.
     pub layout: ColourSamplerLayout,
-    /// [`ColourSampler::words`].
+    /// Table data.
     pub words: N::Words,
 }
 
@@ -131,13 +132,13 @@ impl<N: Numbers> ColourSamplerView<N> {
         SummedAreaView { layout: self.layout.areas, words: self.words }
     }
 
-    /// Place in nodes of a `u` or `v`.
+    /// Position of a `u` or `v`, in nodes.
     #[inline(always)]
     fn position(&self, u: N::Real) -> N::Real {
         u.fma(N::Real::lit(self.layout.per_unit.into()), N::Real::lit(self.layout.middle.into()))
     }
 
-    /// Weights of the slices for an incidence, each times the unit of its counts; linear between the slices' middles.
+    /// Interpolation weights of the slices for an incidence, times the units of their counts.
     #[inline(always)]
     fn slices(&self, cos_i: N::Real) -> [N::Real; BANDS] {
         let lit = N::Real::lit;
@@ -149,7 +150,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         })
     }
 
-    /// The square's blocks, and the mass of each slice in it, weighed.
+    /// Blocks that cover the square, and the weighted mass of each slice.
     #[inline(always)]
     fn square(&self, wi: [N::Real; 3], active: N::Mask) -> (super::summed_area::Rectangle<N>, [N::Real; BANDS]) {
         let one = N::Real::lit(1.0);
@@ -161,7 +162,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         (rectangle, array::from_fn(|b| weights[b] * N::real(counts[b])))
     }
 
-    /// Density of [`ColourSamplerView::sample`] per solid angle, 1/sr; zero unless both directions lie above the surface.
+    /// Density of [`ColourSamplerView::sample`] in 1/sr; zero unless both directions lie above the surface.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
@@ -178,7 +179,7 @@ impl<N: Numbers> ColourSamplerView<N> {
         N::Real::select(some, here / total * per_area * wo[2], lit(0.0))
     }
 
-    /// A direction from two random numbers in [0, 1); zeros where there is none above the surface.
+    /// A direction from two random numbers in [0, 1); the zero vector where the draw falls below the horizon.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
@@ -186,12 +187,12 @@ impl<N: Numbers> ColourSamplerView<N> {
         let (rectangle, masses) = self.square(wi, active);
         let total = masses.into_iter().fold(lit(0.0), |sum, mass| sum + mass);
         let some = active & lit(0.0).lt(total);
-        // The slice; what is left of the number draws on.
+        // Chooses a slice and rescales the random number.
         let target = u[0] * total;
         let (mut band, mut below, mut mass) = (N::Index::lit(0), lit(0.0), masses[0]);
         let mut passed = lit(0.0);
         for (b, &of_band) in masses.iter().enumerate() {
-            // The last one of any mass stays where rounding leaves the target beyond the end.
+            // If rounding leaves the target beyond the end, the last slice with any mass stays chosen.
             let here = passed.le(target) & lit(0.0).lt(of_band);
             band = N::Index::select(here, N::Index::lit(b as u32), band);
             below = N::Real::select(here, passed, below);
@@ -213,7 +214,7 @@ impl<N: Numbers> ColourSamplerView<N> {
     }
 }
 
-/// A place in (−1, 1) drawn by a tent.
+/// Quantile function of a tent on (−1, 1).
 #[inline(always)]
 fn tent<R: Real>(u: R) -> R {
     let lit = R::lit;

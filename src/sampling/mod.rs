@@ -1,8 +1,14 @@
-//! Directions drawn by what a surface reflects, and their density.
+//! Samplers: directions drawn in proportion to the relief's power, and their density.
 //!
-//! Where few orders propagate they are gone through one by one ([`orders`]); else nodes are drawn within a square ([`square`]).
-//! Both leave samples below the horizon, which are lost, and neither reaches everywhere: a small share of samples has to be drawn
-//! evenly besides.
+//! | file | draws | for |
+//! | --- | --- | --- |
+//! | `orders.rs` | one of all propagating orders, then a point of its Gaussian | few orders: gratings, coarse lattices |
+//! | `square.rs` | a node within a square of frequencies, by summed areas | many orders: skins, scans |
+//! | `colour.rs` | a node over `(u, v)` by its colour | renderers that carry colours |
+//! | `summed_area/` | the summed-area table of the latter two | |
+//!
+//! Some draws fall below the horizon and are lost, and no sampler covers every direction. Lobes therefore mix in a
+//! uniform part (src/lobe/mixture.rs).
 
 mod colour;
 mod orders;
@@ -17,32 +23,33 @@ pub use orders::{OrdersAxis, OrdersLayout};
 use serde::{Deserialize, Serialize};
 pub use square::{SquareAxis, SquareLayout};
 
-/// Most orders that are gone through one by one, at [`TYPICAL_WAVELENGTH_UM`]: of reliefs along one axis, and of others. Each
-/// takes about a tenth of what drawing in squares takes. Squares leave weights of gratings with a standard deviation of 2 in
-/// place of 0.2, and those of crossed gratings with 0.66.
+/// Largest number of orders at [`TYPICAL_WAVELENGTH_UM`] that `orders.rs` serves: for reliefs along one axis, and for
+/// others. An order costs about a tenth of a draw in a square. Squares leave weights of gratings a standard deviation
+/// of 2 instead of 0.2, and those of crossed gratings 0.66 (bench sampler).
 const ORDERS_MAX: (f64, f64) = (160.0, 40.0);
+/// Wavelength in µm at which orders are counted, in the middle of the visible range.
 const TYPICAL_WAVELENGTH_UM: f64 = 0.55;
-/// The largest number of single precision below one.
+/// Largest number of single precision below one.
 const BELOW_ONE: f64 = 1.0 - 1.0 / 16_777_216.0;
 
-/// The sampler of one surface.
+/// Sampler of one surface at wavelengths.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Sampler {
     layout: SamplerLayout,
     words: Vec<u32>,
 }
 
-/// How a surface is sampled, in plain numbers; they say where the sampler's words have what.
+/// Kind of a sampler, and the layout of its table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum SamplerLayout {
-    /// Orders along one axis, each a Gaussian.
+    /// Orders, each a Gaussian.
     Orders(OrdersLayout),
-    /// Summed areas over the square of frequencies.
+    /// Summed areas over a square of frequencies.
     Square(SquareLayout),
 }
 
 impl Sampler {
-    /// The sampler of a table, of which the options say the obliquity factor.
+    /// Builds the sampler of a table, weighted with the options' obliquity factor.
     pub fn new(table: &SpectralTable, options: &Options) -> Self {
         let axes = orders::axes(table);
         let count: f64 = axes.iter().map(|axis| axis.propagating(TYPICAL_WAVELENGTH_UM)).product();
@@ -63,12 +70,12 @@ impl Sampler {
         Self { layout: SamplerLayout::Square(layout), words }
     }
 
-    /// Where the words have what.
+    /// Kind and layout.
     pub fn layout(&self) -> SamplerLayout {
         self.layout
     }
 
-    /// The words.
+    /// Table data.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
@@ -78,7 +85,7 @@ impl Sampler {
         size_of_val(self.words.as_slice())
     }
 
-    /// The sampler by value, in `f32` or `f64`.
+    /// The sampler over plain numbers, in `f32` or `f64`.
     pub fn view<F>(&self) -> SamplerView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -87,18 +94,18 @@ impl Sampler {
     }
 }
 
-/// A [`Sampler`] to be read by one family of numbers.
+/// A [`Sampler`] over one family of numbers.
 #[derive(Clone, Copy)]
 pub struct SamplerView<N: Numbers> {
-    /// How the words are to be read.
+    /// Kind and layout.
     pub layout: SamplerLayout,
-    /// The powers.
+    /// Table data.
     pub words: N::Words,
 }
 
 impl<N: Numbers> SamplerView<N> {
-    /// Density over solid angle (1/sr) of [`SamplerView::sample`], for directions above the surface and wavelengths of the
-    /// tables' range; zero where the mask is false.
+    /// Density of [`SamplerView::sample`] per solid angle, in 1/sr, for directions above the surface and wavelengths
+    /// within the tables' range. Zero where the mask is false.
     #[inline(always)]
     pub fn pdf(&self, wi: [N::Real; 3], wo: [N::Real; 3], wavelength_nm: N::Real, active: N::Mask) -> N::Real {
         let words = self.words;
@@ -112,9 +119,9 @@ impl<N: Numbers> SamplerView<N> {
         }
     }
 
-    /// A direction from two random numbers in [0, 1), for an incidence above the surface and a wavelength of the tables' range.
-    /// The zero vector where the direction drawn lies below the horizon, where nothing is reflected, and where the mask is
-    /// false.
+    /// A direction from two random numbers in [0, 1), for an incidence above the surface and a wavelength within the
+    /// tables' range. The zero vector where the draw falls below the horizon, where nothing is reflected, and where the
+    /// mask is false.
     #[inline(always)]
     pub fn sample(&self, wi: [N::Real; 3], wavelength_nm: N::Real, u: [N::Real; 2], active: N::Mask) -> [N::Real; 3] {
         let words = self.words;

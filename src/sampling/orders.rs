@@ -1,7 +1,12 @@
-//! Orders drawn one by one by what each of them reflects; for surfaces of few orders.
+//! Sampler of few orders: an order by its power, then a direction by the order's Gaussian.
 //!
-//! The weight of the order `j` is `P_j(κ_j)·O·cosθi·cosθo/cosθo` in the direction of its middle, times the part of its Gaussian
-//! that is above the horizon. All orders that may propagate are gone through, by density and by sample.
+//! ```text
+//! w_j = P_j(κ_j)·O·cosθi·above_j      weight of the order j = (jx, jy), at the direction of its centre
+//! pdf = cosθo·Σ_j w_j K(f − f_j) / (λ²·Σ_j w_j)
+//! ```
+//!
+//! `P_j(κ)` is the order's power, `f_j = (jx/Lx, jy/Ly)` its frequency, `K` its Gaussian, and `above_j` the part of the
+//! Gaussian above the horizon. The density and a sample each loop over all orders that may propagate.
 
 use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
@@ -10,34 +15,35 @@ use crate::table::{LatticeAxis, NodeCurve, NodeQuantity, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Intervals in κ between which powers are linear, at least and at most.
+/// Least and greatest number of intervals in κ; powers are linearly interpolated within one.
 const INTERVALS: (usize, usize) = (32, 128);
-/// Places in an interval where its powers are read.
+/// Samples of κ per interval from which the ends' mean powers are taken.
 const POINTS: usize = 8;
-/// How far beyond the horizon orders are drawn from, in standard deviations. At two, weights reach 8000.
+/// Distance beyond the horizon up to which orders are included, in standard deviations. At two, weights reach 8000.
 const REACH: f64 = 5.0;
-/// How wide the step is that an order takes as it crosses the horizon: the square of a width of cos²θ in standard deviations of the
-/// order. It is algebraic, since there are many orders to go through.
+/// Squared width, in cos²θ over the order's standard deviation, of the smooth step at the horizon. The step is
+/// algebraic instead of Gaussian, because it is evaluated for every order.
 const ROUNDING: f64 = 12.0;
-/// cos²θ of what an order across the horizon has above it, in standard deviations of the order.
+/// cos²θ assumed for an order whose centre lies below the horizon, in standard deviations of the order.
 const HEIGHT: f64 = 0.25;
+/// Smallest cosine that Stam's factor is divided by.
 const COS_MIN: f64 = 1e-4;
-/// Power of an order below which it is not drawn. Much smaller numbers slow processors down.
+/// Power below which an order counts as zero. Denormal numbers would slow the loops down.
 const POWER_MIN: f64 = 1e-15;
-/// Standard deviations from an order within which it is drawn: a normal quantile ends at 5.4.
+/// Radius in standard deviations within which an order is drawn; [`normal_quantile`] ends at 5.4.
 const NEAR: f64 = 5.5;
 
-/// Where the words of orders have what, in plain numbers.
+/// Layout of the orders' powers.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct OrdersLayout {
-    /// Along x and y.
+    /// Orders along x and y.
     pub axes: [OrdersAxis; 2],
-    /// Intervals in κ. A word has the powers at both ends of one, the lower half first, each as the upper half of a number of
-    /// single precision, `[order along y][order along x][interval]`.
+    /// Number of intervals in κ. A word holds the powers at both ends of an interval as 16-bit floats (bfloat16), the
+    /// lower end in the lower half: `[order along y][order along x][interval]`.
     pub intervals: u32,
-    /// Intervals of the records for each rad/µm of κ.
+    /// Intervals per rad/µm of κ.
     pub intervals_per_kappa: f64,
-    /// The obliquity factor that weighs orders.
+    /// Obliquity factor in the weights.
     pub obliquity: Obliquity,
 }
 
@@ -46,11 +52,11 @@ pub struct OrdersLayout {
 pub struct OrdersAxis {
     /// The period along the axis, in µm.
     pub period_um: f64,
-    /// Number of the order at the origin, counted from the first.
+    /// Index of order 0, counted from the first order.
     pub origin: u32,
-    /// Orders along the axis.
+    /// Number of orders along the axis.
     pub nodes: u32,
-    /// Standard deviation of an order's Gaussian in nodes.
+    /// Standard deviation of an order's Gaussian, in orders.
     pub sigma: f64,
 }
 
@@ -59,7 +65,7 @@ impl OrdersAxis {
         Self { period_um: axis.period_um, origin: axis.reach as u32, nodes: axis.nodes() as u32, sigma }
     }
 
-    /// Most orders that are gone through at a wavelength.
+    /// Largest number of orders that a loop visits at a wavelength.
     pub(super) fn propagating(&self, wavelength_um: f64) -> f64 {
         (2.0 * self.period_um / wavelength_um + 2.0 * REACH * self.sigma + 1.0).min(f64::from(self.nodes))
     }
@@ -70,7 +76,7 @@ pub(super) fn axes(table: &SpectralTable) -> [OrdersAxis; 2] {
     [OrdersAxis::new(&lattice.x, sx), OrdersAxis::new(&lattice.y, sy)]
 }
 
-/// The layout and the words of a table's orders.
+/// Builds layout and data for a table's orders.
 pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayout, Vec<u32>) {
     let axes = axes(table);
     let intervals = ((table.kappa_max() / table.kappa_step()).ceil() as usize).clamp(INTERVALS.0, INTERVALS.1);
@@ -88,7 +94,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
             NodeQuantity::Amplitude => curve.amplitude(record).norm_sqr(),
         };
         let powers: Vec<f64> = curves.iter().map(power).collect();
-        // Means about each end of an interval, over as much as an interval to either side.
+        // Triangularly weighted means around each end of an interval, one interval to each side.
         let ends: Vec<f64> = (0..=intervals)
             .map(|end| {
                 let (mut sum, mut weights) = (0.0, 0.0);
@@ -112,25 +118,28 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
     (OrdersLayout { axes, intervals: intervals as u32, intervals_per_kappa, obliquity }, words)
 }
 
-/// Orders to be read by one family of numbers.
+/// The sampler over one family of numbers.
 #[derive(Clone, Copy)]
 pub(super) struct OrdersView<N: Numbers> {
     pub layout: OrdersLayout,
     pub words: N::Words,
 }
 
-/// What does not depend on the order.
+/// Quantities of an incident direction and wavelength, and the range of orders.
 #[derive(Clone, Copy)]
 struct Incidence<N: Numbers> {
     wi: [N::Real; 3],
+    /// Wave number 1/λ in 1/µm.
     per_um: N::Real,
-    /// Direction cosines per order.
+    /// Difference of direction cosines between neighbouring orders.
     step: [N::Real; 2],
-    /// [`ROUNDING`] and [`HEIGHT`] by the variance and the standard deviation of an order in direction cosines.
+    /// [`ROUNDING`] times the variance of an order in direction cosines.
     rounding: N::Real,
+    /// [`HEIGHT`] times the standard deviation of an order in direction cosines.
     least_squared: N::Real,
-    /// Orders gone through, counted from the first; along either axis from the one to before the other.
+    /// First order of the loop along each axis.
     low: [N::Index; 2],
+    /// Order after the last one along each axis.
     high: [N::Index; 2],
 }
 
@@ -141,7 +150,7 @@ impl<N: Numbers> OrdersView<N> {
         let lit = N::Real::lit;
         let at = self.incidence(wi, wavelength_nm);
         let nm = N::widen(wavelength_nm);
-        // The whole and the fractional part of the position, so that distances from orders keep their digits.
+        // Whole and fractional part of the position in orders, so that distances from orders keep their precision.
         let position = [0, 1].map(|i| {
             let axis = &self.layout.axes[i];
             let f = (N::widen(wi[i]) + N::widen(wo[i])) / nm;
@@ -191,8 +200,8 @@ impl<N: Numbers> OrdersView<N> {
     ) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let at = self.incidence(wi, wavelength_nm);
-        // Each order takes the place of what was chosen before it by its share in all up to it. That takes one pass, and
-        // what is left of the random number is in [0, 1) always.
+        // Reservoir sampling in one pass: each order replaces the previous choice with the probability of its weight
+        // over the running sum. The remainder of the random number stays uniform in [0, 1).
         let start = (at.low, at.low, [lit(0.0), u]);
         let (_, chosen, [total, u]) = N::while_loop(
             c"Choice of an order",
@@ -203,7 +212,7 @@ impl<N: Numbers> OrdersView<N> {
                 let sum = total + weight;
                 let place = u * sum;
                 let taken = place.lt(weight);
-                // An order of little weight moves the number by little, so that rounding does not add up.
+                // An order of little weight changes the number little, so that rounding errors do not accumulate.
                 let of = N::Real::select(taken, weight, total);
                 let part = N::Real::select(taken, place, (lit(1.0) - u) * weight);
                 let quotient = part / N::Real::select(lit(0.0).lt(of), of, lit(1.0));
@@ -238,7 +247,7 @@ impl<N: Numbers> OrdersView<N> {
         };
         let low = [0, 1].map(|i| edge(i, -1.0, -REACH));
         let high = [0, 1].map(|i| edge(i, 1.0, REACH));
-        // Nothing at all, where one axis has nothing.
+        // Empty if one axis is empty.
         let any = low[0].lt(high[0]) & low[1].lt(high[1]);
         let high = [high[0], N::Real::select(any, high[1], low[1])];
         let sigma = um * lit((x.sigma / x.period_um).max(y.sigma / y.period_um));
@@ -258,19 +267,20 @@ impl<N: Numbers> OrdersView<N> {
         [0, 1].map(|i| N::real(j[i]) - N::Real::lit(f64::from(self.layout.axes[i].origin)))
     }
 
-    /// The weight of an order.
+    /// The weight `w_j` of an order.
     #[inline(always)]
     fn weight(&self, at: &Incidence<N>, j: [N::Index; 2], from: [N::Real; 2], active: N::Mask) -> N::Real {
         let lit = N::Real::lit;
         let [ax, ay] = [0, 1].map(|i| from[i] * at.step[i]);
         let (x, y) = (ax - at.wi[0], ay - at.wi[1]);
-        // cos²θo of the order's middle.
+        // cos²θo at the order's centre.
         let squared = lit(1.0) - x * x - y * y;
-        // The part beyond the horizon of an order above it, and the other way round: `(1 − s/√(s² + r))/2` without cancellation.
+        // Fraction of the order on the other side of the horizon than its centre: `(1 − |s|/√(s² + r))/2` without
+        // cancellation.
         let root = squared.fma(squared, at.rounding).sqrt();
         let least = lit(0.5) * at.rounding / (root * (root + squared.abs()));
-        let share = N::Real::select(lit(0.0).lt(squared), lit(1.0) - least, least);
-        let part = share * share * (lit(3.0) - share - share);
+        let fraction = N::Real::select(lit(0.0).lt(squared), lit(1.0) - least, least);
+        let part = fraction * fraction * (lit(3.0) - fraction - fraction);
         let cos_o = squared.max(at.least_squared).sqrt();
         let w = at.wi[2] + cos_o;
         let place = w * at.per_um * lit(TAU * self.layout.intervals_per_kappa);
@@ -293,7 +303,7 @@ impl<N: Numbers> OrdersView<N> {
 }
 
 impl<N: Numbers> Incidence<N> {
-    /// The same with those orders alone that are drawn at a position, which is a whole number and a fraction along each axis.
+    /// Restricts the loop to orders within [`NEAR`] of a position, given as whole and fractional parts.
     #[inline(always)]
     fn near(&self, axes: &[OrdersAxis; 2], position: [(N::Real, N::Real); 2]) -> Self {
         let lit = N::Real::lit;
@@ -307,13 +317,13 @@ impl<N: Numbers> Incidence<N> {
         Self { low, high, ..*self }
     }
 
-    /// Whether an order is among those gone through.
+    /// Whether the loop continues.
     #[inline(always)]
     fn more(&self, j: [N::Index; 2], active: N::Mask) -> N::Mask {
         j[1].lt(self.high[1]) & active
     }
 
-    /// The next order: row by row.
+    /// The next order, row by row.
     #[inline(always)]
     fn next(&self, [x, y]: [N::Index; 2]) -> [N::Index; 2] {
         let one = N::Index::lit(1);

@@ -1,10 +1,15 @@
-//! Nodes of a table drawn within the square about the disc of what propagates; for surfaces of many orders.
+//! Sampler of many orders: nodes of the table within a square of frequencies.
 //!
-//! What a surface reflects into `df` is `S(f; κ)·G/(4 cosθi cosθo)` with `G = (|f|² + k²)²/k²` and `k = κ/2π`, where the
-//! obliquity factor is Stam's: `λ²G = 4·O·cosθi·cosθo` holds whatever the incidence. So the masses of nodes are the means of `P·G`
-//! over bands of κ. The disc of what propagates lies in the square `[wi − 1, wi + 1]/λ`, the mass of which is read from a
-//! [`SummedArea`]; samples in its corners are lost. The weight is left with what conserves energy, `1/cosθo`, and how `P` differs from
-//! its mean.
+//! With Stam's obliquity factor, the power reflected into `df` is `S(f; κ)·G/(4 cosθi cosθo)`, where
+//!
+//! ```text
+//! G = (|f|² + k²)²/k²,  k = κ/2π          λ²G = 4·O·cosθi·cosθo at every incidence
+//! ```
+//!
+//! A node's mass is therefore the mean of `P·G` over a band of κ, and independent of the incidence. Propagating
+//! frequencies form a disc within the square `[wi − 1, wi + 1]/λ`, whose mass a [`SummedArea`] gives; draws in the
+//! square's corners are lost. The sample's weight varies by the albedo's divisor, by `1/cosθo`, and by the deviation of
+//! `P` from its mean.
 
 use super::summed_area::{BANDS, Rectangle, SummedArea, SummedAreaLayout, SummedAreaView};
 use crate::numeric::math::normal_quantile;
@@ -15,48 +20,49 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
-/// Standard deviation of a node's Gaussian, in nodes, below which it is drawn itself. Wider ones are followed by tents, which
-/// are read with fewer nodes.
+/// Standard deviation of a node's Gaussian, in nodes, below which the Gaussian itself is drawn. Wider Gaussians are
+/// approximated by tents (linear interpolation kernels), which need fewer nodes.
 const TENTS_FROM_SIGMA: f64 = 0.35;
-/// Standard deviations that [`normal_quantile`] stays within.
+/// Range of [`normal_quantile`] in standard deviations.
 const QUANTILE_MAX: f64 = 5.45;
-/// How far in standard deviations tents follow a Gaussian.
+/// Standard deviations up to which tents approximate a Gaussian.
 const TENT_REACH: f64 = 4.5;
-/// Cosine of the outgoing direction for which powers are read, along the surface and per cosine of the incident one: what is
-/// reflected lies about the mirror's direction, the wider the steeper the incidence.
+/// Outgoing cosine assumed when a band of κ is chosen: at grazing incidence, and per incident cosine. Reflected light
+/// surrounds the mirror direction, more widely at steeper incidence.
 const TYPICAL_COS: (f64, f64) = (0.3, 0.5);
-/// Places in a band of κ where its mean is taken, and at most so many for all nodes of a table.
+/// Least and greatest number of samples of κ per band.
 const POINTS: (usize, usize) = (4, 64);
+/// Largest number of samples of a whole table, which bounds the build's time.
 const POINTS_OF_TABLE: usize = 20_000_000;
 
-/// How one axis of the lattice is drawn.
+/// One axis of the lattice of nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SquareAxis {
     /// Period whose reciprocal is the spacing of nodes, in µm.
     pub period_um: f64,
-    /// Number of the node at the origin, counted from the first.
+    /// Index of the node at frequency 0.
     pub origin: u32,
     /// Standard deviation in nodes of the Gaussian drawn about a node, `None` for a tent.
     pub sigma: Option<f64>,
-    /// Nodes that a density reads: 2, more where a Gaussian reaches further, 1 where there is but one.
+    /// Number of nodes that a density reads: 2, more for wider Gaussians, 1 for a single node.
     pub taps: u32,
-    /// How far from a node samples lie, in nodes.
+    /// Largest distance of a sample from its node, in nodes.
     pub reach: f64,
 }
 
-/// Where a square's words have what, in plain numbers.
+/// Layout of the sampler's table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SquareLayout {
-    /// The sums.
+    /// Summed-area table of the masses.
     pub areas: SummedAreaLayout,
-    /// The frequencies along x and y.
+    /// Frequencies along x and y.
     pub axes: [SquareAxis; 2],
-    /// Bands per rad/µm.
+    /// Bands per rad/µm of κ.
     pub bands_per_kappa: f64,
 }
 
 impl SquareAxis {
-    /// The axis, and the weights of tents at the nodes about one (2n + 1 of them), which follow its Gaussian.
+    /// The axis, and the 2n + 1 weights of tents around a node that approximate its Gaussian.
     fn new(axis: &LatticeAxis, sigma: f64) -> (Self, Vec<f32>) {
         let (nodes, gaussian) = (axis.nodes(), sigma < TENTS_FROM_SIGMA);
         if nodes == 1 || gaussian {
@@ -65,7 +71,7 @@ impl SquareAxis {
             return (Self { period_um: axis.period_um, origin, sigma, taps, reach }, vec![1.0]);
         }
         let tents = tent_weights(sigma);
-        // The lattice may end before the frequencies that propagate do; tents go on.
+        // The lattice may end before the propagating frequencies do; tents extend beyond it.
         let wanted = (FREQUENCY_MAX_PER_UM * axis.period_um).ceil() as usize + 1;
         let origin = axis.reach + (tents.len() / 2).min(wanted.saturating_sub(axis.reach));
         (Self { period_um: axis.period_um, origin: origin as u32, sigma: None, taps: 2, reach: 1.0 }, tents)
@@ -76,9 +82,9 @@ impl SquareAxis {
     }
 }
 
-/// Weights of tents at the nodes from −n to n whose sum `p` follows the Gaussian `g` of standard deviation `sigma` (in nodes)
-/// most closely in what counts here, the variance of weights: the least `∫ g²/p`. It is found by steps along its gradient
-/// that keep weights positive.
+/// Weights of tents at the nodes from −n to n whose sum `p` approximates the Gaussian `g` of standard deviation `sigma`
+/// (in nodes). They minimise `∫ g²/p`, the variance of sample weights, by multiplicative gradient steps that keep
+/// weights positive.
 fn tent_weights(sigma: f64) -> Vec<f32> {
     const STEPS: usize = 16;
     const ROUNDS: usize = 300;
@@ -102,12 +108,12 @@ fn tent_weights(sigma: f64) -> Vec<f32> {
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);
     }
-    // Tents further out than serve for anything have vanished.
+    // Drops outer tents that have vanished.
     let idle = weights.iter().take_while(|weight| **weight < IDLE_WEIGHT).count();
     weights[idle..weights.len() - idle].iter().map(|weight| *weight as f32).collect()
 }
 
-/// The layout and the words of a table's square.
+/// Builds layout and data from a table.
 pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (SquareLayout, Vec<u32>) {
     let lattice = table.lattice();
     let (sx, sy) = table.power_sigma();
@@ -124,7 +130,7 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (SquareLayou
     (SquareLayout { areas: *areas.layout(), axes: [x, y], bands_per_kappa }, areas.into_words())
 }
 
-/// Means of `P·G` over each band of κ, as far as κ goes there, of the nodes within the pixels' cutoff.
+/// Means of `P·G` over each band of κ, up to the largest κ of each node, for nodes within the pixels' cutoff frequency.
 fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f32; BANDS])> {
     let nodes = table.kept_nodes();
     let width = table.kappa_max() / BANDS as f64;
@@ -174,7 +180,7 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
         .collect()
 }
 
-/// Gives each node's masses to those about it, by weights along x and along y.
+/// Convolves the masses with weights along x and along y.
 fn blurred(values: Vec<[f32; BANDS]>, width: usize, along_x: &[f32], along_y: &[f32]) -> Vec<[f32; BANDS]> {
     let add = |to: &mut [[f32; BANDS]], from: &[[f32; BANDS]], weight: f32| {
         for (to, from) in to.iter_mut().zip(from) {
@@ -205,20 +211,22 @@ fn blurred(values: Vec<[f32; BANDS]>, width: usize, along_x: &[f32], along_y: &[
     both
 }
 
-/// A square to be read by one family of numbers.
+/// The sampler over one family of numbers.
 #[derive(Clone, Copy)]
 pub(super) struct SquareView<N: Numbers> {
     pub layout: SquareLayout,
     pub words: N::Words,
 }
 
-/// What does not depend on where light goes.
+/// Quantities of an incident direction and wavelength.
 struct Incidence<N: Numbers> {
+    /// Blocks that cover the square of frequencies.
     rectangle: Rectangle<N>,
-    /// The lower of the two bands that are mixed, and the share of the upper one.
+    /// The lower of the two interpolated bands.
     band: N::Index,
+    /// Weight of the upper band.
     upper: N::Real,
-    /// Counts of the rectangle.
+    /// Counts of the rectangle in each band.
     mass: [N::Index; BANDS],
 }
 
@@ -301,7 +309,7 @@ impl<N: Numbers> SquareView<N> {
         Incidence { rectangle, band: N::index(band), upper: position - band, mass }
     }
 
-    /// The nodes about a position along an axis, and the densities there of what is drawn about them.
+    /// Nodes around a position along an axis, with the density of their kernels there.
     #[inline(always)]
     fn taps(&self, axis: usize, position: N::Double) -> [(N::Double, N::Real); TAPS_MAX] {
         let axis = &self.layout.axes[axis];
@@ -324,11 +332,11 @@ impl<N: Numbers> SquareView<N> {
     }
 }
 
-/// Most nodes along an axis that a density reads: two Gaussians of [`TENTS_FROM_SIGMA`] to either side.
+/// Largest number of nodes along an axis that a density reads: two Gaussians of [`TENTS_FROM_SIGMA`] to each side.
 const TAPS_MAX: usize = 4;
 
 impl<N: Numbers> Incidence<N> {
-    /// The two bands that are mixed, each times its share and the unit of its counts.
+    /// Values of the two interpolated bands, times their weight and the unit of their counts.
     #[inline(always)]
     fn pair(&self, values: [N::Real; BANDS], unit: [f32; BANDS]) -> [N::Real; 2] {
         let lit = N::Real::lit;
@@ -339,7 +347,7 @@ impl<N: Numbers> Incidence<N> {
     }
 }
 
-/// The quantile of a tent on [−1, 1].
+/// Quantile function of a tent on [−1, 1].
 #[inline(always)]
 fn tent<R: Real>(u: R) -> R {
     let lit = R::lit;

@@ -2,17 +2,17 @@
 //!
 //! Nodes of the ensemble are the transform of the autocorrelation times the window. The autocorrelation is itself the
 //! transform of a power spectrum. A scan with fine pixels has powers far beyond the frequencies that any pair of
-//! directions asks for ([`super::FREQUENCY_MAX_PER_UM`]). They reach the nodes only as far as the window spreads them. So
-//! the spectrum is cut a margin beyond those frequencies, and the autocorrelation needs fewer pixels. The cut is smooth,
-//! since a sharp one would lengthen the autocorrelation.
+//! directions asks for ([`super::FREQUENCY_MAX_PER_UM`]). They reach the nodes only as far as the window spreads them.
+//! So the spectrum is cut a margin beyond those frequencies, and the autocorrelation needs fewer pixels. The cut is
+//! smooth, since a sharp one would lengthen the autocorrelation.
 
 use super::FREQUENCY_MAX_PER_UM;
 use super::lattice::LatticeAxis;
 use sunbeam_fourier::next_fast_len;
 
-/// Margin above [`FREQUENCY_MAX_PER_UM`] within which powers are kept, in node spacings per tap of the interpolation kernel. The
-/// kernel is about as wide as the window spreads powers. With both margins the table's error stays that of the
-/// interpolation, for tolerances from 1e-2 to 1e-6.
+/// Margin above [`FREQUENCY_MAX_PER_UM`] within which powers are kept, in node spacings per tap of the interpolation
+/// kernel. The kernel is about as wide as the window spreads powers. With both margins the table's error stays that of
+/// the interpolation, for tolerances from 1e-2 to 1e-6.
 const KEPT_MARGIN: f64 = 3.0;
 /// Width of the transition from kept to cut, in the same unit.
 const TRANSITION: f64 = 12.0;
@@ -26,7 +26,8 @@ pub(super) struct Band {
 }
 
 impl Band {
-    /// Pixels of an autocorrelation over `lags` pixels of `pixel_um` whose spectrum ends at `edge` cycles/µm; at most `lags`.
+    /// Pixels of an autocorrelation over `lags` pixels of `pixel_um` whose spectrum ends at `edge` cycles/µm; at most
+    /// `lags`.
     pub(super) fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
         // The conversion saturates for any number of pixels.
         next_fast_len(((2.0 * edge * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
@@ -37,8 +38,8 @@ impl Band {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }
 
-    /// The band of an axis that was planned for `lags` pixels of `pixel_um`. The transition is an error function that ends
-    /// within about `tolerance` of 1 and 0.
+    /// The band of an axis that was planned for `lags` pixels of `pixel_um`. The transition is an error function that
+    /// ends within about `tolerance` of 1 and 0.
     pub(super) fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, tolerance: f64) -> Self {
         let length_um = lags as f64 * pixel_um;
         let kept = Self::kept(axis, length_um);

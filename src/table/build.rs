@@ -18,13 +18,14 @@ use sunbeam_fourier::num_complex::Complex64;
 
 /// Number of floats that a table's 32-bit offsets can address.
 const FLOATS_MAX: usize = u32::MAX as usize;
-/// Smallest knot spacing that is tried, as a fraction of the first. Rounding keeps the error above about 1e-6, so finer knots
-/// cannot help.
+/// Smallest knot spacing that is tried, as a fraction of the first. Rounding keeps the error above about 1e-6, so finer
+/// knots cannot help.
 const REFINEMENT_MIN: f64 = 0.2;
 /// Smallest spacing of a build over that of the build before. Where the first spacing misses its tolerance by more than
 /// the corresponding `0.4⁻⁴`, 39, the fourth-power law asks for more knots than are needed (blazed: 25 instead of 20).
 const REFINEMENT_STEP: f64 = 0.4;
-/// Fraction of the allowed error that the next spacing aims at (chosen). A smaller one costs knots, a larger one further builds.
+/// Fraction of the allowed error that the next spacing aims at (chosen). A smaller one costs knots, a larger one
+/// further builds.
 const AIM: f64 = 0.7;
 
 /// Power density in µm² below which errors are absolute: a hundredth of that of a Lambertian surface, `λ²/π`, at the
@@ -50,8 +51,8 @@ pub struct TableReport {
     pub kappa_knots: usize,
     /// Numbers of nodes that a look-up reads along x and y.
     pub taps: (usize, usize),
-    /// Error of S from splines and packing: the 99th percentile over frequencies and three κ midway between knots. It is
-    /// relative to the largest of S, its mean over κ, and [`DENSITY_FLOOR_UM2`].
+    /// Error of S from splines and packing: the 99th percentile over frequencies and three κ midway between knots. It
+    /// is relative to the largest of S, its mean over κ, and [`DENSITY_FLOOR_UM2`].
     pub relative_error: f64,
     /// Build time in seconds.
     pub build_seconds: f64,
@@ -210,7 +211,8 @@ impl<'a> Build<'a> {
     }
 
     /// Header values of the kept nodes (`P(0) + i·P'(0)`, or `D(0)`), and the rows of `Q(κ)` at the knots from
-    /// `−EXTRA_KNOTS` on: `[knot][node][component]`. Rows are in single precision, since they are most of a build's memory.
+    /// `−EXTRA_KNOTS` on: `[knot][node][component]`. Rows are in single precision, since they are most of a build's
+    /// memory.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut at_zero = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
@@ -278,7 +280,8 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// Measures [`TableReport::relative_error`]: the packed table against node values between knots, near sampled nodes.
+    /// Measures [`TableReport::relative_error`]: the packed table against node values between knots, near sampled
+    /// nodes.
     fn error(&self, table: &SpectralTable, packed: &PackedTable) -> f64 {
         if self.spectrum.half_range_um() == 0.0 {
             return 0.0;

@@ -1,8 +1,12 @@
 //! Cost of building tables, from sizes alone.
 //!
-//! A build transforms the relief at every knot in κ, and puts a spline through the knots of every kept node. Both counts
-//! follow from sizes and options. Estimating allocates and transforms nothing, so that a relief which would occupy a
-//! machine for years is refused at once.
+//! A build transforms the relief at every knot in κ, and puts a spline through the knots of every kept node. Both
+//! counts follow from sizes and options. Nothing here transforms anything or allocates more than a few kB, so that a
+//! build of years is refused at once.
+//!
+//! - Time: `BUILDS·((knots + 5)·(TRANSFORM_NS·Σ n·log₂n + SCREEN_NS·(screen + window)) + KNOT_NS·nodes·knots)`, with n
+//!   the points of each transform.
+//! - Peak memory: the rows of all knots, and the larger of the transforms in progress and the finished records.
 
 use super::band::Band;
 use super::build::ERROR_KAPPAS;
@@ -19,8 +23,8 @@ pub const LIMIT_SECONDS: f64 = 120.0;
 /// Accepted build limits: factors on [`LIMIT_BYTES`] and [`LIMIT_SECONDS`].
 pub const BUILD_LIMIT: RangeInclusive<f64> = 1.0..=1e6;
 
-// Times were measured on two cores for skins, gratings and scans of 32² to 2048² pixels. Estimates are within a factor of
-// two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of five.
+// Times were measured on two cores for skins, gratings and scans of 32² to 2048² pixels. Estimates are within a factor
+// of two of the time on an idle machine; `crates/cli/tests/limits.rs` checks a factor of five.
 
 /// Nanoseconds per pixel of a phase screen: a sine and a cosine.
 const SCREEN_NS: f64 = 9.0;
@@ -45,10 +49,18 @@ const ENERGY_KNOT_PAIR_NS: f64 = 1600.0;
 /// Time and memory of the sampler over those of the table it is computed from.
 const SAMPLER_FRACTION: f64 = 0.5;
 
-/// Upper bound of the positions along an axis at which kept nodes are counted (chosen; an estimate takes under a millisecond).
+/// Upper bound of the positions along an axis at which kept nodes are counted (chosen): exact up to
+/// 1025 nodes, and near beyond, since the counts vary smoothly.
 const AXIS_SAMPLES_MAX: usize = 512;
 
 /// Cost of a build.
+///
+/// ```
+/// use sunbeam::table::{Estimate, LIMIT_BYTES};
+///
+/// let twice = Estimate { bytes: 2.0 * LIMIT_BYTES, seconds: 1.0 };
+/// assert_eq!(twice.limit(), 2.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Peak memory in bytes, with the current number of threads.
@@ -64,7 +76,8 @@ impl Estimate {
         if self.bytes.is_nan() || self.seconds.is_nan() { f64::INFINITY } else { needed.max(1.0) }
     }
 
-    /// Refuses a cost above `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`]; `advice` tells what would be allowed.
+    /// Refuses a cost above `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`]; `advice` tells what would be
+    /// allowed.
     ///
     /// # Errors
     /// As [`BuildDemand::check`].
@@ -171,8 +184,8 @@ impl BuildDemand {
     /// Refuses a build that costs more than `build_limit` times [`LIMIT_BYTES`] or [`LIMIT_SECONDS`].
     ///
     /// # Errors
-    /// [`TableError::TooMuch`] with advice on changes that would be allowed; [`TableError::OutOfRange`] for a limit outside
-    /// [`BUILD_LIMIT`].
+    /// [`TableError::TooMuch`] with advice on changes that would be allowed; [`TableError::OutOfRange`] for a limit
+    /// outside [`BUILD_LIMIT`].
     pub fn check(&self, build_limit: f64) -> Result<(), TableError> {
         let estimate = self.estimate();
         estimate.check(build_limit, || self.advice(estimate, build_limit))
@@ -268,8 +281,8 @@ fn floats(quantity: NodeQuantity, last_knot: f64) -> f64 {
     record_floats(quantity, capped as usize) as f64 * (last_knot / capped.max(1.0)).max(1.0)
 }
 
-/// Samples of an axis's nodes: the smallest frequency in cycles/µm at which the node is read, and the number of nodes that it
-/// stands for, both signs included.
+/// Samples of an axis's nodes: the smallest frequency in cycles/µm at which the node is read, and the number of nodes
+/// that it stands for, both signs included.
 fn axis_samples(axis: &LatticeAxis) -> Vec<(f64, f64)> {
     let reach = axis.reach as f64;
     let count = axis.reach.min(AXIS_SAMPLES_MAX);

@@ -1,8 +1,8 @@
 //! Formats of a packed table: the words of a node's entry, and of its spline's coefficients.
 //!
-//! Words of 32 bits are read in *packets* of one or four. Each node has an *entry* of two or four words. The first is the
-//! start of its coefficients, counted in packets. Fixed-point formats store a coefficient as a 16-bit integer `i` with the
-//! value `low + step·i`; `low` and `step` are bfloat16 numbers that share the entry's second word.
+//! Words of 32 bits are read in *packets* of one or four. Each node has an *entry* of two or four words. The first is
+//! the start of its coefficients, counted in packets. Fixed-point formats store a coefficient as a 16-bit integer `i`
+//! with the value `low + step·i`; `low` and `step` are bfloat16 numbers that share the entry's second word.
 
 use super::spectral::{HEADER, NodeQuantity};
 use crate::numeric::Plain;
@@ -15,8 +15,8 @@ const INTEGER_MAX: f32 = u16::MAX as f32;
 /// Format of a node's entry and coefficients.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
-    /// Powers with 16 bits per coefficient; entry `[start, low | step]`. Only order zero has power at κ = 0, and the layout
-    /// holds it.
+    /// Powers with 16 bits per coefficient; entry `[start, low | step]`. Only order zero has power at κ = 0, and the
+    /// layout holds it.
     Fixed,
     /// Powers with 16 bits per coefficient; entry `[start, low | step, P(0), P'(0)]`.
     FixedFromZero,
@@ -85,8 +85,8 @@ impl Format {
         (words.collect(), (low.to_bits() >> 16) | (step.to_bits() & 0xffff_0000))
     }
 
-    /// Record from a node's entry and coefficient words, up to rounding. `zero` is the layout's power of order zero where
-    /// the node is order zero, else 0.
+    /// Record from a node's entry and coefficient words, up to rounding. `zero` is the layout's power of order zero
+    /// where the node is order zero, else 0.
     pub(super) fn unpack(self, entry: &[u32], words: &[u32], zero: f64) -> Vec<f32> {
         let header = match self {
             Self::Fixed => [zero as f32, 0.0],

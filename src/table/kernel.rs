@@ -1,42 +1,44 @@
-//! Interpolation kernels: weights of the lattice nodes about a frequency, along one axis.
+//! Interpolation kernels: the weight of a lattice node at a distance, along one axis.
 //!
-//! A look-up at position p (in nodes) sums node values with weights φ(p − j). In lag space the sum is a product with the
-//! transform φ̂(x), where x is the lag over the lattice's period. The sum also adds images: the data shifted by n periods,
-//! weighted by φ̂(x − n). Therefore the data are divided by φ̂ before the nodes are computed (`LatticeAxis::window`), and
-//! a wider kernel has weaker images.
+//! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of the lattice spacing `1/P`).
+//! - `e(d)`: weight of the node. A value between nodes is `Σ_j e(p − j) · value_j`, with `p` the position in nodes.
+//! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel, at the lag `x` in periods `P`.
+//! - Image: interpolation repeats the data at lags `x + n` for every whole number n, each weighted by `ê(x + n)`.
+//!   Data at the lag `x` are divided by `ê(x)` beforehand (`LatticeAxis::window`). The relative error that remains is
+//!   `Σ_{n≠0} |ê(x + n)|/ê(x)`.
+//! - `Λ = −ln(relative error)`: the log error that a kernel is planned for (`log_error`).
 
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Midpoint nodes per quarter turn of the semicircle's integrals. They converge geometrically. At 512 the error is below
-/// rounding for each exponent up to β = 50.
+/// Nodes of the midpoint rule over the quarter turn in [`semicircle_integral`]. Chosen: the rule errs by `e^−β·h²/24`,
+/// with `h` the step in radians, which is below 1e-8 at the smallest β in use, 4.6.
 const QUADRATURE_NODES: usize = 512;
 
-/// Weight `φ(d)` of a node at distance `d`, in nodes.
+/// Weight `e(d)` of a node at the distance `d` in nodes.
 ///
 /// ```
 /// use sunbeam::table::InterpolationKernel;
 ///
-/// let order = InterpolationKernel::Gaussian { sigma: 0.7 };
-/// assert_eq!(order.weight(0.0), 1.0);
-/// assert_eq!(order.sigma(), 0.7);
-/// // The transform at zero is the kernel's integral.
-/// assert!((order.transform(0.0) - std::f64::consts::TAU.sqrt() * 0.7).abs() < 1e-12);
+/// let kernel = InterpolationKernel::Gaussian { sigma: 0.5 };
+/// assert_eq!(kernel.weight(0.0), 1.0);
+/// assert_eq!(kernel.weight(0.5), (-0.5f64).exp());
+/// assert!((kernel.transform(0.0) - 0.5 * std::f64::consts::TAU.sqrt()).abs() < 1e-15);
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum InterpolationKernel {
-    /// The Gaussian of an order, `exp(−d²/2σ²)`: exact where nodes are orders.
+    /// `exp(−d²/2σ²)`, the shape of a diffraction order under the coherence window. Exact where nodes are orders.
     Gaussian {
         /// Standard deviation σ in nodes.
         sigma: f64,
     },
-    /// The exponential of a semicircle, `exp(β(√(1 − (d/r)²) − 1))` for `|d| < r`, zero beyond.
+    /// Exponential of a semicircle, `exp(β(√(1 − (d/r)²) − 1))` for `|d| < r`, zero elsewhere. Its transform falls off
+    /// nearly as fast as that of any kernel of its width, so few nodes suffice at a small oversampling.
     ///
-    /// Few nodes interpolate data that are sampled at little more than their own rate, since its transform falls almost as
-    /// fast as that of any kernel of its width can (Barnett, Magland, af Klinteberg, *A parallel nonuniform fast Fourier
-    /// transform library based on an "exponential of semicircle" kernel*, SIAM J. Sci. Comput. 41, 2019).
+    /// Barnett, Magland, af Klinteberg, *A parallel nonuniform fast Fourier transform library based on an "exponential
+    /// of semicircle" kernel*, SIAM J. Sci. Comput. 41, 2019.
     Semicircle {
-        /// Exponent β.
+        /// β of the exponent, dimensionless.
         beta: f64,
         /// Radius r in nodes.
         radius: f64,
@@ -44,7 +46,7 @@ pub enum InterpolationKernel {
 }
 
 impl InterpolationKernel {
-    /// Weight at a distance in nodes.
+    /// Weight `e(d)` at a distance in nodes; 1 at zero.
     pub fn weight(self, distance: f64) -> f64 {
         match self {
             Self::Gaussian { sigma } => (-0.5 * (distance / sigma).powi(2)).exp(),
@@ -55,7 +57,7 @@ impl InterpolationKernel {
         }
     }
 
-    /// Fourier transform `∫ φ(d)·cos(2πd·x) dd`.
+    /// Transform `ê(x) = ∫ e(d)·cos(2πd·x) dd`, in nodes; `x` is a lag in periods of the lattice.
     pub fn transform(self, x: f64) -> f64 {
         match self {
             Self::Gaussian { sigma } => TAU.sqrt() * sigma * (-0.5 * (TAU * sigma * x).powi(2)).exp(),
@@ -63,7 +65,7 @@ impl InterpolationKernel {
         }
     }
 
-    /// Standard deviation in nodes.
+    /// Standard deviation `√(∫ d²·e(d) dd / ê(0))` in nodes.
     pub fn sigma(self) -> f64 {
         match self {
             Self::Gaussian { sigma } => sigma,
@@ -74,33 +76,37 @@ impl InterpolationKernel {
     }
 }
 
-/// `∫ φ(d)·even(d) dd` for a semicircle and an even function, over the angle of `d = r·sin`.
-fn semicircle_integral(beta: f64, radius: f64, even: impl Fn(f64) -> f64) -> f64 {
+/// Integral over `|d| < r` of a semicircle's weight times an even function of `d`. With `d = r·sin φ` it is
+/// `2r ∫₀^{π/2} exp(β(cos φ − 1))·cos φ·function(r·sin φ) dφ`.
+fn semicircle_integral(beta: f64, radius: f64, function: impl Fn(f64) -> f64) -> f64 {
     let step = FRAC_PI_2 / QUADRATURE_NODES as f64;
     let term = |i: usize| {
         let (sin, cos) = ((i as f64 + 0.5) * step).sin_cos();
-        (beta * (cos - 1.0)).exp() * cos * even(radius * sin)
+        (beta * (cos - 1.0)).exp() * cos * function(radius * sin)
     };
     2.0 * radius * step * (0..QUADRATURE_NODES).map(term).sum::<f64>()
 }
 
-/// Period of an oversampled lattice over the largest lag of its data. A larger ratio needs more nodes in the table. At 2.5,
-/// images of a scan grow by a factor of two to five for the same number of nodes read.
+/// Period of a lattice over the largest lag of its data. A larger ratio takes more nodes in the table. At 2.5 the
+/// images of a scan are two to five times as strong for the same taps. [`semicircle`]'s constants were fitted for this
+/// ratio.
 pub(super) const OVERSAMPLING: f64 = 3.0;
 
-/// Natural logarithm by which images fall for each node that the kernel reads, at [`OVERSAMPLING`] 3. Measured for the
-/// autocorrelation of a tapered scan and for a Gaussian window (test `images_stay_below_the_planned_error`).
-const LOG_IMAGE_PER_NODE: f64 = 2.1;
-/// Natural logarithm of the images of a kernel of no width, by the same measurement.
-const LOG_IMAGE_OFFSET: f64 = 0.6;
-/// Exponent β for each node that the kernel reads. 2.3 minimises the images of 5 to 8 nodes in the same measurement; at
-/// 2.1 and 2.5 they are about twice as strong.
-const BETA_PER_NODE: f64 = 2.3;
+/// Fall of the images for each node that a look-up reads, as a natural logarithm. Measured at [`OVERSAMPLING`] for the
+/// autocorrelation of a tapered scan and for a Gaussian window; the test `images_stay_below_the_planned_error` repeats
+/// it.
+const LOG_FALL_PER_TAP: f64 = 2.1;
+/// Natural logarithm of the images of a kernel of no taps, extrapolated from the fit of [`LOG_FALL_PER_TAP`].
+const LOG_IMAGES_AT_ZERO_TAPS: f64 = 0.6;
+/// β of the semicircle for each tap, dimensionless. 2.3 makes the images of 5 to 8 taps weakest in the measurement of
+/// [`LOG_FALL_PER_TAP`]; at 2.1 and 2.5 they are about twice as strong.
+const BETA_PER_TAP: f64 = 2.3;
 
-/// Semicircle whose images stay below `e^−log_error` on a lattice of [`OVERSAMPLING`], and the number of nodes that it reads.
+/// The semicircle kernel whose images stay below `exp(−log_error)` on a lattice of [`OVERSAMPLING`], and its taps: the
+/// nodes it reads along one axis.
 pub(super) fn semicircle(log_error: f64) -> (InterpolationKernel, usize) {
-    let taps = ((log_error + LOG_IMAGE_OFFSET) / LOG_IMAGE_PER_NODE).ceil().max(2.0);
-    (InterpolationKernel::Semicircle { beta: BETA_PER_NODE * taps, radius: 0.5 * taps }, taps as usize)
+    let taps = ((log_error + LOG_IMAGES_AT_ZERO_TAPS) / LOG_FALL_PER_TAP).ceil().max(2.0);
+    (InterpolationKernel::Semicircle { beta: BETA_PER_TAP * taps, radius: 0.5 * taps }, taps as usize)
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Choice of the knots in κ, and the length of a node's record over them.
 //!
 //! Amplitudes are mean values of `exp(iκh)` with `|h| ≤ H` (H half the range of heights), so as functions of κ they are
-//! band-limited to H. Powers are products of two of them, and band-limited to 2H. Knots are spaced uniformly, by a multiple
-//! of the reciprocal bandwidth that depends on the tolerance.
+//! band-limited to H. Powers are products of two of them, and band-limited to 2H. Knots are spaced uniformly, by a
+//! multiple of the reciprocal bandwidth that depends on the tolerance.
 
 use super::lattice::{Lattice, LatticeAxis};
 use super::spline::POLE;
@@ -12,21 +12,22 @@ use std::f64::consts::TAU;
 /// Largest κ in rad/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
 pub(super) const KAPPA_MAX: f64 = TAU * FREQUENCY_MAX_PER_UM;
 
-/// Knots beyond either end of the κ range. The spline's behaviour at its ends then counts `|pole|⁶ ≈ 4e-4` of its error.
+/// Knots beyond either end of the κ range. The spline's behaviour at its ends then counts `|pole|⁶ ≈ 4e-4` of its
+/// error.
 pub(super) const EXTRA_KNOTS: i64 = 6;
 const _: () = assert!(POLE * POLE * POLE * POLE * POLE * POLE < 1e-3);
 
-/// First knot spacing, in units of 1/bandwidth, at a tolerance of 1. A cubic B-spline errs by about `(a/2π)⁴` on a wave of
-/// `a` rad per knot, so the spacing scales with the fourth root of the tolerance. 13 is the widest spacing that any of the
-/// presets and scans meets its tolerance with; a smaller one costs knots, a larger one a second build.
+/// First knot spacing, in units of 1/bandwidth, at a tolerance of 1. A cubic B-spline errs by about `(a/2π)⁴` on a wave
+/// of `a` rad per knot, so the spacing scales with the fourth root of the tolerance. 13 is the widest spacing that any
+/// of the presets and scans meets its tolerance with; a smaller one costs knots, a larger one a second build.
 const KNOT_SPACING: f64 = 13.0;
 
-/// Number of nodes up to which a table is small, at most a few hundred kB. Its splines are then stored in single precision
-/// and with finer knots.
+/// Number of nodes up to which a table is small, at most a few hundred kB. Its splines are then stored in single
+/// precision and with finer knots.
 pub(super) const FEW_NODES: usize = 4096;
 
-/// Fraction of the tolerance that the splines of a table may use where a node's power has deep gaps over κ: few orders, or
-/// a tapered scan. The measured error is a percentile over all κ and says nothing about gaps (chosen). An oversampled
+/// Fraction of the tolerance that the splines of a table may use where a node's power has deep gaps over κ: few orders,
+/// or a tapered scan. The measured error is a percentile over all κ and says nothing about gaps (chosen). A resampled
 /// lattice has the interpolation's error besides.
 const GAP_FRACTION: f64 = 0.1;
 
@@ -50,8 +51,8 @@ pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64
     if bandwidth > 0.0 { (spacing / bandwidth).min(KAPPA_MAX) } else { KAPPA_MAX }
 }
 
-/// Largest κ in rad/µm of any pair of directions at a frequency in cycles/µm, a little enlarged for the rounding of κ. `None` for
-/// a frequency beyond [`FREQUENCY_MAX_PER_UM`].
+/// Largest κ in rad/µm of any pair of directions at a frequency in cycles/µm, a little enlarged for the rounding of κ.
+/// `None` for a frequency beyond [`FREQUENCY_MAX_PER_UM`].
 ///
 /// Since `|wi + wo| ≤ 2`, `|f|² + (κ/2π)² ≤ (2/λmin)²`.
 pub(super) fn kappa_reached([fx, fy]: [f64; 2]) -> Option<f64> {

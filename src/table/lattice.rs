@@ -1,17 +1,24 @@
-//! Choice of the lattice of spatial frequencies on which `S(f; κ)` is tabulated, axis by axis (the window separates).
+//! Lattice of spatial frequencies on which a table stores its nodes, planned axis by axis.
 //!
-//! Along one axis, nodes lie at `f = m/P` for whole `|m| ≤ reach`. There are two kinds of lattice:
+//! Symbols, along one axis:
+//! - `f`: spatial frequency in cycles/µm. `P`: period of the lattice in µm. Node `m` lies at `f = m/P`, `|m| ≤ M`
+//!   (`reach`).
+//! - `p = f·P`: position in nodes. A look-up sums `taps` nodes around `p`, weighted by the kernel `e(p − m)`
+//!   (kernel.rs).
+//! - `x`: lag in µm. Node values are the transform of data over lags: an autocorrelation, or the field itself (a
+//!   patch).
+//! - `g(x) = exp(−x²/(2σ_w²))`: the coherence window on these data, with `σ_w` = `window_um`.
+//! - `ε`: relative error aimed at. `Λ = ln(16/ε)`: the log error; 16 leaves room for both axes and several images.
+//! - `x_max`: largest lag that counts, `min(√(2Λ)·σ_w, support)`, where `g` falls to `e^−Λ` or the data end.
 //!
-//! - *Native*: P is the tile, so that nodes are diffraction orders. The interpolation kernel is the Gaussian of an order,
-//!   of standard deviation `P/(2πσ)` nodes for a window of standard deviation σ. Interpolation is then exact but for the
-//!   Gaussian's cut tails.
-//! - *Oversampled*, where a native look-up would read too many nodes (σ far below the tile) or the tile does not repeat:
-//!   `P = 3·L` with L the largest lag that matters. The window multiplies the data before the transform to nodes, and a
-//!   semicircle kernel ([`super::kernel`]) interpolates.
-//!
-//! The data over lags are the autocorrelation of the phase screen (ensemble, window `exp(−τ²/4s²)`, so σ = √2·s) or the
-//! screen itself (patch, window `exp(−x²/2s²)`, so σ = s). Both tails are neglected where the window falls below `e^−Λ`,
-//! `Λ = ln(16/tolerance)`.
+//! Lattices come in two kinds; `AxisDemand::plan` takes one for each axis:
+//! - *Native*: `P` is the width T of a tile that repeats, so nodes are its diffraction orders. The kernel is the
+//!   order's own shape, the transform of `g`: a Gaussian of `σ = T/(2π·σ_w)` nodes. The data take no window.
+//!   Taken where the tile repeats and `3·x_max > 1.5·T`.
+//! - *Resampled*: `P = 3·x_max` ([`OVERSAMPLING`]). The data are multiplied by `g(x)·ê(0)/ê(x/P)` before their
+//!   transform ([`LatticeAxis::window`]), where `ê` is the transform of a semicircle kernel. Interpolation then
+//!   restores `g`, up to the kernel's images, which stay below ε. Taken where the scan does not repeat, and for
+//!   windows much narrower than the tile.
 
 use super::band::{BAND_MARGIN, Band};
 use super::kernel::{InterpolationKernel, OVERSAMPLING, semicircle};
@@ -51,8 +58,8 @@ pub struct LatticeAxis {
     pub taps: usize,
     /// Largest node number in the table.
     pub reach: usize,
-    /// Standard deviation in µm of the window that multiplies the data before the transform to nodes. `None` on a native
-    /// lattice, whose kernel already is the window's transform.
+    /// Standard deviation in µm of the window that multiplies the data before the transform to nodes. `None` on a
+    /// native lattice, whose kernel already is the window's transform.
     pub window_um: Option<f64>,
     /// Largest node number that the pixels resolve (half their sampling rate). Nodes beyond it repeat those within and
     /// serve interpolation near the cutoff. Infinite on a native lattice, whose orders end there.
@@ -70,14 +77,15 @@ impl LatticeAxis {
         self.window_um.is_none()
     }
 
-    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads. They are the nearest nodes of the table.
+    /// First of the `taps` nodes that a look-up at `position` (in nodes) reads. They are the nearest nodes of the
+    /// table.
     pub fn first_tap(&self, position: f64) -> i64 {
         let last = self.reach as i64 + 1 - self.taps as i64;
         ((position - 0.5 * self.taps as f64).ceil() as i64).clamp(-(self.reach as i64), last)
     }
 
-    /// Factor on the data at a lag or offset of `distance_um`: the window over the kernel's normalised transform; 1 on a
-    /// native lattice.
+    /// Factor on the data at a lag or offset of `distance_um`: the window over the kernel's normalised transform; 1 on
+    /// a native lattice.
     pub(super) fn window(&self, distance_um: f64) -> f64 {
         self.window_um.map_or(1.0, |window_um| {
             let transform = self.kernel.transform(distance_um / self.period_um) / self.kernel.transform(0.0);
@@ -107,13 +115,13 @@ impl Lattice {
     }
 }
 
-/// Extent of the patch's data over the width of an aperiodic scan. A field ends at half the width either side, but without
-/// the decay of an autocorrelation towards its largest lag; 0.8 instead of 0.5 makes up for it (chosen).
+/// Extent of the patch's data over the width of an aperiodic scan. A field ends at half the width either side, but
+/// without the decay of an autocorrelation towards its largest lag; 0.8 instead of 0.5 makes up for it (chosen).
 const PATCH_SUPPORT: f64 = 0.8;
 
-/// Factor on the interpolation's tolerance for the ensemble of an aperiodic scan. Its spectrum has gaps between its lobes,
-/// where errors of the lobes count fully. Amplitudes of a patch need none: their ratio of lobe to gap is a square root.
-/// Chosen; it adds one node per axis to a look-up.
+/// Factor on the interpolation's tolerance for the ensemble of an aperiodic scan. Its spectrum has gaps between its
+/// lobes, where errors of the lobes count fully. Amplitudes of a patch need none: their ratio of lobe to gap is a
+/// square root. Chosen; it adds one node per axis to a look-up.
 const GAP_FACTOR: f64 = 0.125;
 
 /// Tolerance that interpolation between nodes is planned for.
@@ -127,8 +135,8 @@ pub(crate) fn lag_grid(nx: usize, ny: usize) -> (usize, usize) {
     (next_fast_len(2 * nx), next_fast_len(2 * ny))
 }
 
-/// Plans the lattice of a [`super::Spectrum`] from sizes alone: pixels along x and y, their size in µm, the coherence, and
-/// the relative error `tolerance` of the table.
+/// Plans the lattice of a [`super::Spectrum`] from sizes alone: pixels along x and y, their size in µm, the coherence,
+/// and the relative error `tolerance` of the table.
 pub(super) fn plan_lattice(
     (nx, ny): (usize, usize),
     (dx_um, dy_um): (f64, f64),
@@ -152,22 +160,22 @@ pub(super) fn plan_lattice(
     Lattice { x: axis(nx, dx_um, lags_x), y: axis(ny, dy_um, lags_y) }
 }
 
-/// Factor between the tolerance and the level `e^−Λ` at which tails and images are neglected: errors of both axes and both
-/// sides add up (chosen).
+/// Factor between the tolerance and the level `e^−Λ` at which tails and images are neglected: errors of both axes and
+/// both sides add up (chosen).
 const TAIL_FACTOR: f64 = 16.0;
 
 /// Extra factor between tolerance and tails for a grating. Few orders hold its power, and their tails outshine the gaps
 /// between orders. Chosen; a look-up reads one or two nodes either way.
 const GRATING_TAIL_FACTOR: f64 = 400.0;
 
-/// Periods P in tiles from which the native lattice is taken. An oversampled one would read fewer nodes per look-up, but
+/// Periods P in tiles from which the native lattice is taken. A resampled one would read fewer nodes per look-up, but
 /// hold P/tile times as many. Chosen between the two costs.
 const NATIVE_PERIODS: f64 = 1.5;
 
-/// Fewest pixels of an oversampled axis, so that its kernel does not overlap itself.
+/// Fewest pixels of a resampled axis, so that its kernel does not overlap itself.
 const PIXELS_MIN: f64 = 8.0;
 
-/// Most pixels of an oversampled axis. The cost estimate refuses far fewer; the bound keeps the plan's numbers in range.
+/// Most pixels of a resampled axis. The cost estimate refuses far fewer; the bound keeps the plan's numbers in range.
 const PIXELS_MAX: f64 = 1e12;
 
 /// Requirements on one axis.
@@ -210,7 +218,8 @@ impl AxisDemand {
             (next_fast_len((period / pixel_um).ceil().clamp(PIXELS_MIN, PIXELS_MAX) as usize), kernel, taps)
         };
         let period_um = pixels as f64 * pixel_um;
-        // The clamp never acts from above: a native Gaussian is at most √(2Λ)/π nodes wide, and tolerances are at least 1e-6.
+        // The clamp never acts from above: a native Gaussian is at most √(2Λ)/π nodes wide, and tolerances are at least
+        // 1e-6.
         let taps = taps.clamp(1, TAPS_MAX);
         let wanted = (FREQUENCY_MAX_PER_UM * period_um + 0.5 * taps as f64).ceil() as usize;
         let (reach, cutoff) = if native {

@@ -15,9 +15,10 @@
 //! Over κ each node is a cubic B-spline of a scaled quantity that stays finite as κ → 0 ([`SpectralTable`]). Relative
 //! accuracy then survives at grazing angles, where the reflectance divides by w².
 //!
-//! A build goes through the files in this order: `estimate.rs` (cost, refused or not), `lattice.rs` with `kernel.rs` and
-//! `band.rs` (the nodes), `spectrum.rs` (all nodes at one κ), `build.rs` with `knots.rs` and `spline.rs` (splines over κ),
-//! `spectral.rs` (the table in single precision), `packed.rs` with `format.rs` (its 32-bit words), `view.rs` (the look-up).
+//! A build goes through the files in this order: `estimate.rs` (cost, refused or not), `lattice.rs` with `kernel.rs`
+//! and `band.rs` (the nodes), `spectrum.rs` (all nodes at one κ), `build.rs` with `knots.rs` and `spline.rs` (splines
+//! over κ), `spectral.rs` (the table in single precision), `packed.rs` with `format.rs` (its 32-bit words), `view.rs`
+//! (the look-up).
 
 mod advice;
 mod band;
@@ -61,7 +62,8 @@ use std::ops::RangeInclusive;
 pub const WAVELENGTH_MIN_NM: f64 = 360.0;
 /// Longest tabulated wavelength in nm: the upper end of Mitsuba's spectra (`MI_CIE_MAX`).
 pub const WAVELENGTH_MAX_NM: f64 = 830.0;
-/// Highest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` over the shortest wavelength.
+/// Highest spatial frequency `|f|` of any pair of directions, in cycles/µm: `|wi + wo| ≤ 2` over the shortest
+/// wavelength.
 pub const FREQUENCY_MAX_PER_UM: f64 = 2e3 / WAVELENGTH_MIN_NM;
 /// Accepted coherence lengths in µm: beyond any light and any relief at both ends (chosen).
 pub const COHERENCE_LENGTH_UM: RangeInclusive<f64> = 1e-3..=1e5;

@@ -61,8 +61,8 @@ impl NodeCurve {
         (self.header_factors, self.spline_factor)
     }
 
-    /// Power of a node at this κ from its record; zero beyond the record's end. A spline may undershoot a zero of the power
-    /// by the tolerance.
+    /// Power of a node at this κ from its record; zero beyond the record's end. A spline may undershoot a zero of the
+    /// power by the tolerance.
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let spline: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();

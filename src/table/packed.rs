@@ -1,8 +1,8 @@
 //! A [`SpectralTable`] as 32-bit words, the form that evaluators read.
 //!
 //! First an entry for every node of the lattice, row by row from node `(−reach, −reach)`, kept or not. Then a record of
-//! zeros, to which the entries of nodes without a record point. Then the coefficients of each kept node, from the knot −1
-//! on. [`Format`] tells the words of entries and coefficients.
+//! zeros, to which the entries of nodes without a record point. Then the coefficients of each kept node, from the knot
+//! −1 on. [`Format`] tells the words of entries and coefficients.
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -15,7 +15,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Smallest tolerance that splines are stored in 16 bits for. A step, 1/65 535 of a record's range, is then well below it.
+/// Smallest tolerance that splines are stored in 16 bits for. A step, 1/65 535 of a record's range, is then well below
+/// it.
 const FIXED_TOLERANCE: f64 = 1e-4;
 
 /// Midpoints of a mean over κ. It scales errors, which a tenth of its value does not change (chosen).
@@ -173,8 +174,8 @@ impl PackedTable {
         &self.layout
     }
 
-    /// Standard deviations in nodes, along x and y, by which interpolation spreads a node's power. Amplitudes are squared, so
-    /// theirs is the kernel's over √2.
+    /// Standard deviations in nodes, along x and y, by which interpolation spreads a node's power. Amplitudes are
+    /// squared, so theirs is the kernel's over √2.
     pub fn power_sigma(&self) -> [f64; 2] {
         let factor = if self.layout.format == Format::Complex { FRAC_1_SQRT_2 } else { 1.0 };
         self.layout.sigma.map(|sigma| sigma * factor)

@@ -8,8 +8,8 @@ type Listener = Arc<dyn Fn(f64) + Send + Sync>;
 
 /// Reports the progress of a build to a listener, as a fraction from 0 to 1 of its work.
 ///
-/// The listener is called often and from several threads at once, so it has to be quick. Fractions may arrive slightly out
-/// of order.
+/// The listener is called often and from several threads at once, so it has to be quick. Fractions may arrive slightly
+/// out of order.
 ///
 /// ```
 /// use std::sync::atomic::{AtomicU64, Ordering::Relaxed};

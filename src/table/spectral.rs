@@ -8,7 +8,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 use std::ops::Range;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Floats at the head of a node's record: `P(0)` and `P'(0)` of a power, real and imaginary part of `D(0)` of an amplitude.
+/// Floats at the head of a node's record: `P(0)` and `P'(0)` of a power, real and imaginary part of `D(0)` of an
+/// amplitude.
 pub const HEADER: usize = 2;
 
 /// Quantity that a node holds, which decides how nodes add up.
@@ -32,8 +33,8 @@ impl NodeQuantity {
 
 /// `S(f; κ)` of one surface as one record per node; formulas and symbols are those of the [module](super).
 ///
-/// A record is [`HEADER`] floats, then the coefficients of the cubic B-spline `Q(κ)`, real and imaginary part in turn for
-/// amplitudes. With κ₀ the reciprocal of half the range of heights,
+/// A record is [`HEADER`] floats, then the coefficients of the cubic B-spline `Q(κ)`, real and imaginary part in turn
+/// for amplitudes. With κ₀ the reciprocal of half the range of heights,
 ///
 /// - powers: `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ)) / (κ² + κ₀²)`,
 /// - amplitudes: `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)`.
@@ -41,8 +42,8 @@ impl NodeQuantity {
 /// `Q` is finite as κ → 0. For κ far above κ₀ it is the power itself, so that nothing large cancels where a power is
 /// small. `P'(0)` is zero where the tile repeats: powers of orders have no term linear in κ.
 ///
-/// Coefficient `i` belongs to the knot at `κ = (i − 1)·kappa_step`. Four coefficients can be read from each knot up to the
-/// record's last.
+/// Coefficient `i` belongs to the knot at `κ = (i − 1)·kappa_step`. Four coefficients can be read from each knot up to
+/// the record's last.
 #[derive(Clone, Debug)]
 pub struct SpectralTable {
     pub(super) lattice: Lattice,
@@ -111,8 +112,8 @@ impl SpectralTable {
             .collect()
     }
 
-    /// Standard deviation in nodes, along x and y, by which interpolation spreads a node's power. Amplitudes are squared, so
-    /// theirs is the kernel's over √2.
+    /// Standard deviation in nodes, along x and y, by which interpolation spreads a node's power. Amplitudes are
+    /// squared, so theirs is the kernel's over √2.
     pub fn power_sigma(&self) -> (f64, f64) {
         let factor = match self.quantity {
             NodeQuantity::Power => 1.0,
@@ -133,11 +134,11 @@ impl SpectralTable {
         (self.kappa_max * self.kappa_max - radial * radial).max(0.0).sqrt()
     }
 
-    /// Interpolates records at a frequency in cycles/µm: `record` becomes the weighted sum of the records about `f`, up to
-    /// `coefficients` spline coefficients.
+    /// Interpolates records at a frequency in cycles/µm: `record` becomes the weighted sum of the records about `f`, up
+    /// to `coefficients` spline coefficients.
     ///
-    /// `record` is left empty beyond the cutoff, or where no node has a weight. Coefficients are complete up to the knots that
-    /// [`SpectralTable::kappa_limit`] reads.
+    /// `record` is left empty beyond the cutoff, or where no node has a weight. Coefficients are complete up to the
+    /// knots that [`SpectralTable::kappa_limit`] reads.
     pub(crate) fn interpolate_record(&self, f: [f64; 2], coefficients: usize, record: &mut Vec<f32>) {
         record.clear();
         let (x, y) = (&self.lattice.x, &self.lattice.y);
@@ -167,8 +168,8 @@ impl SpectralTable {
         }
     }
 
-    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. Evaluators read [`super::PackedTable`]; this serves
-    /// integrals over tables that are not packed.
+    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. Evaluators read [`super::PackedTable`]; this
+    /// serves integrals over tables that are not packed.
     pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         if !self.is_resolved(f) {
             return 0.0;

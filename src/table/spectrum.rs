@@ -20,7 +20,8 @@ use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Fraction of an aperiodic scan's width over which each edge is tapered by a raised cosine: a Tukey window of 0.5 (chosen).
+/// Fraction of an aperiodic scan's width over which each edge is tapered by a raised cosine: a Tukey window of 0.5
+/// (chosen).
 const TAPER_FRACTION: f64 = 0.25;
 
 impl Model {
@@ -136,8 +137,8 @@ impl Spectrum {
         self.transform.half_range_um()
     }
 
-    /// Node values at `kappa` in rad/µm, row-major from node `(−reach, −reach)`: real powers of the ensemble, complex amplitudes
-    /// of a patch.
+    /// Node values at `kappa` in rad/µm, row-major from node `(−reach, −reach)`: real powers of the ensemble, complex
+    /// amplitudes of a patch.
     pub fn nodes(&self, kappa: f64) -> Vec<Complex64> {
         let bins = match (self.model, self.lattice.is_native()) {
             (Model::Ensemble, true) => {
@@ -152,8 +153,8 @@ impl Spectrum {
         self.collect_nodes(&bins)
     }
 
-    /// Autocorrelation of the tapered screen, limited to the bands: one lag per bin of the bands. Lag zero is 1 where the tile
-    /// repeats, else the taper's power.
+    /// Autocorrelation of the tapered screen, limited to the bands: one lag per bin of the bands. Lag zero is 1 where
+    /// the tile repeats, else the taper's power.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.lag_grid;
         let mut screen = self.tapered_screen(kappa);
@@ -210,8 +211,8 @@ impl Spectrum {
         self.windowed(&centred, self.total.sqrt().recip())
     }
 
-    /// Multiplies `values` by `scale` and the weights of both axes, and transforms them to the lattice. `values` are on a
-    /// grid about the origin in FFT order.
+    /// Multiplies `values` by `scale` and the weights of both axes, and transforms them to the lattice. `values` are on
+    /// a grid about the origin in FFT order.
     fn windowed(&self, values: &[Complex64], scale: f64) -> Vec<Complex64> {
         let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
         let width = self.bands[0].weights.len();
@@ -228,8 +229,8 @@ impl Spectrum {
         grid
     }
 
-    /// Reorders FFT bins into nodes from `−reach` to `reach`. For orders of an even number of pixels, the bin at half the
-    /// sampling rate is split between both signs, by power or by amplitude.
+    /// Reorders FFT bins into nodes from `−reach` to `reach`. For orders of an even number of pixels, the bin at half
+    /// the sampling rate is split between both signs, by power or by amplitude.
     fn collect_nodes(&self, bins: &[Complex64]) -> Vec<Complex64> {
         let half_bin = match self.model {
             Model::Ensemble => 0.5,
@@ -253,8 +254,8 @@ impl Spectrum {
     }
 }
 
-/// Source pixel, on a grid of `size` pixels, and weight ([`LatticeAxis::window`]) of each lattice pixel, FFT order. The grid
-/// repeats, unless `aperiodic`: weights beyond its half are then zero.
+/// Source pixel, on a grid of `size` pixels, and weight ([`LatticeAxis::window`]) of each lattice pixel, FFT order. The
+/// grid repeats, unless `aperiodic`: weights beyond its half are then zero.
 fn axis_weights(axis: &LatticeAxis, size: usize, aperiodic: bool) -> Vec<(usize, f64)> {
     let n = axis.pixels as i64;
     let pixel_um = axis.period_um / axis.pixels as f64;

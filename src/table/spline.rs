@@ -1,7 +1,7 @@
 //! Uniform cubic B-splines: values at knots to coefficients.
 
-/// Pole of the recursive filter that inverts the cubic B-spline's sampled kernel `[1, 4, 1]/6`: `√3 − 2`. The influence of
-/// a value falls by this factor per knot.
+/// Pole of the recursive filter that inverts the cubic B-spline's sampled kernel `[1, 4, 1]/6`: `√3 − 2`. The influence
+/// of a value falls by this factor per knot.
 pub(crate) const POLE: f64 = -0.267_949_192_431_122_7;
 
 /// Replaces uniformly spaced `values` by the coefficients of the cubic B-spline through them, in two recursive passes.
@@ -55,8 +55,8 @@ mod tests {
         for i in 20..40 {
             let x = i as f64 + 0.4;
             let value: f64 = (i - 1..i + 3).map(|k| c[k] * cubic_b_spline(x - k as f64)).sum();
-            // A cubic B-spline errs on a wave of ω rad per knot by at most about 4ζ(4)·(ω/2π)⁴ of its amplitude: 7e-5 and
-            // 1.9e-3 · 0.2.
+            // A cubic B-spline errs on a wave of ω rad per knot by at most about 4ζ(4)·(ω/2π)⁴ of its amplitude: 7e-5
+            // and 1.9e-3 · 0.2.
             assert!((value - waves(x)).abs() < 5e-4);
         }
     }

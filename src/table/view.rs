@@ -1,8 +1,9 @@
 //! Look-up in a [`super::PackedTable`], written once for all families of numbers.
 //!
-//! A look-up at `(f, κ)` reads `taps.x · taps.y` nodes. Of each node it reads the entry and the packets that contain four
-//! consecutive spline coefficients. Packets begin at multiples of their length, so up to eight coefficients are read, some
-//! with weights of zero. Symbols are those of the [module](super), formulas of a node those of [`super::SpectralTable`].
+//! A look-up at `(f, κ)` reads `taps.x · taps.y` nodes. Of each node it reads the entry and the packets that contain
+//! four consecutive spline coefficients. Packets begin at multiples of their length, so up to eight coefficients are
+//! read, some with weights of zero. Symbols are those of the [module](super), formulas of a node those of
+//! [`super::SpectralTable`].
 
 use super::format::Format;
 use super::kernel::InterpolationKernel;
@@ -101,8 +102,9 @@ impl<N: Numbers> TableView<N> {
         N::Real::select(x & y, value, lit(0.0))
     }
 
-    /// First of the nodes that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first node,
-    /// and the position's distance from it. They are the nearest nodes of the table ([`super::LatticeAxis::first_tap`]).
+    /// First of the nodes that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first
+    /// node, and the position's distance from it. They are the nearest nodes of the table
+    /// ([`super::LatticeAxis::first_tap`]).
     #[inline(always)]
     fn first_tap(&self, position: N::Double, axis: usize) -> (N::Index, N::Real) {
         let lit = N::Double::lit;

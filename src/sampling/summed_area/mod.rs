@@ -1,8 +1,8 @@
-//! Masses on a rectangular lattice that can be summed over, and drawn from, within any rectangle.
+//! Summed-area table: masses on a rectangular lattice, summed over and drawn from any rectangle.
 //!
-//! A lattice node holds a mass in each of four bands. Masses are whole counts with 12 significant bits, so a node takes 8 bytes
-//! and every sum of them is exact: what a density says is what is drawn. Sums are kept for blocks of 4 × 4 nodes
-//! (a summed-area table), so rectangles consist of whole blocks. Within a block the 16 masses are read.
+//! A node holds a mass in each of four bands. Masses are whole counts with 12 significant bits, so a node takes 8 bytes
+//! and all sums are exact: densities match draws. Sums are stored for blocks of 4 × 4 nodes, so rectangles consist of
+//! whole blocks; within a block the 16 masses are read.
 
 mod view;
 
@@ -10,38 +10,40 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 pub use view::{Drawn, Rectangle, SummedAreaView};
 
-/// Bands of a node.
+/// Number of bands of a node.
 pub const BANDS: usize = 4;
-/// Nodes of a block along either axis, and as a power of two.
+/// Nodes of a block along each axis.
 const BLOCK: usize = 4;
+/// Binary logarithm of [`BLOCK`].
 const BLOCK_SHIFT: u32 = 2;
-/// Packets of four words that a block's masses take: 16 nodes of two words.
+/// Packets of four words per block: 16 nodes of two words.
 const BLOCK_PACKETS: u32 = 8;
-/// What all masses of a band may sum to. A mass has five bits for its exponent, so it stays below 2³¹.
+/// Largest sum of a band's masses. A mass has five bits of exponent, so it stays below 2³¹.
 const TOTAL_MAX: f64 = 0.999 * 2_147_483_648.0;
-/// Bits of a mass after the leading one.
+/// Bits of a mass after its leading one.
 const MANTISSA_BITS: u32 = 11;
-/// Added to a mass' 16 bits, shifted to the mantissa's place, it makes the number of single precision: the exponent of single
-/// precision is 126 more. A mass of zero then reads as a half, which rounds down to zero.
+/// Exponent offset that turns a mass' 16 bits, shifted to the mantissa, into a number of single precision. A mass of
+/// zero becomes one half, which is rounded down to zero.
 const EXPONENT_SHIFT: u32 = 126 << 23;
 
-/// Where a [`SummedArea`] has what, in plain numbers.
+/// Layout of a [`SummedArea`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SummedAreaLayout {
-    /// Nodes along x and y.
+    /// Number of nodes along x and y.
     pub nodes: [u32; 2],
-    /// Blocks along x and y; nodes that complete the last ones have no mass.
+    /// Number of blocks along x and y. Nodes that pad the last blocks have no mass.
     pub blocks: [u32; 2],
-    /// Start of the masses, in units of four words: `[block along y][block along x][node along y][node along x]`, two words a node.
+    /// Start of the masses, in units of four words: `[block along y][block along x][node along y][node along x]`, two
+    /// words a node.
     pub masses: u32,
-    /// Start of the sums, in units of four words: `[block along y][block along x][band]`, one more than there are blocks along
-    /// either axis. They count what lies before a block's corner along both axes.
+    /// Start of the sums, in units of four words: `[corner along y][corner along x][band]`, one corner more than blocks
+    /// along each axis. A sum counts all masses before its corner along both axes.
     pub sums: u32,
-    /// What one count stands for, by band.
+    /// Mass of one count, by band.
     pub unit: [f32; BANDS],
 }
 
-/// Masses on a lattice, with their sums.
+/// Masses on a lattice with their sums.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SummedArea {
     layout: SummedAreaLayout,
@@ -49,8 +51,8 @@ pub struct SummedArea {
 }
 
 impl SummedArea {
-    /// Rounds `values`, `[node along y][node along x][band]`, to counts. What is positive has at least one; what is negative
-    /// or not a number has none.
+    /// Rounds `values`, `[node along y][node along x][band]`, to counts. Positive values have at least one count,
+    /// negative values and NaN none.
     pub fn new(nodes: [usize; 2], values: &[[f32; BANDS]]) -> Self {
         let blocks = nodes.map(|n| n.div_ceil(BLOCK));
         let positive = |value: f32| if value > 0.0 { f64::from(value) } else { 0.0 };
@@ -246,9 +248,9 @@ mod tests {
                 let node = [(i % NODES[0]) as u32, (i / NODES[0]) as u32];
                 let inside = node[0] / 4 <= 2 && node[1] / 4 >= 1;
                 let expected = if inside { to(view.node(node, true)[band as usize]) / total } else { 0.0 };
-                let share = found / (STEPS * STEPS) as f64;
-                assert!((share - expected).abs() <= 2e-3, "{band} {node:?}: {share} {expected}");
-                assert!(expected > 0.0 || share == 0.0);
+                let fraction = found / (STEPS * STEPS) as f64;
+                assert!((fraction - expected).abs() <= 2e-3, "{band} {node:?}: {fraction} {expected}");
+                assert!(expected > 0.0 || fraction == 0.0);
             }
             for sum in left {
                 assert!((sum / (STEPS * STEPS) as f64 - 0.5).abs() < 1e-2, "{left:?}");
@@ -263,7 +265,7 @@ mod tests {
     }
 
     #[test]
-    fn tents_join_the_nodes_of_the_rectangle() {
+    fn tents_interpolate_within_the_rectangle() {
         let areas = SummedArea::new(NODES, &values());
         let view = view::<f64>(&areas);
         let rectangle = view.rectangle([4.0, 0.0], [12.0, 9.0]);

@@ -1,49 +1,49 @@
-//! Sums over rectangles of a [`super::SummedArea`], and nodes drawn from them, written once for all families of numbers.
+//! Sums over rectangles of a [`super::SummedArea`] and draws from them, for every family of numbers.
 
 use super::{BANDS, BLOCK, BLOCK_PACKETS, BLOCK_SHIFT, EXPONENT_SHIFT, SummedAreaLayout};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::sampling::BELOW_ONE;
 
-/// Whole blocks, from the `low` ones to those before the `high` ones along x and y.
+/// A rectangle of whole blocks.
 #[derive(Clone, Copy)]
 pub struct Rectangle<N: Numbers> {
-    /// The first column and row.
+    /// First column and row.
     pub low: [N::Index; 2],
-    /// The column and row after the last.
+    /// Column and row after the last.
     pub high: [N::Index; 2],
 }
 
-/// A node that was drawn.
+/// A drawn node.
 pub struct Drawn<N: Numbers> {
     /// Column and row.
     pub node: [N::Index; 2],
-    /// The random numbers, stretched to [0, 1) again.
+    /// The random numbers, rescaled to [0, 1).
     pub u: [N::Real; 2],
 }
 
-/// A [`SummedArea`] to be read by one family of numbers.
+/// A [`super::SummedArea`] over one family of numbers.
 #[derive(Clone, Copy)]
 pub struct SummedAreaView<N: Numbers> {
-    /// How the words are to be read.
+    /// Layout.
     pub layout: SummedAreaLayout,
-    /// The sums.
+    /// Table data.
     pub words: N::Words,
 }
 
 impl<N: Numbers> SummedAreaView<N> {
-    /// The least rectangle that has all nodes between two positions, in nodes from the first along x and y. It is empty where
+    /// Smallest rectangle with all nodes between two positions, which are counted in nodes along x and y. Empty if
     /// there are none.
     #[inline(always)]
     pub fn rectangle(&self, low: [N::Real; 2], high: [N::Real; 2]) -> Rectangle<N> {
         let lit = N::Real::lit;
-        let of = |axis: usize| {
+        let blocks_along = |axis: usize| {
             let blocks = f64::from(self.layout.blocks[axis]);
             let block = |x: N::Real| (x * lit(1.0 / BLOCK as f64)).floor();
             let low = block(low[axis].ceil()).clip(lit(0.0), lit(blocks));
             let high = (block(high[axis]) + lit(1.0)).clip(low, lit(blocks).max(low));
             [N::index(low), N::index(high)]
         };
-        let [[left, right], [bottom, top]] = [of(0), of(1)];
+        let [[left, right], [bottom, top]] = [blocks_along(0), blocks_along(1)];
         Rectangle { low: [left, bottom], high: [right, top] }
     }
 
@@ -57,7 +57,7 @@ impl<N: Numbers> SummedAreaView<N> {
         std::array::from_fn(|b| (far[1][b] - far[0][b]) - (near[1][b] - near[0][b]))
     }
 
-    /// Counts of a node of the lattice in each band.
+    /// Counts of a node in each band.
     #[inline(always)]
     pub fn node(&self, node: [N::Index; 2], active: N::Mask) -> [N::Real; BANDS] {
         let [block_x, block_y] = node.map(|n| n >> BLOCK_SHIFT);
@@ -72,8 +72,8 @@ impl<N: Numbers> SummedAreaView<N> {
             .map(|bits| N::from_bits(bits + shift).floor())
     }
 
-    /// Sum over the four nodes about a position, in nodes from the first, of their counts in each band times their tents. Nodes
-    /// outside of the rectangle do not count.
+    /// Counts at a position (in nodes), bilinearly interpolated between the four nodes around it. Nodes outside the
+    /// rectangle count as zero.
     #[inline(always)]
     pub fn tents(&self, position: [N::Double; 2], rectangle: &Rectangle<N>, active: N::Mask) -> [N::Real; BANDS] {
         let taps = [0, 1].map(|axis| {
@@ -84,8 +84,8 @@ impl<N: Numbers> SummedAreaView<N> {
         self.weighted(&taps[0], &taps[1], rectangle, active)
     }
 
-    /// Sum over the nodes with these numbers along x and y of their counts in each band times their weights along x and y. Nodes
-    /// outside of the rectangle do not count.
+    /// Weighted sum of counts over the nodes with the given `(number, weight)` along x and y. Nodes outside the
+    /// rectangle count as zero.
     #[inline(always)]
     pub fn weighted(
         &self,
@@ -114,7 +114,8 @@ impl<N: Numbers> SummedAreaView<N> {
         sum
     }
 
-    /// Draws a node of a rectangle by its count in one band, from two random numbers in [0, 1). There has to be any.
+    /// Draws a node of a rectangle by its count in one band, from two random numbers in [0, 1). The rectangle must have
+    /// a count.
     #[inline(always)]
     pub fn choose(&self, rectangle: &Rectangle<N>, band: N::Index, u: [N::Real; 2], active: N::Mask) -> Drawn<N> {
         let Rectangle { low, high } = *rectangle;
@@ -123,13 +124,13 @@ impl<N: Numbers> SummedAreaView<N> {
             sum
         };
         let one = N::Index::lit(1);
-        // Before a row of blocks, between the rectangle's sides.
+        // Counts before a row of blocks, between the rectangle's sides.
         let before_row = |row: N::Index, active: N::Mask| sum(high[0], row, active) - sum(low[0], row, active);
         let (row, v) = bisect::<N>([low[1], high[1]], u[1], active, before_row);
         let before_column =
             |column: N::Index, active: N::Mask| sum(column, row + one, active) - sum(column, row, active);
         let (column, u) = bisect::<N>([low[0], high[0]], u[0], active, before_column);
-        // The masses of the block.
+        // Masses of the chosen block.
         let block = row * N::Index::lit(self.layout.blocks[0]) + column;
         let packet = N::Index::lit(self.layout.masses) + block * N::Index::lit(BLOCK_PACKETS);
         let (second_word, second_half) = (one.lt(band), one.le(band & one));
@@ -149,30 +150,31 @@ impl<N: Numbers> SummedAreaView<N> {
         Drawn { node: [(column << BLOCK_SHIFT) + column_within, (row << BLOCK_SHIFT) + row_within], u: [u, v] }
     }
 
-    /// Place of the sums before a block's corner, in units of four words.
+    /// Position of the sums before a corner, in units of four words.
     #[inline(always)]
     fn corner(&self, x: N::Index, y: N::Index) -> N::Index {
         N::Index::lit(self.layout.sums) + y * N::Index::lit(self.layout.blocks[0] + 1) + x
     }
 }
 
-/// A place in `[0, total)` drawn by a random number: its count and what is left of the number beyond that.
+/// A count in `[0, total)` drawn by a random number, with the fraction left over.
 #[inline(always)]
-fn place<N: Numbers>(total: N::Index, u: N::Real) -> (N::Index, N::Real) {
-    let place = u * N::real(total);
-    // Rounding may have made the product the total itself.
-    let count = N::index(place).min(total.max(N::Index::lit(1)) - N::Index::lit(1));
-    (count, (place - N::real(count)).clip(N::Real::lit(0.0), N::Real::lit(1.0)))
+fn draw_count<N: Numbers>(total: N::Index, u: N::Real) -> (N::Index, N::Real) {
+    let scaled = u * N::real(total);
+    // Rounding may make the product equal to the total.
+    let count = N::index(scaled).min(total.max(N::Index::lit(1)) - N::Index::lit(1));
+    (count, (scaled - N::real(count)).clip(N::Real::lit(0.0), N::Real::lit(1.0)))
 }
 
-/// Where among `mass` counts a place lies, in [0, 1).
+/// Position among `mass` counts, rescaled to [0, 1).
 #[inline(always)]
-fn stretched<N: Numbers>(count: N::Index, rest: N::Real, mass: N::Index) -> N::Real {
+fn rescaled<N: Numbers>(count: N::Index, rest: N::Real, mass: N::Index) -> N::Real {
     let mass = N::real(mass.max(N::Index::lit(1)));
     ((N::real(count) + rest) / mass).min(N::Real::lit(BELOW_ONE))
 }
 
-/// One of the numbers from `low` on, before `high`, by the differences of what `before` counts, with the rest of a random number.
+/// Draws one of the numbers from `low` to before `high` by the increments of `before`, and returns the rescaled random
+/// number.
 #[inline(always)]
 fn bisect<N: Numbers>(
     [low, high]: [N::Index; 2],
@@ -182,7 +184,7 @@ fn bisect<N: Numbers>(
 ) -> (N::Index, N::Real) {
     let one = N::Index::lit(1);
     let start = before(low, active);
-    let (count, rest) = place::<N>(before(high, active) - start, u);
+    let (count, rest) = draw_count::<N>(before(high, active) - start, u);
     let target = start + count;
     let more = |[low, high]: [N::Index; 2]| (low + one).lt(high) & active;
     let [found, _] = N::while_loop(c"Bisection", [low, high], more, |[low, high]| {
@@ -191,25 +193,25 @@ fn bisect<N: Numbers>(
         [N::Index::select(beyond, low, middle), N::Index::select(beyond, middle, high)]
     });
     let below = before(found, active);
-    (found, stretched::<N>(target - below, rest, before(found + one, active) - below))
+    (found, rescaled::<N>(target - below, rest, before(found + one, active) - below))
 }
 
-/// The element of that number.
+/// Element `i` of four.
 #[inline(always)]
 fn of_four<N: Numbers>([a, b, c, d]: [N::Index; 4], i: N::Index) -> N::Index {
     let select = |below: u32, yes, no| N::Index::select(i.lt(N::Index::lit(below)), yes, no);
     select(2, select(1, a, b), select(3, c, d))
 }
 
-/// One of four by their counts, with the rest of a random number.
+/// Draws one of four by their counts, and returns the rescaled random number.
 #[inline(always)]
 fn one_of_four<N: Numbers>(masses: [N::Index; 4], u: N::Real) -> (N::Index, N::Real) {
     let [a, b, c, d] = masses;
     let zero = N::Index::lit(0);
     let (first, second) = (a, a + b);
     let third = second + c;
-    let (count, rest) = place::<N>(third + d, u);
+    let (count, rest) = draw_count::<N>(third + d, u);
     let step = |edge: N::Index| N::Index::select(count.lt(edge), zero, N::Index::lit(1));
     let i = step(first) + step(second) + step(third);
-    (i, stretched::<N>(count - of_four::<N>([zero, first, second, third], i), rest, of_four::<N>(masses, i)))
+    (i, rescaled::<N>(count - of_four::<N>([zero, first, second, third], i), rest, of_four::<N>(masses, i)))
 }
