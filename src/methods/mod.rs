@@ -157,7 +157,7 @@ const WAVELENGTH_MIN_UM: f32 = 0.38;
 /// Longest wavelength of the methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
 /// Smallest cosine to divide by, as in [`crate::scattering::Pair`].
-const COSINE_MIN: f32 = 1e-7;
+const COSINE_MIN: f32 = crate::scattering::COSINE_MIN as f32;
 
 /// Whether `q` can be the sum of two directions above the surface; false where it is not finite.
 fn is_query(q: [f32; 3]) -> bool {

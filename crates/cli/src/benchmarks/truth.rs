@@ -21,7 +21,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use sunbeam::height_field::HeightField;
 use sunbeam::lobe::Exact;
 use sunbeam::scattering::Options;
-use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
+use sunbeam::table::{CoherenceWindow, DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{OrderTransform, chebyshev_terms};
 
 /// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision.
@@ -118,12 +118,12 @@ impl Truth {
     /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 to 780 nm in steps of `step_nm`.
     pub(crate) fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
         let transform = OrderTransform::new(field);
-        let s = coherence_length_um / 4.0;
+        let window = CoherenceWindow::new(coherence_length_um);
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
         let axis = |extent_um: f64, pixels: usize| Axis {
             pixels: pixels as i64,
-            sharpness: 2.0 * (PI * s / extent_um).powi(2),
+            sharpness: 2.0 * (PI * window.sigma_um() / extent_um).powi(2),
         };
         let tile = Orders { x: axis(lx, nx), y: axis(ly, ny) };
         let (first_nm, last_nm) = (*VISIBLE_NM.start(), *VISIBLE_NM.end());
@@ -148,7 +148,7 @@ impl Truth {
             };
             totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
         }
-        let peak = |i: usize| 4.0 * PI * s * s / wavelength_um(i % wavelengths).powi(2);
+        let peak = |i: usize| window.order_peak_um2() / wavelength_um(i % wavelengths).powi(2);
         let patch = totals.iter().enumerate().map(|(i, (amplitude, _))| peak(i) * amplitude.norm_sqr()).collect();
         let ensemble = totals.iter().enumerate().map(|(i, (_, power))| peak(i) * power.max(0.0)).collect();
         Self { step_nm, wavelengths, patch, ensemble, sums: sums.to_vec(), coherence_length_um }
