@@ -1,4 +1,4 @@
-# Everything from a fresh clone: `make plugin`, `make test`, `make demo`. Needs Rust, Python >= 3.9, a C++17 compiler.
+# Targets build everything from a fresh clone. Needs Rust, Python >= 3.9 and a C++17 compiler.
 
 PYTHON ?= python3
 PY     := .venv/bin/python
@@ -9,70 +9,77 @@ SKIPS := target/skips.txt
 PLUGIN := target/mitsuba/plugins/diffraction.so
 LIBRARY := target/c_abi
 CARGO  := cargo
-# What the library begins with.
-GROUND := -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous -p sunbeam-unify --features sunbeam-height-field/files
-# Fixed, because Mitsuba's file resolver and the documentation name it.
+# Packages below the library, built while pip downloads.
+GROUND := -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous -p sunbeam-unify
+GROUND += --features sunbeam-height-field/files
+# Fixed: Mitsuba's file resolver and the documentation name this folder.
 export CARGO_TARGET_DIR := target
 export SUNBEAM_SKIPS := $(CURDIR)/$(SKIPS)
 
-# Tests start hundreds of interpreters, and packages come without their modules compiled (scripts/setup.sh): where the
-# environment forbids keeping these, as images of containers do, each would compile them once more.
+# Tests start hundreds of interpreters, and pip does not compile modules (scripts/setup.sh). Images of containers often
+# set this variable, so that each interpreter would compile them again.
 unexport PYTHONDONTWRITEBYTECODE
 
-# Two builds at a time would only wait for each other.
+# Parallel builds would wait for each other's locks.
 .NOTPARALLEL:
-.PHONY: all setup plugin tool library header test check new-skips test-rust test-python test-versions wheel lint format demo scenes crosscheck bench bench-gpu figures docs api-docs web web-serve test-web bench-web clean help
+.PHONY: all setup plugin tool library header check test new-skips test-rust test-python test-versions wheel lint format
+.PHONY: demo scenes crosscheck bench bench-gpu figures docs api-docs web web-serve test-web bench-web clean help
 
 all: plugin
 
 help:
-	@echo "make plugin   build $(PLUGIN)"
-	@echo "make tool     build target/release/sunbeam"
-	@echo "make library  build $(LIBRARY)/lib/libsunbeam.{so,a} and its header, for C"
-	@echo "make test     build and run every test"
-	@echo "make test-versions  test the plugin with each Mitsuba that it can be compiled for"
-	@echo "make wheel    the Python package with a plugin for each of these, out/wheel/"
-	@echo "make lint     check formatting and lints; make format mends the former"
-	@echo "make demo     render the snake and compare the renderers, results in out/"
-	@echo "make scenes   write scenes for the mitsuba command, and the files that they need, into out/scenes/"
-	@echo "make crosscheck  compare the renderers alone, results in out/crosscheck/"
-	@echo "make figures  make every page of figures in docs/ anew; or one: make figures PAGES=brdf-maps"
-	@echo "              peers is one that also needs PEER=PROGRAM, another's: see docs/peers.md"
-	@echo "make docs     build the documentation, target/docs/index.html; make api-docs that of the Rust API"
-	@echo "make web      build the page for browsers, target/web/; make web-serve opens it to this machine's browsers"
-	@echo "make test-web the part of make test that tests it in headless Chromium; make bench-web measures it there"
-	@echo "make bench-gpu  check and time a machine with an NVIDIA card, results in docs/data/gpu.json; a dry run elsewhere."
-	@echo "              PARTS names some of its parts: .venv/bin/python -m benches.gpu --list"
-	@echo "make bench | clean"
+	@echo "make plugin         build $(PLUGIN)"
+	@echo "make tool           build target/release/sunbeam and its window"
+	@echo "make library        build the C library and its header, $(LIBRARY)/"
+	@echo "make demo           render the snake and compare the renderers, results in out/"
+	@echo "make scenes         write scenes for the mitsuba command into out/scenes/"
+	@echo "make crosscheck     compare the renderers, results in out/crosscheck/"
+	@echo
+	@echo "make check          run the fast tests, those of the library and the plugin's optics"
+	@echo "make test           run every test"
+	@echo "make test-web       run the tests of the page in headless Chromium, part of make test"
+	@echo "make test-versions  test the plugin with each release of Mitsuba that it can be compiled for"
+	@echo "make lint           check formatting and lints; make format applies the formatting"
+	@echo
+	@echo "make docs           build the documentation, target/docs/index.html; make api-docs the Rust API's"
+	@echo "make figures        measure and write the pages of figures in docs/; PAGES=brdf-maps selects pages"
+	@echo "make web            build the page for browsers, target/web/; make web-serve serves it on this machine"
+	@echo "make wheel          build the Python package with a plugin for each release of Mitsuba, out/wheel/"
+	@echo
+	@echo "make bench          time the plugin, the methods, the sampler and the C library, results in out/bench/"
+	@echo "make bench-gpu      check and time a machine with an NVIDIA card, results in docs/data/gpu.json; elsewhere a"
+	@echo "                    dry run. PARTS selects parts: .venv/bin/python -m benches.gpu --list"
+	@echo "make bench-web      time the page in headless Chromium"
+	@echo "make clean          remove target/ and out/"
 
 setup: $(READY)
 
-# Packages come over the network while that is compiled which needs none of them. Its errors are told by the build that follows,
-# in which the plugin's C++ is compiled beside the library.
+# Rust packages that need no Python compile while pip downloads. Their errors appear again in the builds that follow.
 $(READY): requirements.lock scripts/setup.sh
 	@$(CARGO) build --release --quiet $(GROUND) >/dev/null 2>&1 & compiling=$$!; \
 	PYTHON="$(PYTHON)" scripts/setup.sh; ready=$$?; \
 	[ $$ready = 0 ] || kill $$compiling 2>/dev/null; wait $$compiling; exit $$ready
 
-# The library that reads instruments' files, for its tests alone: 62 MB of wheels.
+# The library SurfaceTopography for tests of instruments' files, 62 MB of wheels.
 $(FORMATS): requirements-formats.lock $(READY)
 	$(PY) -m pip install --quiet --disable-pip-version-check --no-compile --only-binary=:all: -r $<
 	@touch $@
 
-# Cargo knows what is out of date. The copy is replaced in one step, since a running Mitsuba may have it mapped.
+# The plugin's copy is replaced atomically, since a running Mitsuba may have it mapped.
 plugin: $(READY)
 	$(CARGO) build --release -p sunbeam-mitsuba
 	@mkdir -p $(dir $(PLUGIN))
 	@cmp -s target/release/libsunbeam_mitsuba.so $(PLUGIN) || \
 		{ cp target/release/libsunbeam_mitsuba.so $(PLUGIN).new && mv $(PLUGIN).new $(PLUGIN); }
-	@$(or $(SUNBEAM_PYTHON),$(PY)) -c "from importlib.metadata import version; print(version('mitsuba'))" > target/mitsuba/version
+	@$(or $(SUNBEAM_PYTHON),$(PY)) -c "from importlib.metadata import version; print(version('mitsuba'))" \
+		> target/mitsuba/version
 	@echo "plugin: $(CURDIR)/$(PLUGIN)"
 
-# The command, target/release/sunbeam, and its window beside it.
+# The command target/release/sunbeam, and its window sunbeam-view.
 tool:
 	$(CARGO) build --release -p sunbeam-cli -p sunbeam-window
 
-# The C interface, as others link it.
+# The C interface, in the layout of an installation.
 library:
 	$(CARGO) build --release -p sunbeam-c
 	@mkdir -p $(LIBRARY)/lib $(LIBRARY)/include
@@ -84,9 +91,15 @@ library:
 	@cp crates/c_abi/package/*.cmake $(LIBRARY)/lib/cmake/sunbeam/
 	@echo "library: $(CURDIR)/$(LIBRARY)"
 
-# crates/c_abi/include/sunbeam.h from crates/c_abi/src/.
+# Writes crates/c_abi/include/sunbeam.h from crates/c_abi/src/.
 header:
 	SUNBEAM_WRITE_HEADER=1 $(CARGO) test --release -p sunbeam-c --test header
+
+# The part that a change of the library breaks: its own tests, and those that compare the plugin with it.
+CHECKED := chi2 energy plugin_bsdf small_slope twins
+check: plugin
+	$(CARGO) test --release -p sunbeam -p sunbeam-fourier -p sunbeam-height-field -p sunbeam-rigorous --lib --test core
+	$(PY) -m pytest -q -n 2 --dist loadfile $(CHECKED:%=tests/test_%.py)
 
 # SUNBEAM_REQUIRE names parts of the machine without which a test fails instead of being skipped: tests/needs.txt.
 test: new-skips test-rust test-python test-web
@@ -97,16 +110,16 @@ new-skips:
 
 # The release profile serves everything, so that dependencies are built once. The tests of the plugin's Rust half load
 # the libraries of the wheels.
+WHEELS = $(PY) -c "from importlib.util import find_spec as find; \
+	print(':'.join(find(name).submodule_search_locations[0] for name in ('drjit', 'mitsuba')))"
 test-rust: $(READY)
-	LD_LIBRARY_PATH=$$($(PY) -c "import importlib.util as u; print(':'.join(u.find_spec(n).submodule_search_locations[0] for n in ('drjit', 'mitsuba')))") \
-		$(CARGO) test --release --workspace --no-fail-fast
+	LD_LIBRARY_PATH=$$($(WHEELS)) $(CARGO) test --release --workspace --no-fail-fast
 
 test-python: plugin library tool $(FORMATS)
 	$(CARGO) build --release -p sunbeam --examples
 	$(PY) -m pytest -n 2 --dist loadfile
 
-# The plugin against each release of Mitsuba that it can be compiled for, or those named in RELEASES; and a wheel that
-# holds a plugin for each, in out/wheel.
+# RELEASES selects releases of Mitsuba; the default is all that the plugin can be compiled for.
 test-versions: $(READY)
 	$(PY) scripts/versions.py test $(RELEASES)
 
@@ -133,7 +146,7 @@ format: $(READY)
 crosscheck: plugin tool
 	$(PY) -m mitsuba_scenes.crosscheck
 
-# The window takes minutes more to build, and is not needed here.
+# The window, which takes minutes to build, is not needed.
 demo: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m mitsuba_scenes.demo
@@ -142,8 +155,8 @@ scenes: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m mitsuba_scenes.files
 
-# What the plugin costs in Mitsuba beside roughconductor, what the methods cost and how far off they are, how evenly the
-# sampler weighs, and the C ABI's throughput; about ten minutes. `make figures` writes the same into pages.
+# Cost of the plugin beside roughconductor, cost and error of the methods, variance of the sampler's weights, and
+# throughput of the C library; about ten minutes. `make figures` writes these numbers into pages.
 bench: plugin library tool
 	@mkdir -p out/bench
 	$(PY) benches/mitsuba_cost.py --json out/bench/mitsuba.json
@@ -153,18 +166,18 @@ bench: plugin library tool
 		-Wl,-rpath,$(CURDIR)/$(LIBRARY)/lib -lpthread -lm
 	$(LIBRARY)/batch | tee out/bench/batch.json
 
-# Where nvidia-smi finds a card: the CUDA variants and the realtime renderer on it, in at most eight minutes. Elsewhere the
-# same code with LLVM and the software adapter, as tests run it.
+# With an NVIDIA card: the CUDA variants and the realtime renderer, in at most eight minutes. Elsewhere: LLVM and the
+# software adapter, as in the tests.
 bench-gpu: plugin
 	$(CARGO) build --release -p sunbeam-cli
 	$(PY) -m benches.gpu $(PARTS)
 
-# Those named in PAGES, or all. The page peers stays as it is unless PEER names the program that it needs.
+# The parts of pages named in PAGES, or all.
 figures: plugin library tool
 	$(if $(filter validity,$(or $(PAGES),validity)),$(PY) -m pip install --quiet -r requirements-validity.lock)
 	$(PY) -m docs.figures $(PAGES)
 
-# The site of docs/. Warnings are errors: what they tell of is a page that nobody finds, or a link that leads nowhere.
+# The site of docs/. Warnings are errors: they report unreachable pages and broken links.
 docs: $(READY)
 	$(PY) -m sphinx -W --keep-going -q -b html docs target/docs
 	@echo "site: $(CURDIR)/target/docs/index.html"
@@ -173,7 +186,7 @@ docs: $(READY)
 api-docs:
 	$(CARGO) doc --no-deps -p sunbeam -p sunbeam-realtime
 
-# The page for browsers, static files in target/web. Servers of every kind will do; this one is for trying.
+# The page for browsers, static files in target/web. `make web-serve` is a server for trying it.
 web:
 	scripts/web.sh
 
@@ -181,7 +194,7 @@ web-serve: web
 	@echo "http://localhost:$(or $(PORT),8000)/"
 	$(PYTHON) -m http.server --bind localhost --directory target/web $(or $(PORT),8000)
 
-# In headless Chromium, beside what the native renderer draws of the same settings. Where that is missing, one line says so.
+# In headless Chromium, against the native renderer's pictures.
 test-web: $(READY) tool
 	PY=$(PY) scripts/test_web.sh
 

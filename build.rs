@@ -1,4 +1,4 @@
-//! Tells the cache which code builds tables.
+//! Hashes the sources that determine tables, for the cache's keys.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -8,7 +8,7 @@ fn main() {
     println!("cargo:rustc-env=SUNBEAM_TABLES_CODE={:016x}", tables_code());
 }
 
-/// Whose sources these are.
+/// Folders of sources that determine the contents of tables.
 const TABLES_FOLDERS: [&str; 12] = [
     "src/colour",
     "src/colour_table",
@@ -24,8 +24,7 @@ const TABLES_FOLDERS: [&str; 12] = [
     "crates/rigorous/src",
 ];
 
-/// A hash of the sources that decide what is in a surface's tables, for `src/cache/`: tables that other code built are
-/// not those that this code would.
+/// Hash of these sources, for `src/cache/`. Tables built by other code are not reused.
 fn tables_code() -> u64 {
     let mut sources = Vec::new();
     let mut folders: Vec<_> = TABLES_FOLDERS.iter().map(|folder| (*folder).into()).collect();

@@ -1,8 +1,9 @@
 /* Throughput of the C ABI's batches, as one JSON object on stdout.
  *
- * For each preset, number of wavelengths and call: evaluations (an item at one wavelength) per second with one thread,
- * and with one on every core; medians of several repetitions, all calls in turn in each, by the wall clock. Half of
- * the directions are spread evenly over the hemisphere, half are where the surface sends its light. */
+ * For each preset, number of wavelengths and call, the program measures evaluations per second, with one thread and
+ * with one thread on every core. An evaluation is one item at one wavelength. Figures are medians of several
+ * repetitions by the wall clock; each repetition runs all calls in turn. Half of the directions are uniform over the
+ * hemisphere, half are sampled. */
 #define _POSIX_C_SOURCE 200809L
 #include <math.h>
 #include <pthread.h>
@@ -13,21 +14,30 @@
 
 #include "sunbeam.h"
 
-enum { COUNT = 4096, CARRIED_MAX = 16, REPETITIONS = 7, PASSES = 8, CORES_MAX = 256 };
+enum {
+    COUNT       = 4096, /* items of a batch */
+    CARRIED_MAX = 16,   /* largest number of wavelengths of an item */
+    REPETITIONS = 7,    /* timings of which the median counts */
+    PASSES      = 8,    /* calls of a timing */
+    CORES_MAX   = 256   /* largest number of threads */
+};
 
-static const char *PRESETS[]  = { "blazed", "elaphe", "xenopeltis" };
+static const char *PRESETS[] = { "blazed", "elaphe", "xenopeltis" };
+/* Numbers of wavelengths of an item. */
 static const size_t CARRIED[] = { 1, 4, 16 };
 static const char *CALLS[]    = { "eval", "pdf", "eval_pdf", "sample" };
 enum { PRESET_COUNT = 3, CARRIED_COUNT = 3, CALL_COUNT = 4 };
 
+/* The arguments and the results of a batch. */
 typedef struct {
     const sunbeam_surface *surface;
     size_t carried;
-    int call;
+    int call; /* index in CALLS */
     float wi[COUNT][3], wo[COUNT][3], u[COUNT][3], nm[COUNT][CARRIED_MAX];
     float f[COUNT][CARRIED_MAX], pdf[COUNT], sampled[COUNT][3];
 } batch;
 
+/* Exits with the library's message after an error. */
 static void check(sunbeam_status status) {
     if (status != SUNBEAM_STATUS_OK) {
         fprintf(stderr, "%s\n", sunbeam_last_error());
@@ -35,17 +45,20 @@ static void check(sunbeam_status status) {
     }
 }
 
+/* A random number in [0, 1): the upper bits of a linear congruential generator with Knuth's constants. */
 static float random_unit(void) {
     static unsigned long long state = 1;
     state                           = state * 6364136223846793005ull + 1442695040888963407ull;
     return (float) (state >> 40) / 16777216.f;
 }
 
+/* A direction uniform in solid angle, at least 0.02 above the horizon in cosine. */
 static void random_direction(float w[3]) {
     const float z = .02f + .98f * random_unit(), r = sqrtf(1.f - z * z), phi = 6.2831853f * random_unit();
     w[0] = r * cosf(phi), w[1] = r * sinf(phi), w[2] = z;
 }
 
+/* Calls the batch's function once. */
 static void run(batch *b) {
     const size_t n          = b->carried;
     const sunbeam_floats wi = { b->wi[0], 3 }, wo = { b->wo[0], 3 }, u = { b->u[0], 3 }, nm = { b->nm[0], CARRIED_MAX };
@@ -83,7 +96,7 @@ static void *run_passes(void *argument) {
     return NULL;
 }
 
-/* Evaluations per second of the wall clock with so many threads, each with a batch of its own. */
+/* Evaluations per second by the wall clock, with `cores` threads that have a copy of the batch each. */
 static double per_second(const batch *one, long cores) {
     pthread_t threads[CORES_MAX];
     batch *batches = malloc((size_t) cores * sizeof *batches);

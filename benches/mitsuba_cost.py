@@ -1,6 +1,7 @@
-"""What the `diffraction` BSDF costs in Mitsuba: time to an error beside `roughconductor`, calls, the first picture, and
-how far RGB is from spectral. `python benches/mitsuba_cost.py` prints tables and writes JSON. With `--plugin` it
-measures the time to an error of another build, such as an earlier version's."""
+"""Cost of the `diffraction` BSDF in Mitsuba: `python benches/mitsuba_cost.py` prints tables and writes JSON.
+
+It measures the time to a given error compared with `roughconductor`, the time of calls and of the first picture, and
+the difference between RGB and spectral pictures. With `--plugin` it measures the time to an error of another build."""
 
 from __future__ import annotations
 
@@ -20,17 +21,27 @@ from mitsuba_scenes.outputs import output_file  # noqa: E402
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cell-s", type=float, default=time_to_error.BUDGET_S, help="seconds a scene in a variant")
-    parser.add_argument("--picture-s", type=float, default=rgb_against_spectral.BUDGET_S, help="a converged picture")
-    default = str(REPOSITORY / "out" / "bench" / "mitsuba.json")
-    parser.add_argument("--json", type=output_file(".json"), default=default)
     parser.add_argument(
-        "--plugin", type=Path, help="another build's plugins/diffraction.so: its time to an error alone"
+        "--cell-s",
+        type=float,
+        default=time_to_error.BUDGET_S,
+        help="seconds for each scene in each variant (%(default)s)",
     )
-    parser.add_argument("--scenes", nargs="+", help="of these scenes alone; with --plugin")
+    parser.add_argument(
+        "--picture-s",
+        type=float,
+        default=rgb_against_spectral.BUDGET_S,
+        help="seconds for a converged picture (%(default)s)",
+    )
+    default = str(REPOSITORY / "out" / "bench" / "mitsuba.json")
+    parser.add_argument("--json", type=output_file(".json"), default=default, help="file for the figures (%(default)s)")
+    parser.add_argument(
+        "--plugin", type=Path, help="plugins/diffraction.so of another build, whose time to an error is measured"
+    )
+    parser.add_argument("--scenes", nargs="+", help="names of the scenes, all by default; with --plugin")
     options = parser.parse_args()
     if options.scenes and not options.plugin:
-        parser.error("--scenes goes with --plugin")
+        parser.error("--scenes needs --plugin")
     try:
         if options.plugin:
             environment.use_plugin(options.plugin)

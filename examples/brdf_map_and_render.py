@@ -1,5 +1,5 @@
 # %% [markdown]
-# A BRDF map as an image, and a render with the same material. Each `# %%` begins a cell of a notebook.
+# A BRDF map and a rendered picture of one material. Each `# %%` begins a cell of a notebook.
 
 # %%
 import matplotlib.pyplot as plt
@@ -11,7 +11,8 @@ mi.set_variant("llvm_ad_spectral")
 material = {"preset": "xenopeltis", "coherence_length": 30.0, "eta": 1.56}
 
 # %% [markdown]
-# The outgoing hemisphere seen from above, lit from 30 degrees: x of the picture is x of the relief, y is up.
+# The reflectance over the outgoing hemisphere, seen from above with x to the right and y up. Light comes in at 30
+# degrees from the normal.
 
 # %%
 size = 128
@@ -25,7 +26,8 @@ surface = sunbeam_mitsuba.Surface(**material)
 f = surface.eval(wi, wo, wavelength_nm)  # [directions, wavelengths], in 1/sr
 
 # %% [markdown]
-# Colours: the CIE observer under equal energy, to linear sRGB, exposed so that a hundredth of the disc is white.
+# Colours: the CIE 1931 observer under an equal-energy illuminant, in linear sRGB. The exposure clips 1 % of the disc,
+# and a power of 1/2.2 approximates the sRGB encoding.
 
 # %%
 observer = np.array(mi.cie1931_xyz(mi.Float(wavelength_nm))).T

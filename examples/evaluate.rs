@@ -1,15 +1,16 @@
-//! The reflectance of a grating over the angle of observation, as a table: `cargo run --release --example evaluate`.
+//! Prints the reflectance of a sinusoidal grating over the angle of view: `cargo run --release --example evaluate`.
 
-#![allow(clippy::print_stdout)] // That is what it is for.
+#![allow(clippy::print_stdout, reason = "an example prints its result")]
 
 use sunbeam::{Options, Preset, Surface};
 
-/// Light comes in at this angle from the normal, along x.
+/// Angle of incidence with the normal in degrees, in the plane of x.
 const THETA_I_DEG: f64 = 20.0;
+/// Wavelengths in nm.
 const WAVELENGTHS_NM: [f64; 3] = [450.0, 550.0, 650.0];
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    // Lengths in µm: a sinusoid of period 2 and height 0.15.
+    // A period of 2 µm, and 0.15 µm from valley to peak.
     let field = Preset::Sinusoidal.build(Some(2.0), Some(0.15))?;
     let options = Options { coherence_length_um: 20.0, ..Options::default() };
     let surface = Surface::new(&field, &options)?;

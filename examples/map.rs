@@ -1,40 +1,36 @@
-//! The colours over the hemisphere, seen from above, as a portable pixmap: `cargo run --release --example map > map.ppm`.
+//! Writes a colour map of a blazed grating over the outgoing hemisphere: `cargo run --release --example map > map.ppm`.
+//!
+//! The hemisphere is seen from above, x to the right, y up. Light comes in along the normal.
 
 use std::io::Write;
-use sunbeam::colour::srgb_encode;
+use sunbeam::colour::srgb_bytes;
 use sunbeam::methods::{MethodKind, MethodOptions, build};
-use sunbeam::scattering::Pair;
+use sunbeam::scattering::{Pair, map_direction};
 use sunbeam::{Options, Preset};
 
+/// Width and height of the map in pixels.
 const SIZE: usize = 256;
-/// What a reflectance in 1/sr is multiplied by for the screen.
+/// Factor from a reflectance in 1/sr to a screen value in [0, 1], chosen by eye.
 const EXPOSURE: f64 = 0.3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let field = Preset::Blazed.build(None, None)?;
     let options = Options { coherence_length_um: 10.0, ..Options::default() };
-    // The colour table: the whole integral over wavelengths, read with one look-up.
+    // The colour table holds the integral over wavelengths: one look-up gives a colour.
     let method = build(MethodKind::Table, &field, &options, &MethodOptions::default())?;
     let wi = [0.0, 0.0, 1.0];
     let mut pixels = Vec::with_capacity(3 * SIZE * SIZE);
     for row in 0..SIZE {
         for column in 0..SIZE {
-            let place = |at: usize| 2.0 * (at as f64 + 0.5) / SIZE as f64 - 1.0;
-            // x to the right, y up.
-            let (x, y) = (place(column), -place(row));
-            let cos_squared = 1.0 - x * x - y * y;
-            let colour = if cos_squared > 0.0 {
-                let wo = [x, y, cos_squared.sqrt()];
-                let narrow = |v: [f64; 3]| v.map(|component| component as f32);
-                let relief = method.answer_rgb(narrow(wi), narrow(wo));
-                // What does not depend on the relief is the caller's: this method answers `AnswerKind::Relief`.
+            // Directions below the horizon, outside the unit disc, are black.
+            let colour = map_direction(column, row, SIZE).map_or([0.0; 3], |wo| {
+                let single = |v: [f64; 3]| v.map(|component| component as f32);
+                let relief = method.answer_rgb(single(wi), single(wo));
+                // The table has the relief alone; the obliquity and shadowing factor of the directions multiplies it.
                 let factor = Pair::new(wi, wo).map_or(0.0, |pair| options.angular_factor(&pair));
                 relief.map(|channel| factor * f64::from(channel))
-            } else {
-                [0.0; 3]
-            };
-            let shown = srgb_encode(colour.map(|value: f64| (EXPOSURE * value).clamp(0.0, 1.0)));
-            pixels.extend(shown.map(|value| (255.0 * value).round() as u8));
+            });
+            pixels.extend(srgb_bytes(colour.map(|value| EXPOSURE * value)));
         }
     }
     let mut out = std::io::stdout().lock();

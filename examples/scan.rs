@@ -1,6 +1,7 @@
-//! A measured surface, from a file to numbers: `cargo run --release --example scan -- scan.gsf [pixel size in µm]`.
+//! Describes a measured surface and prints its albedo: `cargo run --release --example scan -- scan.gsf [pixel size in
+//! µm]`.
 
-#![allow(clippy::print_stdout)] // That is what it is for.
+#![allow(clippy::print_stdout, reason = "an example prints its result")]
 
 use std::path::Path;
 use sunbeam::height_field::{FileScale, Level};
@@ -10,7 +11,7 @@ use sunbeam::{HeightField, Options, Surface, Tiling};
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let path = arguments.next().ok_or("give a file of heights, such as scan.gsf")?;
-    // Formats that know their pixels need no scale.
+    // A format with a physical scale, such as .gsf, needs no pixel size.
     let pixel_size_um = arguments.next().map(|text| text.parse()).transpose()?;
     let scale = FileScale { pixel_size_um, max_height_um: None };
     let field = HeightField::read(Path::new(&path), &scale)?.levelled(Level::Plane);
@@ -24,14 +25,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
     }
 
-    // A scan stands alone: what lies beyond its edges is not known.
+    // The relief beyond the edges of a scan is unknown, so the tile is not repeated.
     let options = Options { tiling: Tiling::Aperiodic, coherence_length_um: 20.0, ..Options::default() };
     let surface = Surface::new(&field, &options)?;
     let report = surface.report();
     println!("tables of {:.1} MB in {:.1} s", report.bytes as f64 / 1e6, report.build_seconds);
     for nm in [450.0, 550.0, 650.0] {
-        let albedo = surface.albedo([0.0, 0.0, 1.0], nm).ok_or("the surface keeps no table of albedos")?;
-        println!("{nm} nm: of light along the normal {albedo:.3} comes back");
+        let albedo = surface.albedo([0.0, 0.0, 1.0], nm).ok_or("the surface has no table of albedos")?;
+        println!("{nm} nm: the albedo along the normal is {albedo:.3}");
     }
     Ok(())
 }

@@ -1,1 +1,1 @@
-"""The snake rendered in Mitsuba 3 with the `diffraction` plugin: scene, command line, demonstration."""
+"""Scenes with the `diffraction` plugin in Mitsuba 3: snake, laboratory, demo, and the comparison of renderers."""

@@ -1,6 +1,6 @@
-"""Pearson's χ² test of a BSDF's samples against the density that it reports, by `mitsuba.chi2` over equal solid angles.
+"""Pearson's χ² test of a BSDF's samples against its density, by `mitsuba.chi2` over cells of equal solid angle.
 
-A BSDF of a vectorised variant is tested by `vectorised`; `chi_square_test` takes any two functions.
+`vectorised` tests a BSDF of a vectorised variant; `chi_square_test` tests any pair of functions.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from collections.abc import Callable
 import drjit as dr
 import mitsuba as mi
 
-# Wavelengths in nm that a path carries: the density is the mean of theirs.
+# Wavelengths of a path in nm; its density is the mean of their densities.
 WAVELENGTHS = [410.0, 487.5, 561.0, 655.0]
 
 
 class HemisphereDomain:
-    """The unit square, equal areas to equal solid angles of the upper hemisphere.
+    """The unit square mapped to the upper hemisphere, with equal areas to equal solid angles.
 
-    Unlike `SphericalDomain`, its cells keep the shape of orders near the normal, and its edge is the horizon.
+    Unlike `SphericalDomain`, it does not distort orders near the normal, and its edge is the horizon.
     """
 
     def bounds(self):
@@ -34,12 +34,12 @@ class HemisphereDomain:
 
 
 def chi_square_test(sample_func: Callable, pdf_func: Callable, **resolution):
-    """The test of `sample_func(u) -> (wo, pdf)` against `pdf_func(wo)`, which is per solid angle."""
+    """A test of samples `sample_func(u) -> (wo, pdf)` against the density `pdf_func(wo)` per solid angle."""
     from mitsuba.chi2 import ChiSquareTest
 
     def counted(u):
         wo, pdf = sample_func(u)
-        # Samples beyond the horizon count nowhere. Not BSDFAdapter's rule, weight 0: a dark order is sampled, too.
+        # Samples below the horizon do not count. `BSDFAdapter` drops samples of weight 0, but dark orders count too.
         seen = pdf > 0
         return dr.select(seen, wo, mi.Vector3f(0, 0, 1)), dr.select(seen, mi.Float(1), 0)
 
@@ -54,12 +54,12 @@ def chi_square_test(sample_func: Callable, pdf_func: Callable, **resolution):
 
 
 def vectorised(bsdf: mi.BSDF, wi, pdf_of: mi.BSDF | None = None, nm=WAVELENGTHS, **resolution):
-    """The test of the samples of `bsdf` for light from `wi`, against the density of `pdf_of` or its own."""
+    """A test of the samples of `bsdf` for light from `wi` against the density of `pdf_of`, by default its own."""
     ctx = mi.BSDFContext()
 
     def interactions(count):
         si = dr.zeros(mi.SurfaceInteraction3f, count)
-        # Opaque, so that one kernel serves all directions.
+        # Opaque values, so that one kernel serves all directions.
         si.wi = mi.Vector3f([dr.opaque(mi.Float, c) for c in wi])
         if mi.is_spectral:
             si.wavelengths = type(si.wavelengths)([dr.opaque(mi.Float, c) for c in nm])

@@ -1,4 +1,4 @@
-"""Several pictures on one sheet, with text under each."""
+"""A sheet of pictures with captions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ INK = (225, 225, 220)
 def contact_sheet(
     rows: list[list[tuple[Path, str]]], output: Path, width: int = 384, font: ImageFont.ImageFont | None = None
 ) -> None:
-    """Writes rows of (picture, caption); every picture is `width` pixels wide, all of them of one shape.
+    """Writes rows of (picture, caption) to `output`, all pictures scaled to `width` pixels and one height.
 
     Captions may have several lines. Pillow's own font, the default, has neither Greek nor µ.
     """

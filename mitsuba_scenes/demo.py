@@ -1,4 +1,4 @@
-"""What `make demo` shows: the skins, a sweep of the light and a scan in Mitsuba, and both renderers compared."""
+"""The demo, `make demo`: skins, a moving light and a scan in Mitsuba, and both renderers compared."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SWEEP_AZIMUTHS_DEG = (-170.0, -130.0, -100.0)
 
 
 def shots() -> list[list[tuple[str, str, dict, Light]]]:
-    """Rows of (file name, caption, parameters of the skin, light)."""
+    """The sheet's rows of pictures: (file name, caption, parameters of the skin, light)."""
     light = Light()
     skins = [(name, caption, preset_skin(name), light) for name, caption in SKINS.items()]
     if SCAN.exists():
@@ -52,7 +52,7 @@ def shots() -> list[list[tuple[str, str, dict, Light]]]:
 
 
 def tables(description: str) -> dict:
-    """Size in MB and relative error of a skin's tables, out of what `str(bsdf)` says of them."""
+    """Size in MB and relative error of a skin's tables, parsed from `str(bsdf)`."""
     size = re.search(r"tables of ([0-9.e+-]+) MB", description)
     error = re.search(r"relative error ([0-9.e+-]+[0-9])", description)
     if not (size and error):
@@ -61,6 +61,7 @@ def tables(description: str) -> dict:
 
 
 def versions() -> dict:
+    """Versions of the software, and the machine."""
     return {
         "mitsuba": mi.__version__,
         "drjit": dr.__version__,
@@ -71,6 +72,7 @@ def versions() -> dict:
 
 
 def main(words: list[str] | None = None) -> int:
+    """The command line; 0, 1 where the renderers disagree, or 2 after one line that says what is wrong."""
     view = View()
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.demo", description=__doc__)
     parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out"))
@@ -90,6 +92,7 @@ def main(words: list[str] | None = None) -> int:
 
 
 def make(output: Path, variant: str, view: View, spp: int) -> None:
+    """Renders all pictures, compares the renderers, and writes pictures and `report.json` into `output`."""
     start = time.perf_counter()
     variant = use_variant(variant)
     files = snake_files()
@@ -103,10 +106,10 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
         for name, caption, skin, light in row:
             done += 1
             print(f"[{done}/{count}] {caption} ...", end=" ", flush=True)
-            # The tables of a skin are made once.
+            # A skin's tables are built once for all its pictures.
             key = json.dumps(skin, sort_keys=True)
             bsdf = made.get(key) or skin_bsdf(skin, files.pigment)
-            # Two passes tell the cost of compiling from that of rendering.
+            # The first of two passes includes compiling, the second does not.
             result = picture.render(bsdf, files, light, view, spp, passes=2)
             made[key] = result.bsdf
             picture.check(result.pixels, name)
@@ -123,7 +126,7 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
                 "mean_rgb": result.pixels.mean(axis=(0, 1)).tolist(),
             }
     contact_sheet(sheet, output / "contact-sheet.png", view.width)
-    # Before the comparison, which needs the GPU or its software fallback: the pictures are there without them.
+    # The report is written before the comparison, which needs a GPU adapter and may fail.
     write_report(report, output, start)
     print(f"{count} pictures, contact-sheet.png and report.json are in {output} ({report['seconds']:.0f} s)")
     if not mi.is_spectral:
@@ -133,13 +136,14 @@ def make(output: Path, variant: str, view: View, spp: int) -> None:
     both = report["both_renderers"] = side_by_side(files, view, spp, output)
     flip, delta_e = both["compared"]["flip"]["mean"], both["compared"]["delta_e_2000"]["mean"]
     print(f"both-renderers.png: FLIP {flip:.3f}, ΔE2000 {delta_e:.2f} on average", flush=True)
-    print("holding the path tracer and the realtime renderer against each other", flush=True)
+    print("comparing the path tracer and the realtime renderer", flush=True)
     report["crosscheck"] = crosscheck(output / "crosscheck", short=True)
     write_report(report, output, start)
     insist(report["crosscheck"])
 
 
 def write_report(report: dict, output: Path, start: float) -> None:
+    """Writes `report.json` with the seconds since `start`."""
     report["seconds"] = time.perf_counter() - start
     (output / "report.json").write_text(json.dumps(report, indent=1, default=str) + "\n")
 

@@ -1,4 +1,4 @@
-"""What must be there before a scene can be made: a variant that runs here, and the plugin."""
+"""Requirements of a scene: a Mitsuba variant that runs on this machine, and the plugin."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from pathlib import Path
 import mitsuba as mi
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-# The folder for Mitsuba's file resolver: that of the checkout unless the environment names another.
+# Folder for Mitsuba's file resolver, which contains plugins/.
 PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_MITSUBA", REPOSITORY / "target" / "mitsuba"))
 PLUGIN = PLUGIN_FOLDER / "plugins" / "diffraction.so"
 
 DEFAULT_VARIANT = "llvm_ad_spectral"
-# Needs neither LLVM nor a GPU.
+# The variant that needs neither LLVM nor a GPU.
 FALLBACK_VARIANT = "scalar_spectral"
 
 
 class SetupError(Exception):
-    """Something is missing; the message is one line that says what, and how to get it."""
+    """A missing requirement; the message is one line with its name and how to get it."""
 
 
 def use_plugin(path: Path) -> None:
-    """Has `use_variant` take another build, `…/plugins/diffraction.so`; before any variant is selected."""
+    """Makes `use_variant` load another build, `…/plugins/diffraction.so`. Call it before selecting a variant."""
     global PLUGIN, PLUGIN_FOLDER
     PLUGIN = path.resolve()
     PLUGIN_FOLDER = PLUGIN.parent.parent
 
 
 def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
-    """Selects a variant, makes the plugin known to it, and returns the name of the variant selected.
+    """Selects a variant with the plugin and returns its name.
 
-    Where the backend of an LLVM variant cannot be loaded, `fall_back` takes `scalar_spectral` and says so on stderr.
+    If the backend of an LLVM variant cannot be loaded, `fall_back` selects `scalar_spectral` with a note on stderr.
     """
     if name not in mi.variants():
         raise SetupError(f"unknown variant {name!r}; this Mitsuba has {', '.join(mi.variants())}")
@@ -57,7 +57,7 @@ def use_variant(name: str = DEFAULT_VARIANT, fall_back: bool = True) -> str:
 
 @contextmanager
 def cache_off() -> Iterator[None]:
-    """Tables are built here even if there is a cache of them, and not kept: for times of building."""
+    """Turns the cache of tables off, for measurements of build times."""
     before = os.environ.get("SUNBEAM_CACHE")
     os.environ["SUNBEAM_CACHE"] = "off"
     try:

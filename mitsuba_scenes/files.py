@@ -1,4 +1,4 @@
-"""Writes the XML scenes with the files that they need: `python -m mitsuba_scenes.files`, which is `make scenes`."""
+"""Writes the XML scenes and their files: `python -m mitsuba_scenes.files`, called by `make scenes`."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .snake import snake_files
 from .tool import sunbeam
 
 XML = Path(__file__).resolve().parent / "xml"
-# A piece of the procedural skin that stands in for a scan, in um: of the scans' size, off the middle.
+# Rectangle of the procedural skin that replaces a scan, in µm: x, y, width, height; as large as the scans.
 PIECE_UM = "10,10,6.5,6.5"
 
 
 def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
     """Copies the scenes into `folder`, with snake.ply, pigment.exr and scan.gsf beside them; returns the scenes.
 
-    Needs a variant of Mitsuba to be selected. `resolution` is that of the snake's mesh.
+    A Mitsuba variant must be selected. `resolution` is that of the snake's mesh.
     """
     folder.mkdir(parents=True, exist_ok=True)
     files = snake_files(resolution)
@@ -32,7 +32,7 @@ def write_scenes(folder: Path, resolution: float = 4.0) -> list[Path]:
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, or 2 with one line that says what is wrong."""
+    """The command line; 0, or 2 after one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.files", description=__doc__)
     parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out" / "scenes"))
     options = parser.parse_args(words)

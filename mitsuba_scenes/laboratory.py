@@ -1,9 +1,11 @@
-"""The laboratory set-up: a thin collimated beam on a flat sample, and a white screen that catches what it diffracts.
+"""The laboratory set-up: a thin collimated beam on a flat sample, and a white screen for the diffracted light.
 
-Lengths are in mm. The sample lies at the origin, its normal along +z and its tangent along +x unless it is tilted about
-the y axis; the screen is the plane z = `distance_mm`. Light is traced from the beam on: it meets the sample, leaves it
-in a direction that the sample's BSDF has sampled, and meets the screen, which the camera sees. The camera's film is
-parallel to the screen, so that pixels are squares on it, with x to the right and y up.
+Lengths are in mm. The sample is at the origin, with its normal along +z and its tangent along +x unless it is tilted
+about the y axis. The screen is the plane z = `distance_mm`. Light is traced from the beam to the sample, in a direction
+sampled by the sample's BSDF to the screen, and to the camera. The film is parallel to the screen, so pixels are squares
+on it, with x to the right and y up.
+
+Symbols: order j of the wavelength λ leaves a sample of spacing d at `wo.x = jλ/d − sin θi`.
 """
 
 from __future__ import annotations
@@ -15,29 +17,36 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-# Paths kept in memory at a time.
+# Largest number of paths in memory during a pass.
 PATHS_PER_PASS = 1 << 22
-# The camera stands beside the sample, in the plane of it, where the sample itself is not seen.
+# y of the camera, beside the sample and in its plane, from where the sample is invisible.
 CAMERA_Y_MM = -60.0
+# Edge of the square sample.
 SAMPLE_EDGE_MM = 4.0
-# Where the beam starts: in front of the screen, and this far from the sample at most.
-BEAM_START_MM, BEAM_LENGTH_MM = 20.0, 250.0
-# Half of the width of a line of monochromatic light.
+# Distance of the beam's start below the screen.
+BEAM_START_MM = 20.0
+# Largest length of the beam.
+BEAM_LENGTH_MM = 250.0
+# Half width of a monochromatic line.
 LINE_NM = 1.0
-# Half of the height of the strip about y = 0 in which spots are measured, as a share of the screen's distance.
+# Half height of the strip about y = 0 in which spots are measured, as a fraction of the screen's distance.
 STRIP_SHARE = 0.025
-# Columns over which the brightest place is sought, and times that the centroid's window is centred anew.
+# Columns of the moving average in which the brightest column is found.
 SMOOTHED_COLUMNS = 3
+# Iterations of the centroid under a window centred on it; 20 converge for all samples.
 CENTROID_ROUNDS = 20
-# Beam, sample, screen, camera: nothing that the screen throws back to the sample.
+# Segments of a path: beam, sample, screen, camera, without light from the screen back to the sample.
 SEGMENTS = 3
 
 
 @dataclass(frozen=True)
 class Bench:
-    """The set-up. `theta_i_deg` is the angle of the beam with the sample's normal, in the plane of x, positive where it
-    comes from +x; `tilt_deg` is the angle of that normal with the screen's axis, positive towards +x. Where they are
-    equal, the mirrored beam meets the middle of the screen at a right angle."""
+    """The set-up.
+
+    `theta_i_deg` is the angle between beam and sample normal in the plane of x, positive for a beam from +x. `tilt_deg`
+    is the angle between that normal and the screen's axis, positive towards +x. If both are equal, the mirrored beam
+    meets the middle of the screen at a right angle.
+    """
 
     theta_i_deg: float = 0.0
     tilt_deg: float = 0.0
@@ -63,29 +72,29 @@ class Bench:
         return (0.5 - (np.arange(count) + 0.5) / count) * self.height_mm
 
     def position_mm(self, spacing_um: float, order: int, wavelength_nm: float) -> float | None:
-        """x on the screen by the grating equation, `wo.x = jλ/d − sin θi`; None where that never meets it."""
+        """x of an order on the screen by the grating equation; None for orders that do not reach its plane."""
         return self.place_mm(order * wavelength_nm / 1e3 / spacing_um - math.sin(math.radians(self.theta_i_deg)))
 
     def place_mm(self, sine: float) -> float | None:
-        """x on the screen of a direction by the sine of its angle with the sample's normal; None where it has none."""
+        """x on the screen of the direction at this sine to the sample's normal; None if it does not reach the plane."""
         if abs(sine) >= 1:
             return None
         to_axis = math.asin(sine) + math.radians(self.tilt_deg)
         return self.distance_mm * math.tan(to_axis) if abs(to_axis) < 0.5 * math.pi else None
 
     def angle_deg(self, x_mm):
-        """The angle with the sample's normal at which a place on the screen, at y = 0, is seen from the sample."""
+        """Angle with the sample's normal of the direction to a point of the screen at y = 0."""
         return np.degrees(np.arctan2(x_mm, self.distance_mm)) - self.tilt_deg
 
 
 def line(wavelength_nm: float) -> dict:
-    """The spectrum of monochromatic light, a triangle of a width that does not matter here."""
+    """The spectrum of monochromatic light, a triangle of half width LINE_NM."""
     nodes = (wavelength_nm - LINE_NM, wavelength_nm, wavelength_nm + LINE_NM)
     return {"type": "irregular", "wavelengths": ", ".join(map(str, nodes)), "values": "0, 1, 0"}
 
 
 def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
-    """A dictionary of the scene; `bsdf` is the sample's, as a dictionary or an object that is made already."""
+    """The scene as a dictionary; `bsdf` is the sample's, a dictionary or an object."""
     transform = mi.ScalarTransform4f
     width, height = bench.size
     from_axis = math.radians(bench.theta_i_deg + bench.tilt_deg)
@@ -100,7 +109,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
         "integrator": {"type": "ptracer", "max_depth": SEGMENTS, "rr_depth": 100},
         "sensor": {
             "type": "perspective",
-            # Mitsuba's camera, looking along +z, has +x at its left; mirrored, x is to the right.
+            # Mitsuba's camera, looking along +z, has +x at its left; the scale mirrors it.
             "to_world": transform().look_at(camera, [0, CAMERA_Y_MM, 1], [0, 1, 0]) @ transform().scale([-1, 1, 1]),
             "fov_axis": "x",
             "fov": 2 * math.degrees(math.atan(0.5 * bench.width_mm / bench.distance_mm)),
@@ -110,7 +119,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
             "film": {
                 "type": "hdrfilm",
                 "width": width,
-                # Centred on the camera; the upper part is the picture.
+                # The film is centred on the camera, and the crop is its upper part.
                 "height": height + 2 * round(-CAMERA_Y_MM * bench.pixels_per_mm),
                 "crop_width": width,
                 "crop_height": height,
@@ -133,7 +142,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
         },
         "screen": {
             "type": "rectangle",
-            # Facing down, to the sample.
+            # The screen faces down, to the sample.
             "to_world": screen @ transform().rotate([1, 0, 0], 180),
             "bsdf": {"type": "diffuse", "reflectance": {"type": "uniform", "value": 1.0}},
         },
@@ -141,7 +150,7 @@ def bench_scene(bsdf, bench: Bench, spectrum: dict) -> dict:
 
 
 def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) -> np.ndarray:
-    """The screen, linear sRGB (rows, columns, 3) from the top down, traced with about so many paths from the beam."""
+    """The screen in linear sRGB, (rows, columns, 3) from the top down, with about `paths` paths from the beam."""
     scene = mi.load_dict(bench_scene(bsdf, bench, spectrum))
     width, height = bench.size
     passes = math.ceil(paths / PATHS_PER_PASS)
@@ -150,7 +159,7 @@ def photograph(bsdf, bench: Bench, spectrum: dict, paths: int, seed: int = 0) ->
 
 
 def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]:
-    """Where the camera sees a place on the screen: column and row, in pixels from the top left corner."""
+    """Column and row of a point of the screen on the film, in pixels from the top left corner."""
     sensor = mi.load_dict(bench_scene({"type": "diffuse"}, bench, line(550.0))["sensor"])
     at = dr.zeros(mi.SurfaceInteraction3f)
     at.p = mi.Point3f(x_mm, y_mm, bench.distance_mm)
@@ -163,18 +172,17 @@ def film_position(bench: Bench, x_mm: float, y_mm: float) -> tuple[float, float]
 def spot_mm(
     bench: Bench, picture: np.ndarray, spacing_um: float, order: int, wavelength_nm: float, window: float
 ) -> float | None:
-    """x of an order's spot on a monochromatic picture, measured: the centroid about the brightest place.
+    """Measured x of an order's spot on a monochromatic picture: the centroid about the brightest column near y = 0.
 
-    The brightest place is sought half way to the orders beside it, along y = 0; `window` is the standard deviation, in
-    cycles per um, of the weight under which the centroid is taken, which is centred on it. None where the order lies
-    beyond the picture.
+    The search covers half the distance to the neighbouring orders. The centroid has a Gaussian weight centred on it,
+    with the standard deviation `window` in cycles per µm. None for an order beyond the picture.
     """
     expected = bench.position_mm(spacing_um, order, wavelength_nm)
     if expected is None or abs(expected) > 0.49 * bench.width_mm:
         return None
     x = bench.x_mm()
     profile = picture[np.abs(bench.y_mm()) < STRIP_SHARE * bench.distance_mm].sum(axis=(0, 2))
-    # Frequencies along x that the columns stand for.
+    # Spatial frequency along x of each column.
     mirror = math.sin(math.radians(bench.theta_i_deg))
     frequency = (np.sin(np.radians(bench.angle_deg(x))) + mirror) * 1e3 / wavelength_nm
     near = np.abs(frequency - order / spacing_um) < 0.5 / spacing_um

@@ -1,4 +1,4 @@
-"""Sun and sky. Radiances are relative: a white diffuse plane that faces the sun reflects 1 (times D65)."""
+"""Sun and sky. Radiances are relative to a white diffuse plane that faces the sun (times D65)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 SUN_KINDS = ("directional", "disc")
 # Angular diameter of the sun.
 SUN_DIAMETER_DEG = 0.53
-# Far enough that its direction is the same, to 0.06 deg, over the 10 cm of the snake.
+# Distance of the sun's disc: its direction is constant to 0.06° over the 10 cm of the snake.
 DISC_DISTANCE_CM = 1e4
 
 
@@ -20,7 +20,7 @@ class Light:
     """A sun and a uniform sky, both D65.
 
     `azimuth_deg` is counter-clockwise seen from above, from +x (tail); `elevation_deg` is above the ground.
-    `sky` is the sky's radiance; a white plane facing the sun has radiance 1.
+    `sun` is one of SUN_KINDS. `sky` is the sky's radiance; a white plane facing the sun has radiance 1.
     """
 
     azimuth_deg: float = -150.0
@@ -42,7 +42,7 @@ class Light:
         return np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
 
     def emitters(self) -> dict:
-        """The entries of a scene dictionary."""
+        """The emitters as entries of a scene dictionary."""
         emitters = {"sun": self._directional() if self.sun == "directional" else self._disc()}
         if self.sky > 0:
             emitters["sky"] = {"type": "constant", "radiance": {"type": "d65", "scale": self.sky}}
@@ -56,7 +56,7 @@ class Light:
         }
 
     def _disc(self) -> dict:
-        """A disc of the sun's angular size and the same irradiance."""
+        """A disc of the sun's angular size, with the irradiance of the directional sun."""
         sin_radius = math.sin(math.radians(SUN_DIAMETER_DEG / 2))
         transform = mi.ScalarTransform4f
         place = (self.to_sun() * DISC_DISTANCE_CM).tolist()

@@ -1,4 +1,4 @@
-"""Arguments of command lines that name what is written: checked when they are read, before anything is rendered."""
+"""Argparse types of output files and folders, which are checked before anything is rendered."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from pathlib import Path
 
 
 def output_file(suffix: str, beside: tuple[str, ...] = ()) -> Callable[[str], Path]:
-    """An argparse type: a file whose name ends in ``suffix`` and that can be written, its folder made later if need be.
+    """An argparse type: a writable file whose name ends in ``suffix``; its folder may be created later.
 
-    Files of the same name that end in ``beside`` can be written, too. A default has to be a string to be checked.
+    Files of the same name with the endings ``beside`` must be writable, too. Defaults are checked if given as strings.
     """
 
     def convert(text: str) -> Path:
@@ -28,7 +28,7 @@ def output_file(suffix: str, beside: tuple[str, ...] = ()) -> Callable[[str], Pa
 
 
 def output_folder(text: str) -> Path:
-    """An argparse type: a folder in which files can be written, made later if need be. A default has to be a string."""
+    """An argparse type: a writable folder, which may be created later. Only a default given as a string is checked."""
     path = Path(text)
     with _refusing(path):
         _check_folder(path)
@@ -47,7 +47,7 @@ def _check_file(path: Path) -> None:
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"{path} is a folder")
     if path.is_file():
-        # Neither changed nor emptied.
+        # Appending checks permission without changing the file.
         path.open("ab").close()
     elif not path.exists():
         _check_folder(path.parent)
@@ -57,6 +57,6 @@ def _check_folder(folder: Path) -> None:
     there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not there.is_dir():
         raise argparse.ArgumentTypeError(f"{there} is no folder")
-    # A file without a name leaves nothing behind.
+    # An unnamed file checks permission and leaves nothing behind.
     with tempfile.TemporaryFile(dir=there):
         pass

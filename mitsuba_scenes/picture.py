@@ -1,4 +1,4 @@
-"""Rendering with its times, checks of the result, files."""
+"""Rendering with times, checks of pictures, tone mapping and files."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ import numpy as np
 
 from .scene import MAX_DEPTH, View, snake_scene
 
-# A pass keeps this many paths in memory at a time; 1 kB each is typical.
+# Largest number of paths in memory during a pass; a path typically takes 1 kB.
 PATHS_PER_PASS = 1 << 23
 
 
 class PictureError(Exception):
-    """A picture that cannot be right."""
+    """A picture with values that are not finite, or a black one."""
 
 
 @dataclass
 class Picture:
-    """Linear sRGB, (height, width, 3), and what it took; times in seconds."""
+    """A picture in linear sRGB, (height, width, 3), its BSDF, and render times in seconds."""
 
     pixels: np.ndarray
     bsdf: mi.BSDF
@@ -30,13 +30,12 @@ class Picture:
 
 
 def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH, passes: int = 1) -> Picture:
-    """Builds the scene and renders it in at least so many passes, which are averaged.
+    """Builds the scene and renders the mean of at least `passes` passes.
 
-    The samples of a pass are rounded up to a square number, which the sampler needs.
-
-    `bsdf` is a dictionary, or the object that an earlier picture made of one.
-    Times: `tables` is making the BSDF (absent for an object), `scene` the rest of the scene, `first_pass` includes
-    compiling the kernels, `later_pass` is the median of the other passes (absent if there are none).
+    The samples of a pass are rounded up to a square number, as the sampler requires. `bsdf` is a dictionary, or the
+    object of an earlier `Picture`. Times: `tables` is the creation of the BSDF (absent for an object), `scene` that of
+    the scene, `first_pass` includes the compilation of kernels, `later_pass` is the median of the other passes (absent
+    if there are none).
     """
     passes = max(passes, math.ceil(view.width * view.height * spp / PATHS_PER_PASS))
     spp_per_pass = math.ceil(math.sqrt(spp / passes)) ** 2
@@ -62,7 +61,7 @@ def render(bsdf, files, light, view: View, spp: int = 64, max_depth: int = MAX_D
 
 
 def check(pixels: np.ndarray, name: str) -> None:
-    """Fails where a picture has values that are not finite, or nothing in it."""
+    """Raises PictureError for values that are not finite and for black pictures."""
     bad = int(np.count_nonzero(~np.isfinite(pixels)))
     if bad:
         raise PictureError(f"{name}: {bad} of {pixels.size} values are not finite")
@@ -71,9 +70,9 @@ def check(pixels: np.ndarray, name: str) -> None:
 
 
 def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
-    """8-bit sRGB of linear pixels, brightened by 2^stops; only the highlights above 0.8 are compressed."""
+    """8-bit sRGB of linear pixels times 2^stops, with highlights above 0.8 compressed."""
     linear = np.maximum(pixels * 2.0**exposure_stops, 0)
-    # One factor for the three channels keeps the hue; what is still above 1 clips.
+    # One factor for the three channels keeps the hue; values still above 1 are clipped.
     peak = linear.max(axis=-1, keepdims=True)
     excess = np.maximum(peak - 0.8, 0)
     linear = linear * np.where(excess > 0, (0.8 + 0.2 * excess / (excess + 0.6)) / np.maximum(peak, 1e-9), 1)
@@ -82,7 +81,7 @@ def tone_mapped(pixels: np.ndarray, exposure_stops: float) -> np.ndarray:
 
 
 def write(pixels: np.ndarray, exr: Path, exposure_stops: float) -> Path:
-    """Writes the linear picture to `exr` and the tone-mapped one beside it; returns the path of the latter."""
+    """Writes the linear picture to `exr` and the tone-mapped one to a PNG beside it; returns the PNG's path."""
     exr.parent.mkdir(parents=True, exist_ok=True)
     mi.Bitmap(pixels).write(str(exr))
     png = exr.with_suffix(".png")

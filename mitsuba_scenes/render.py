@@ -14,12 +14,12 @@ from .scene import MAX_DEPTH, View
 from .skin import KERATIN, PRESETS, preset_skin, scanned_skin, skin_bsdf
 from .snake import SnakeFiles, snake_files
 
-# Stops that bring the sunlit snake to a pleasant brightness.
+# Exposure of PNG pictures in stops, chosen for the sunlit snake.
 EXPOSURE_STOPS = 2.0
 
 
 def positive(kind):
-    """An argparse type: a number of this kind above zero."""
+    """An argparse type: a finite number of type `kind` above zero."""
 
     def convert(text):
         value = kind(text)
@@ -32,6 +32,7 @@ def positive(kind):
 
 
 def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argparse.Namespace]:
+    """The parser and the parsed options."""
     view, light = View(), Light()
     parser = argparse.ArgumentParser(
         prog="python -m mitsuba_scenes.render",
@@ -68,7 +69,7 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
 
 
 def run(options: argparse.Namespace) -> None:
-    """What the options say. Raises ValueError where they contradict one another."""
+    """Renders by the options. Raises ValueError where options contradict each other."""
     if options.height_field:
         skin = scanned_skin(options.height_field, options.pixel_size, options.max_height)
     elif options.pixel_size or options.max_height:
@@ -96,12 +97,11 @@ def run(options: argparse.Namespace) -> None:
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, or 2 with one line that says what is wrong."""
+    """The command line; 0, or 2 after one line that says what is wrong."""
     parser, options = arguments(words)
     try:
         run(options)
     except (SetupError, ValueError, picture.PictureError, RuntimeError) as error:
-        # Mitsuba's messages have the reason last, after the chain of what was being loaded.
         print(f"{parser.prog}: error: {error}", file=sys.stderr)
         return 2
     return 0

@@ -9,8 +9,8 @@ import mitsuba as mi
 from .light import Light
 from .snake import SnakeFiles
 
-# Longest path in segments: light, skin, camera. One more adds the caustics that the skin throws on the ground, which
-# are faint and take thousands of samples a pixel to come out smooth.
+# Longest path in segments: light, skin, camera. A third segment would add the skin's caustics on the ground, which are
+# faint and need thousands of samples a pixel.
 MAX_DEPTH = 2
 # Linear reflectance of the ground.
 SOIL = (0.020, 0.0155, 0.012)
@@ -27,10 +27,9 @@ class View:
     fov_deg: float = 30.0
 
     def sensor(self, spp: int) -> dict:
-        """The camera, with samplers that spread the wavelengths of a pixel evenly.
+        """The camera as a dictionary, with stratified wavelengths in each pixel.
 
-        The film integrates colour directly. A film of spectral bins would get the same wavelengths and hence the same
-        colour noise; stratifying them is what removes it (by a factor of 4 at 64 samples a pixel).
+        Stratification divides colour noise by 4 at 64 samples a pixel. The film integrates colour directly.
         """
         return {
             "type": "perspective",
@@ -51,7 +50,7 @@ class View:
 def snake_scene(
     bsdf: dict | mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int = 64, max_depth: int = MAX_DEPTH
 ) -> dict:
-    """Snake, ground, light, camera. `bsdf` is one-sided, as a dictionary or an object that is made already."""
+    """Snake, ground, light and camera as a dictionary. `bsdf` is one-sided, a dictionary or an object."""
     return {
         "type": "scene",
         "integrator": {"type": "path", "max_depth": max_depth},

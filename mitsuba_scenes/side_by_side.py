@@ -1,4 +1,4 @@
-"""The same skin, sun and camera drawn by Mitsuba and by the realtime renderer, pigment and ground included."""
+"""One skin, sun and camera drawn by Mitsuba and by the realtime renderer, with pigment and ground."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ SUPERSAMPLE = 4
 
 
 def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
-    """Writes both pictures and `both-renderers.png` into `output`; returns how they compare and what they took.
+    """Writes both pictures and `both-renderers.png` into `output`; returns their comparison and times.
 
-    The realtime renderer has the colour table, the sun alone, and keeps no energy here; Mitsuba is told the same.
+    Both have the sun alone and no energy conservation; the realtime renderer uses the colour table.
     """
     light = Light(sun="directional", sky=0)
     skin = preset_skin(PRESET)
@@ -37,7 +37,7 @@ def side_by_side(files: SnakeFiles, view: View, spp: int, output: Path) -> dict:
     words += ["--exposure", EXPOSURE_STOPS]
     drawn = json.loads(sunbeam(*words, *realtime.surface_words(skin)))
     compared = realtime.compare(names["mitsuba"], names["realtime"], png=output / "both-difference.png")
-    # Without the driver's version.
+    # The adapter's name without the driver's version.
     adapter = drawn["adapter"].split(" (")[0]
     captions = (
         f"Mitsuba 3, {spp} paths a pixel: {traced.seconds['later_pass']:.1f} s",

@@ -1,4 +1,4 @@
-"""The materials that the snake can wear."""
+"""Materials of the snake."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 
 # Refractive index of keratin.
 KERATIN = 1.56
-# The pigment's reflectance is taken times this: a nearly black snake, over which the colours of the relief show.
+# Factor on the pigment's reflectance, chosen for a nearly black snake with visible diffraction colours.
 PIGMENT_SHARE = 0.35
 
-# The relief's x axis follows the body, from head to tail. On both snakes the fingers of the cells point to the tail:
-# the Xenopeltis preset has them along +x already, the Elaphe preset along +y.
+# Parameters of the presets beside their name. The relief's x axis follows the body from head to tail, and on both
+# snakes the fingers of the cells point to the tail. The Elaphe preset has them along +y, so it is turned.
 PRESETS = {
     "blazed": {},
     "elaphe": {"rotation": -90.0},
@@ -32,7 +32,7 @@ def preset_skin(name: str) -> dict:
 def scanned_skin(
     filename: Path, pixel_size_um: float | None = None, max_height_um: float | None = None, rotation_deg: float = 0.0
 ) -> dict:
-    """Parameters of `diffraction` for a measured height field; sizes in um, needed where the file does not say."""
+    """Parameters of `diffraction` for a measured height field; sizes in µm are required where the file has none."""
     if not Path(filename).is_file():
         raise ValueError(f"there is no height field {filename}")
     parameters = {"filename": str(Path(filename).resolve()), "rotation": rotation_deg}
@@ -44,11 +44,11 @@ def scanned_skin(
 
 
 def pigment_texture(pigment: Path, share: float = PIGMENT_SHARE) -> dict:
-    """The texture of an sRGB picture, its linear reflectance times `share`."""
+    """The texture of an sRGB picture, with its linear reflectance times `share`."""
     linear = mi.Bitmap(str(pigment)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)
     return {"type": "bitmap", "bitmap": mi.Bitmap(share * np.array(linear))}
 
 
 def skin_bsdf(parameters: dict, pigment: Path, eta: float = KERATIN) -> dict:
-    """A dictionary of the whole material: keratin with the relief, over the pigment of `pigment` (an sRGB picture)."""
+    """The material as a dictionary: keratin with the relief, over the pigment of the sRGB picture `pigment`."""
     return {"type": "diffraction", "eta": eta, "diffuse_reflectance": pigment_texture(pigment), **parameters}

@@ -1,4 +1,4 @@
-"""Mesh and pigment of the snake, written by the command line tool `sunbeam` and kept under target/."""
+"""Mesh and pigment of the snake, written by the command `sunbeam` and kept in target/scenes/."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ FOLDER = REPOSITORY / "target" / "scenes"
 
 @dataclass(frozen=True)
 class SnakeFiles:
-    """`mesh` is a PLY in cm, z up; `pigment` an sRGB picture of the diffuse reflectance, over the mesh's UVs."""
+    """Files of the snake: `mesh`, a PLY in cm with z up, and `pigment`, an sRGB picture over the mesh's UVs."""
 
     mesh: Path
     pigment: Path
 
 
 def snake_files(resolution: float = 4.0, tool: Path = TOOL, folder: Path = FOLDER) -> SnakeFiles:
-    """The snake with `resolution` times the default mesh's cells in each direction; made where it is not there yet.
+    """The snake with `resolution` times the default mesh's cells in each direction.
 
-    Files that are older than the tool are made again.
+    Files that are missing, or older than the command, are written.
     """
     files = SnakeFiles(folder / f"snake-{resolution:g}.ply", folder / f"pigment-{resolution:g}.png")
     made = tool.stat().st_mtime if tool.exists() else math.inf

@@ -1,4 +1,4 @@
-"""The command line tool `sunbeam`, run from Python."""
+"""The command `sunbeam`, run from Python."""
 
 from __future__ import annotations
 
@@ -8,12 +8,15 @@ from pathlib import Path
 
 from .environment import REPOSITORY, SetupError
 
-# The command: that of the checkout unless the environment names another.
+# Path of the command; SUNBEAM names another than the checkout's.
 TOOL = Path(os.environ.get("SUNBEAM", REPOSITORY / "target" / "release" / "sunbeam"))
 
 
 def sunbeam(*words, tool: Path = TOOL, stdin: str | None = None) -> str:
-    """Runs the tool, with this on its standard input, and returns what it printed."""
+    """Runs the command with `stdin` on its standard input and returns its standard output.
+
+    Raises SetupError where the command is missing or fails.
+    """
     if not tool.exists():
         raise SetupError(f"the command line tool {tool} is missing: run `make tool`")
     done = subprocess.run([str(tool), *map(str, words)], input=stdin, capture_output=True, text=True)

@@ -1,8 +1,8 @@
-"""Writes src/colour/cie.rs from the data that the CIE publishes at 1 nm.
+"""Writes src/colour/cie.rs from the CIE's data at 1 nm.
 
-They are the colour matching functions of the 2° observer of 1931 (CIE_xyz_1931_2deg.csv, doi:10.25039/CIE.DS.xvudnb9b)
-and the illuminant D65 (CIE_std_illum_D65.csv, doi:10.25039/CIE.DS.hjfjmt59). Fetch both from cie.co.at, and run it from
-the repository:
+The data are the colour matching functions of the 2° observer of 1931 (CIE_xyz_1931_2deg.csv,
+doi:10.25039/CIE.DS.xvudnb9b) and the illuminant D65 (CIE_std_illum_D65.csv, doi:10.25039/CIE.DS.hjfjmt59). Fetch both
+from cie.co.at and run this script in the repository:
 
     python3 scripts/cie_tables.py CIE_xyz_1931_2deg.csv CIE_std_illum_D65.csv > src/colour/cie.rs
 """

@@ -1,4 +1,4 @@
-"""Puts the plugin into the wheel: Cargo builds it against the Mitsuba that the building interpreter has."""
+"""Build hook of the wheel: builds the plugin with Cargo against the building interpreter's Mitsuba."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLUGIN = "release/libsunbeam_mitsuba.so"
 
 
 def stripped(plugin: Path, folder: Path) -> Path:
-    """The plugin without what only a debugger reads, which is nine tenths of it; as it is where there is no `strip`."""
+    """Removes debug information, nine tenths of the plugin; returns it unchanged where `strip` is missing."""
     if not shutil.which("strip"):
         return plugin
     folder.mkdir(parents=True, exist_ok=True)
@@ -26,18 +26,18 @@ def stripped(plugin: Path, folder: Path) -> Path:
 
 
 class PluginBuildHook(BuildHookInterface):
-    """Runs ``cargo build`` and names the platform that the result is for.
+    """Runs ``cargo build`` and tags the wheel with its platform.
 
-    The wheel holds the plugin for the Mitsuba of the building interpreter; with ``SUNBEAM_ALL_RELEASES=1`` (`make
-    wheel`) those for all releases that `scripts/versions.py` has built.
+    The wheel holds the plugin for the building interpreter's Mitsuba. With ``SUNBEAM_ALL_RELEASES=1`` (`make wheel`) it
+    holds a plugin for every release that `scripts/versions.py` has built.
     """
 
     def initialize(self, version: str, build_data: dict) -> None:
         """Called by hatchling before it collects the files of a wheel."""
         root = Path(self.root)
         environment = {"CARGO_TARGET_DIR": str(root / "target"), **os.environ}
-        # What the build needs of Mitsuba is asked of this interpreter, which has what pyproject.toml requires. That of
-        # the checkout is asked anyway; naming it would make Cargo build anew what `make plugin` has built.
+        # cpp_shim/build.rs finds Mitsuba through this interpreter, which has the packages that pyproject.toml requires.
+        # The checkout's interpreter is the default; naming it would make Cargo rebuild the plugin of `make plugin`.
         if Path(sys.prefix) != root / ".venv":
             environment.setdefault("SUNBEAM_PYTHON", sys.executable)
         command = ["cargo", "build", "--release", "--package", "sunbeam-mitsuba"]
@@ -54,6 +54,6 @@ class PluginBuildHook(BuildHookInterface):
         for release, plugin in plugins.items():
             inside = f"sunbeam_mitsuba/plugins/{release}/plugins/diffraction.so"
             build_data["force_include"][str(stripped(root / plugin, root / "target" / "wheel" / release))] = inside
-        # Any Python that Mitsuba runs in, but this platform alone.
+        # Any version of Python, on this platform.
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{sysconfig.get_platform().replace('-', '_').replace('.', '_')}"

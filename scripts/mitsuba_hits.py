@@ -1,6 +1,6 @@
-"""Writes what Mitsuba's rays meet on the snake, for crates/realtime/tests/realtime/pictures.rs.
+"""Writes the hits of Mitsuba's camera rays on the snake, for crates/realtime/tests/realtime/pictures.rs.
 
-Run it from the repository with the tool built (`make tool`): PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
+Run it from the repository after `make tool`: PYTHONPATH=. .venv/bin/python scripts/mitsuba_hits.py
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def main() -> None:
                 continue
             skin = si.shape.id() == "snake"
             to_viewer, light = si.wi, si.to_local(to_sun)
-            # As `twosided` does.
+            # `twosided` turns directions below the surface to its front.
             if to_viewer.z < 0:
                 to_viewer.z, light.z = -to_viewer.z, -light.z
             lit = bool(light.z > 0 and not scene.ray_test(si.spawn_ray(to_sun)))

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes .venv with exactly what requirements.lock says, and sees that the system has what the plugin needs.
-# Debian packages are installed only where they are missing and root is available; otherwise they are named.
+# Makes .venv with the packages of requirements.lock, and checks the system for the plugin's requirements.
+# Missing Debian packages are installed where root is available, and named elsewhere.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 PYTHON="${PYTHON:-python3}"
@@ -11,7 +11,7 @@ fail() {
     exit 1
 }
 
-# as_root COMMAND…: fails where there is no way to be root without being asked for a password.
+# as_root COMMAND…: runs it as root; fails where that needs a password.
 as_root() {
     if [ "$(id -u)" = 0 ]; then
         "$@"
@@ -22,7 +22,7 @@ as_root() {
     fi
 }
 
-# try_install WHAT PACKAGE…: installs the first of the packages that this release of Debian or Ubuntu has.
+# try_install WHAT PACKAGE…: installs the first package that this release of Debian or Ubuntu has.
 lists_fresh=
 try_install() {
     local what="$1" package
@@ -42,13 +42,13 @@ try_install() {
     return 1
 }
 
-# install_one WHAT PACKAGE…: the same for what nothing works without.
+# install_one WHAT PACKAGE…: installs a requirement, or ends with an error.
 install_one() {
     try_install "$@" ||
         fail "$1 is missing. As root: apt-get install $2 (or its equivalent elsewhere), then try again"
 }
 
-# want WHAT PACKAGE: the same for what only the GPU renderer and its window need.
+# want WHAT PACKAGE: installs an optional part of the GPU renderer and its window, or prints a note.
 want() {
     try_install "$@" || say "note: $1 is missing (as root: apt-get install $2); its tests are skipped without"
 }
@@ -73,11 +73,11 @@ if ! .venv/bin/python -m pip --version >/dev/null 2>&1; then
 fi
 
 say "3/5 Python packages (about 200 MB the first time)"
-# Modules are compiled when they are first imported: most never are.
+# Modules are compiled at their first import; most are never imported.
 .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-compile --only-binary=:all: \
     -r requirements.lock
 
-# LLVM 15 loads and then fails in code generation, so this asks for code and not for a file.
+# LLVM 15 loads but fails to generate code, so the check runs a kernel.
 say "4/5 LLVM"
 llvm_works() {
     .venv/bin/python -c '
@@ -91,8 +91,7 @@ if ! llvm_works; then
     llvm_works || fail "Dr.Jit cannot use the LLVM it finds; set DRJIT_LIBLLVM_PATH to a libLLVM of version 16 or newer"
 fi
 
-# The software adapter, which tests draw on; the libraries that the window loads when it opens; what its test drives it
-# with.
+# The software adapter for tests, the libraries that the window loads when it opens, and its test's display and input.
 say "5/5 the GPU renderer and its window"
 if [ "$(uname)" = Linux ]; then
     has_library() { .venv/bin/python -c 'import ctypes, sys; ctypes.CDLL(sys.argv[1])' "$1" 2>/dev/null; }

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Builds the page and tests it in headless Chromium: `make test-web PY=…`. Where a browser or Rust's target for WebAssembly
-# is missing, nothing is tested: a skip (tests/needs.py).
+# Builds the page and tests it in headless Chromium: `make test-web PY=…`. Where a browser or Rust's target for
+# WebAssembly is missing, nothing is tested: a skip (tests/needs.py).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 PY="${PY:-.venv/bin/python}"

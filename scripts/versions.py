@@ -3,7 +3,7 @@
 Each release has an environment of its own in target/versions/, with its plugin beside it:
 
     python scripts/versions.py build            # environments and plugins
-    python scripts/versions.py test [RELEASE …] # these, and what tests/ asks of every release
+    python scripts/versions.py test [RELEASE …] # also runs the tests that every release must pass
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 FOLDER = REPOSITORY / "target" / "versions"
-# The same for all, and those of requirements.lock.
+# Packages of every release's environment, in the versions of requirements.lock.
 SHARED = ("nanobind", "numpy", "pytest", "iniconfig", "packaging", "pluggy", "Pygments")
-# χ², the parameters, the live parameters, the BSDF's questions, frozen functions and threads.
+# Files of tests/ that every release must pass.
 TESTS = (
     "test_chi2.py",
     "test_plugin_parameters.py",
@@ -29,8 +29,8 @@ TESTS = (
     "test_frozen.py",
     "test_lifetimes.py",
 )
-# Largest relative difference of the mean of a picture to that by the newest release. The same numbers are drawn and the
-# same model asked; releases order some operations of their own otherwise.
+# Largest relative difference between a picture's mean colours in two releases. Random numbers and model are equal; the
+# releases' own code rounds differently.
 MEANS = 1e-4
 PICTURE = """
 import json, sys
@@ -52,7 +52,7 @@ VARIANTS = ("scalar_rgb", "llvm_ad_rgb", "llvm_ad_spectral")
 
 
 def releases() -> list[str]:
-    """What `RELEASES` in the plugin's build script lists, the newest first."""
+    """Releases listed in the plugin's build script (`RELEASES`), the newest first."""
     script = (REPOSITORY / "cpp_shim" / "build.rs").read_text(encoding="utf-8")
     return re.findall(r'Release \{ mitsuba: "([\d.]+)"', script)
 
@@ -62,13 +62,13 @@ def run(*words: object, **variables: str) -> None:
 
 
 def python_of(release: str) -> Path:
-    """The interpreter of the release's environment, which is made where it is missing or out of date."""
+    """Interpreter of the release's environment, which is made where it is missing or outdated."""
     environment = FOLDER / release / "venv"
     python = environment / "bin" / "python"
     lock = (REPOSITORY / "requirements.lock").read_text(encoding="utf-8")
     pinned = [line for line in lock.splitlines() if line.split("==")[0] in SHARED]
     wanted = "\n".join([f"mitsuba=={release}", *pinned]) + "\n"
-    # What was installed, written once all of it was.
+    # The installed requirements, written after a complete installation.
     installed = FOLDER / release / "installed.txt"
     if not installed.exists() or installed.read_text(encoding="utf-8") != wanted:
         run(sys.executable, "-m", "venv", "--clear", environment)
@@ -81,7 +81,7 @@ def python_of(release: str) -> Path:
 
 
 def plugin_folder(release: str) -> Path:
-    """What Mitsuba's file resolver is told."""
+    """Folder of the release's plugin for Mitsuba's file resolver."""
     return FOLDER / release
 
 
@@ -95,7 +95,7 @@ def build(release: str) -> None:
 
 
 def means(release: str) -> dict[str, list[float]]:
-    """Of a picture in some variants, each in a process of its own (see `test`)."""
+    """Mean colours of a picture by variant, each rendered in a process of its own (see `test`)."""
     found: dict[str, list[float]] = {}
     for variant in VARIANTS:
         words = [python_of(release), "-c", PICTURE, plugin_folder(release), variant]
@@ -105,11 +105,11 @@ def means(release: str) -> dict[str, list[float]]:
 
 
 def test(release: str, newest: dict[str, list[float]]) -> None:
-    """The tests of tests/, and the picture beside the newest release's."""
+    """Runs TESTS with the release, and compares its picture with the newest release's."""
     print(f"== tests with Mitsuba {release}", flush=True)
     files = [REPOSITORY / "tests" / name for name in TESTS]
     folder = str(plugin_folder(release))
-    # Apart: an LLVM render that follows a scalar one in the same process fails in 3.8.0, with Mitsuba's own BSDFs too.
+    # Two processes: in 3.8.0 an LLVM render after a scalar one fails, with Mitsuba's own BSDFs too.
     for which in ("scalar", "not scalar"):
         run(python_of(release), "-m", "pytest", "-q", "-k", which, *files, SUNBEAM_PLUGIN_FOLDER=folder)
     for variant, here in means(release).items():

@@ -1,18 +1,19 @@
 #!/usr/bin/env bash
 # Builds the page into target/web: the library as WebAssembly, the JavaScript around it, the page's files, the examples.
-# Called by `make web`; with --check it only finds out whether the compiler for it is there.
-# Rust's WebAssembly target is taken from where it is found:
-# - rustup's, which is added where its servers are reached;
-# - else Debian's compiler with the standard library built from its source.
+# Called by `make web`; with --check it only finds a compiler, or fails.
+# The compiler for WebAssembly is
+# - rustup's, whose target is added where its servers are reached;
+# - else Debian's, with the standard library built from its source.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 PAGE=target/web
 TARGET=wasm32-unknown-unknown
+DEBIAN="apt-get install rustc-web cargo-web rust-web-src"
 # The folder of the measured scans; without it no example is measured.
 SCANS="${SUNBEAM_DATA:-../shared/data}/afm"
 export CARGO_TARGET_DIR=target
-# Every browser that has WebGPU has 128-bit SIMD. The name is that of a dependency's source of random numbers.
+# Every browser with WebGPU has 128-bit SIMD. wasm_js is the dependency getrandom's source of random numbers.
 FLAGS='--cfg getrandom_backend="wasm_js" -C target-feature=+simd128'
 
 say() { printf '[web] %s\n' "$*"; }
@@ -24,7 +25,7 @@ fail() {
 has_target() { [ -d "$("$1" --print target-libdir --target "$TARGET" 2>/dev/null)" ]; }
 as_root() { if [ "$(id -u)" = 0 ]; then "$@"; else sudo -n "$@"; fi; }
 
-# find_target: sets the environment of a compiler for TARGET, and BUILD_STD where the standard library is built too.
+# find_target: sets the environment of a compiler for TARGET, and BUILD_STD where it must build the standard library.
 find_target() {
     BUILD_STD=()
     CARGO="${CARGO:-cargo}"
@@ -34,14 +35,15 @@ find_target() {
     if ! [ -e /usr/lib/rustlib/src/rust/library/std/Cargo.toml ] && ! [ -d /usr/src/rustc-web ]; then
         command -v apt-get >/dev/null && as_root apt-get install -y -qq --no-install-recommends \
             rustc-web cargo-web rust-web-src >/dev/null 2>&1 ||
-            fail "Rust's target $TARGET is missing: rustup target add $TARGET, or as root apt-get install rustc-web cargo-web rust-web-src"
+            fail "Rust's target $TARGET is missing: rustup target add $TARGET, or as root $DEBIAN"
     fi
-    [ -x /usr/bin/rustc ] && [ -x /usr/bin/cargo ] || fail "Debian's compiler is missing: apt-get install rustc-web cargo-web rust-web-src"
+    [ -x /usr/bin/rustc ] && [ -x /usr/bin/cargo ] || fail "Debian's compiler is missing: $DEBIAN"
     local sysroot linker
     sysroot="$(rustc --print sysroot)"
     linker="$(find "$sysroot" /usr/lib/rustlib -name rust-lld -type f 2>/dev/null | head -n 1)"
     [ -n "$linker" ] || linker="$(command -v wasm-ld || true)"
-    [ -n "$linker" ] || fail "a linker for WebAssembly is missing: rust-lld of a Rust toolchain, or as root apt-get install lld"
+    [ -n "$linker" ] ||
+        fail "a linker for WebAssembly is missing: rust-lld of a Rust toolchain, or as root apt-get install lld"
     CARGO=/usr/bin/cargo
     export RUSTC=/usr/bin/rustc RUSTC_BOOTSTRAP=1 CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER="$linker"
     BUILD_STD=(-Zbuild-std=std,panic_abort)
@@ -58,7 +60,7 @@ build_bindgen() {
         cargo build --locked --release --manifest-path crates/web/bindgen/Cargo.toml
 }
 
-# The native renderer, which draws the examples' pictures.
+# The native renderer, which draws the pictures of the examples.
 build_twin() {
     cargo build --release -p sunbeam-web --example page_twin
 }
@@ -68,10 +70,9 @@ if [ "${1:-}" = --check ]; then
     exit
 fi
 
-# Only what changed is built again.
 say "1/4 the code"
-# The code is linked on one core. What else is compiled takes what that leaves of the processor; what is wrong with it is told by
-# the builds that follow.
+# Linking the code takes one core, so the other programs are compiled beside it, at low priority. The builds that follow
+# repeat their errors.
 (
     renice -n 19 "$BASHPID"
     build_bindgen
@@ -89,10 +90,11 @@ target/bindgen/release/sunbeam-bindgen "target/$TARGET/page/sunbeam_web.wasm" "$
 say "3/4 the page"
 cp -R crates/web/page/. "$PAGE.new/"
 say "4/4 the examples"
-if [ -d "$PAGE/examples" ] && [ -z "${SUNBEAM_WEB_EXAMPLES:-}" ] && [ "$PAGE/examples/index.json" -nt crates/web/examples.json ]; then
+if [ -d "$PAGE/examples" ] && [ -z "${SUNBEAM_WEB_EXAMPLES:-}" ] &&
+    [ "$PAGE/examples/index.json" -nt crates/web/examples.json ]; then
     cp -R "$PAGE/examples" "$PAGE.new/examples"
 else
-    [ -d "$SCANS" ] || say "note: there is no folder $SCANS of scans (SUNBEAM_DATA names the folder of measured data): no example is measured"
+    [ -d "$SCANS" ] || say "note: there is no folder $SCANS of scans, see SUNBEAM_DATA: no example is measured"
     build_twin
     target/release/examples/page_twin --examples crates/web/examples.json --scans "$SCANS" -o "$PAGE.new/examples"
 fi

@@ -1,4 +1,4 @@
-//! The clock that builds are timed with. A browser's is not the operating system's.
+//! Clock for build times; browsers need another one than operating systems.
 
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use std::time::Instant;

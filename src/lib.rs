@@ -1,8 +1,9 @@
 //! Diffraction colours of measured nanostructures, as a material.
 //!
-//! A relief of fractions of a micrometre (a grating, a compact disc, the skin of a snake) sends each wavelength its own way. From its
-//! [`HeightField`] this library computes the spectral BSDF, with the transforms of the
-//! relief tabulated beforehand: an evaluation is a handful of look-ups, and directions are drawn by the orders.
+//! A relief of fractions of a micrometre (a grating, a compact disc, the skin of a snake) diffracts each wavelength
+//! into directions of its own. From a [`HeightField`] this library computes the spectral BSDF. The relief's power
+//! spectrum is tabulated once, so that an evaluation takes a few look-ups, and directions are drawn from the diffracted
+//! orders.
 //!
 //! ```
 //! use sunbeam::{Options, Preset, Surface};
@@ -24,8 +25,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Parameters under the names that scene files and the command line have, with their defaults, are a
-//! [`SurfaceConfig`]:
+//! A [`SurfaceConfig`] holds parameters with the names and defaults of scene files and the command line:
 //!
 //! ```
 //! # #[cfg(feature = "full")] {
@@ -38,19 +38,27 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Where what is
+//! # Modules
 //!
-//! What most programs begin with is here at the root; everything else is in its room. Data flows one way:
-//! [`height_field`] → [`transform`] → [`table`], [`colour_table`] → [`scattering`], [`sampling`], [`energy`] → [`lobe`], [`methods`] → whoever asks (a
-//! command line, a plugin for Mitsuba, a C interface and a realtime renderer are packages of their own). Nothing here
-//! knows who that is.
+//! The root has the items that most programs need. Data flows in one direction:
+//!
+//! | module | contents |
+//! | --- | --- |
+//! | [`height_field`] | heights from presets and files |
+//! | [`transform`] | Fourier transforms of phase screens |
+//! | [`table`], [`colour_table`] | the power spectrum `S(f; κ)` and colours, tabulated |
+//! | [`scattering`], [`sampling`], [`energy`] | factors of a pair of directions, samplers, energy conservation |
+//! | [`lobe`], `grating` | the lobes that renderers evaluate: scalar theory, Maxwell's equations |
+//! | [`methods`] | methods of the realtime renderer, in Rust and WGSL |
+//! | [`config`], `cache` | parameters, and tables on disk |
+//!
+//! The command line, the Mitsuba plugin, the C interface and the realtime renderer are packages of their own, on which
+//! this library does not depend.
 //!
 //! # Conventions
 //!
-//! Stated once, used everywhere.
-//!
-//! - Local frame: z is the normal, x the tangent, y the bitangent. `wi` and `wo` have unit length and point away from the surface, to the
-//!   light and to the viewer.
+//! - Local frame: z is the normal, x the tangent, y the bitangent. `wi` and `wo` have unit length and point away from
+//!   the surface, to the light and to the viewer.
 //! - The scattering vector `q = wi + wo = (u, v, w)`: `u = wi.x + wo.x`, `v = wi.y + wo.y`, `w = cosθi + cosθo`.
 //! - Lengths on the surface are in µm, wavelengths in nm at every interface.
 //! - Fourier sign is positive: `c_j(κ) = mean over the tile of exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))`,

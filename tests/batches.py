@@ -1,4 +1,4 @@
-"""Batches of BSDF queries as NumPy arrays, the same for scalar variants (a loop) and vectorised ones."""
+"""Batches of BSDF queries as NumPy arrays, in scalar variants (a loop) and in vectorised ones."""
 
 import drjit as dr
 import mitsuba as mi
@@ -8,20 +8,20 @@ WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM = 360.0, 830.0
 
 
 def direction(theta, phi):
-    """A direction from angles in degrees."""
+    """Unit vector from the polar angle and the azimuth in degrees."""
     theta, phi = np.radians(theta), np.radians(phi)
     return [float(np.sin(theta) * np.cos(phi)), float(np.sin(theta) * np.sin(phi)), float(np.cos(theta))]
 
 
 def random_directions(rng, count):
-    """Uniform in solid angle over the upper hemisphere, in single precision."""
+    """Directions `(count, 3)`, uniform in solid angle over the upper hemisphere, in single precision."""
     z, phi = 1 - rng.random(count), 2 * np.pi * rng.random(count)
     r = np.sqrt(1 - z * z)
     return np.stack([r * np.cos(phi), r * np.sin(phi), z], axis=1).astype(np.float32)
 
 
 def random_wavelengths(rng, count):
-    """Four wavelengths in nm, as a path carries."""
+    """Wavelengths `(count, 4)` in nm, the four of a path."""
     return rng.uniform(WAVELENGTH_MIN_NM, WAVELENGTH_MAX_NM, (count, 4)).astype(np.float32)
 
 
@@ -35,7 +35,7 @@ def intensity(spectrum):
 
 
 def interactions(wi, nm):
-    """Surface interactions of a vectorised variant. Nothing is a literal, so one kernel serves all directions."""
+    """Surface interactions of a vectorised variant, without literals, so that one kernel serves all directions."""
     si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
     si.wi = mi.Vector3f(np.ascontiguousarray(np.transpose(wi)))
     if mi.is_spectral:
@@ -44,7 +44,7 @@ def interactions(wi, nm):
 
 
 def one_by_one(wi, nm):
-    """Surface interactions of a scalar variant, in turn; the same object every time."""
+    """Yields one surface interaction of a scalar variant, changed for each query."""
     si = dr.zeros(mi.SurfaceInteraction3f)
     for i in range(len(wi)):
         si.wi = mi.Vector3f(wi[i].tolist())
@@ -54,7 +54,7 @@ def one_by_one(wi, nm):
 
 
 def eval_alone(bsdf, wi, wo, nm):
-    """Values `(count, channels)`. Nothing of the sampler has to be compiled for them."""
+    """Values `(count, channels)`, without compiling the sampler."""
     ctx = mi.BSDFContext()
     if is_scalar():
         return np.array([intensity(bsdf.eval(ctx, si, o)) for si, o in zip(one_by_one(wi, nm), wo.tolist())])
@@ -68,7 +68,7 @@ def eval_pdf(bsdf, wi, wo, nm):
         answers = [bsdf.eval_pdf(ctx, si, o) for si, o in zip(one_by_one(wi, nm), wo.tolist())]
         return np.array([intensity(value) for value, _ in answers]), np.array([pdf for _, pdf in answers])
     value, pdf = bsdf.eval_pdf(ctx, interactions(wi, nm), mi.Vector3f(np.ascontiguousarray(np.transpose(wo))))
-    # In one kernel.
+    # One kernel computes both.
     dr.eval(value, pdf)
     return intensity(value).T, np.array(pdf)
 

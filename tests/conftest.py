@@ -6,7 +6,7 @@ import os
 import sys
 from pathlib import Path
 
-# Tests run on all cores: threads of numpy's would only wait for each other. It reads this once.
+# NumPy's threads would compete with tests that run in parallel. NumPy reads the variable at its import.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import drjit as dr
@@ -15,17 +15,17 @@ import needs
 import pytest
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-# Tables that one test builds serve the others, and not those of the user: they are of this checkout.
+# Tests share tables in a cache of this checkout, apart from the user's.
 os.environ.setdefault("SUNBEAM_CACHE_DIR", str(REPOSITORY / "target" / "test_cache"))
-# That of another release of Mitsuba where the environment names one (scripts/versions.py).
+# Folder of the plugin; scripts/versions.py names another release's.
 PLUGIN_FOLDER = Path(os.environ.get("SUNBEAM_PLUGIN_FOLDER", REPOSITORY / "target" / "mitsuba"))
 
 # The variants of the wheel that run on this machine.
 CUDA = dr.has_backend(dr.JitBackend.CUDA)
 VARIANTS = [name for name in mi.variants() if CUDA or not name.startswith("cuda")]
-# One of each kind, for tests of what does not depend on colour or polarisation.
+# One variant of each kind, for tests that depend on neither colour nor polarisation.
 TYPICAL_VARIANTS = ["scalar_rgb", "scalar_spectral", "llvm_ad_rgb", "llvm_ad_spectral_polarized"]
-# One of each kind that traces.
+# One vectorised variant of each kind.
 TRACED_VARIANTS = ["llvm_ad_spectral", "llvm_ad_rgb"]
 
 
@@ -48,9 +48,9 @@ _built = {}
 
 
 def built(variant, **parameters):
-    """Selects a variant and gives its `diffraction` BSDF of these parameters.
+    """Selects a variant and returns its `diffraction` BSDF with these parameters.
 
-    Made once a module, since the tables of a skin take seconds: not for tests that change it.
+    Modules share a BSDF between tests, since a skin's tables take seconds, so tests must not change it.
     """
     use_variant(variant)
     key = variant, json.dumps(parameters, sort_keys=True)
@@ -61,10 +61,10 @@ def built(variant, **parameters):
 
 @pytest.fixture(scope="module", autouse=True)
 def nothing_left(request):
-    """A kernel that renders holds every BSDF that there is.
+    """Deletes a module's BSDFs after its tests.
 
-    Those of one module would make the kernels of the next many times as long, and others whenever modules run in
-    another order, so that none is found again among those compiled before.
+    A kernel for rendering contains all existing BSDFs. Those of earlier modules would lengthen it, and change it with
+    the order of modules, so that the cache of kernels would not hit.
     """
     yield
     _built.clear()
@@ -105,13 +105,13 @@ def llvm_ad_rgb():
 
 @pytest.fixture
 def make_bsdf():
-    """Makes a `diffraction` BSDF from keyword arguments."""
+    """A function that makes a `diffraction` BSDF from keyword arguments."""
     return lambda **parameters: mi.load_dict({"type": "diffraction", **parameters})
 
 
 @pytest.fixture(scope="module")
 def sweep_package():
-    """The package of the checkout, out of the way again for those that test the wheel."""
+    """The package `sunbeam_mitsuba.sweep` of the checkout; removed afterwards for tests of the wheel."""
     names = [name for name in sys.modules if name.split(".")[0] == "sunbeam_mitsuba"]
     before = {name: sys.modules.pop(name) for name in names}
     sys.path.insert(0, str(REPOSITORY / "python"))

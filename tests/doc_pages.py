@@ -1,4 +1,4 @@
-"""What the Markdown pages hold: fenced blocks, headings and links."""
+"""Parts of the Markdown pages: fenced blocks, headings and links."""
 
 import re
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 SITE_PAGES = sorted((REPOSITORY / "docs").glob("*.md"))
-#: What registries show of a package, where no other file of the repository is.
+#: Pages that registries show without the repository's other files.
 PACKAGE_PAGES = [REPOSITORY / "python" / "README.md", REPOSITORY / "src" / "README.md"]
 PAGES = [REPOSITORY / "README.md", *PACKAGE_PAGES, *SITE_PAGES]
 
@@ -16,15 +16,15 @@ COMMENT = re.compile(r"^\s*<!-- (?P<kind>not run|first): (?P<text>.*) -->\s*$")
 
 @dataclass
 class Block:
-    """A fenced block, and what the comments right before it say."""
+    """A fenced block, with the instructions of the comments before it."""
 
     page: Path
     line: int
     language: str
     text: str = ""
-    #: Why a test cannot run it; empty where it does.
+    #: Reason why the block is not run; empty for a block that is.
     not_run: str = ""
-    #: Shell commands that a reader has no need to see.
+    #: Shell commands run before the block and hidden from readers.
     first: list = field(default_factory=list)
 
     def __str__(self):
@@ -32,7 +32,7 @@ class Block:
 
 
 def split(page):
-    """The page's blocks, and its other lines with their numbers."""
+    """Splits a page into its blocks and its other lines with their numbers."""
     blocks, prose, notes, fence = [], [], [], None
     for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
         if fence:
@@ -60,7 +60,7 @@ def split(page):
 
 
 def anchors(page):
-    """What can follow # in a link to the page: headings as code hosts name them."""
+    """Anchors of the page: its headings as code hosts name them."""
     found = set()
     for _, line in split(page)[1]:
         if heading := re.match(r"#{1,4} (.*)", line):
@@ -70,7 +70,7 @@ def anchors(page):
 
 
 def links(page):
-    """Targets of the page's links and pictures with the lines that they are on."""
+    """Targets of the page's links and pictures, with their line numbers."""
     for number, line in split(page)[1]:
         for target in re.findall(r"\]\(([^()\s]+)\)", re.sub(r"`[^`]*`", "", line)):
             yield number, target

@@ -1,4 +1,4 @@
-"""Mueller matrices of a BSDF of Mitsuba's, and the frames of reference that they are given in."""
+"""Mueller matrices of Mitsuba's BSDFs, and their frames of reference."""
 
 import drjit as dr
 import mitsuba as mi
@@ -6,15 +6,15 @@ import numpy as np
 from batches import interactions, is_scalar, one_by_one, random_directions
 
 WAVELENGTHS = [450.0, 520.0, 590.0, 660.0]
-# Elements over the first: some twenty roundings of single precision, in which the frames are turned as well.
+# Largest error of a matrix element relative to the first: some twenty roundings, also of the rotation of frames.
 ROUNDING = 3e-5
-# The same where the formula differs, and with it which digits cancel.
+# Largest error where two formulas differ, with different cancellation.
 FORMULA = 5e-4
 
 
 def elements(spectrum):
-    """A Mueller matrix as an array `[channel, row, column]`, or `[..., row, column]` of many."""
-    # At once, since every element by itself would be a kernel of its own.
+    """A Mueller spectrum as an array `[channel, ..., row, column]`."""
+    # One kernel computes all elements.
     dr.eval(spectrum)
     rows = [[np.array(spectrum[i, j]) for j in range(4)] for i in range(4)]
     return np.moveaxis(np.array(rows), (0, 1), (-2, -1)).astype(float)
@@ -31,7 +31,7 @@ def evaluated(bsdf, wi, wo, mode=None):
 
 
 def mirrored(bsdf, wi):
-    """What a smooth mirror gives, `[pair, channel, row, column]`."""
+    """Mueller matrices `[pair, channel, row, column]` of a smooth mirror's sample."""
     ctx, nm = mi.BSDFContext(), np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
     if is_scalar():
         return np.array([elements(bsdf.sample(ctx, si, 0.5, [0.5, 0.5])[1]) for si in one_by_one(wi, nm)])
@@ -43,7 +43,7 @@ def normalised(matrices):
 
 
 def basis(forward):
-    """Mitsuba's frame of reference for light that travels along `forward` `[..., 3]`."""
+    """First axis of Mitsuba's frame of reference for light that travels along `forward[..., 3]`."""
     x, y, z = np.moveaxis(np.asarray(forward, float), -1, 0)
     sign = np.where(z >= 0, 1.0, -1.0)
     a = -1 / (sign + z)
@@ -51,7 +51,7 @@ def basis(forward):
 
 
 def turned(forward, start, end):
-    """Matrices that take Stokes vectors from one frame to another."""
+    """Matrices that rotate Stokes vectors from one frame to another."""
     angle = np.arctan2((forward * np.cross(start, end)).sum(-1), (start * end).sum(-1))
     c, s, zero, one = np.cos(2 * angle), np.sin(2 * angle), 0 * angle, 1 + 0 * angle
     rows = [[one, zero, zero, zero], [zero, c, s, zero], [zero, -s, c, zero], [zero, zero, zero, one]]
@@ -59,7 +59,7 @@ def turned(forward, start, end):
 
 
 def between_states(matrices, start, end):
-    """Matrices `[pair, channel, 4, 4]` of light from `start` to `end`, in the frames of s and p."""
+    """Matrices `[pair, channel, 4, 4]` for light from `start` to `end`, in the frames of s and p."""
     across = [np.stack([-k[:, 1], k[:, 0], 0 * k[:, 0]], -1) for k in (-start, end)]
     s = [v / np.linalg.norm(v, axis=-1, keepdims=True) for v in across]
     into, out = turned(-start, basis(-start), s[0]), turned(end, basis(end), s[1])
@@ -74,17 +74,16 @@ def pairs(count, seed=5, lowest=0.02):
 
 
 def coherency(matrices):
-    """Hermitian matrices whose eigenvalues are not negative where a matrix is a mixture of Jones matrices."""
+    """Hermitian coherency matrices; mixtures of Jones matrices have non-negative eigenvalues (Cloude 1986)."""
     pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
     kron = np.einsum("iab,jcd->ijacbd", pauli, pauli.conj()).reshape(4, 4, 4, 4)
     return 0.25 * np.einsum("...ij,ijab->...ab", matrices, kron)
 
 
 def reversed_path(matrices, wi, wo):
-    """What reciprocity of both transverse states makes of matrices of light from `wo` to `wi`: those of light from `wi`
-    to `wo`, in the frames that Mitsuba has for these."""
+    """Matrices for light from `wi` to `wo`, by reciprocity from those for `wo` to `wi`, in Mitsuba's frames."""
     flip = np.diag([1.0, 1.0, -1.0, 1.0])
     seen = flip @ np.swapaxes(matrices, -1, -2) @ flip
-    # From the frames that the light has on its way there.
+    # Both frames of the reversed light.
     into, out = turned(-wi, basis(-wi), basis(wi)), turned(wo, basis(wo), basis(-wo))
     return np.swapaxes(out, -1, -2)[:, None] @ seen @ into[:, None]

@@ -1,15 +1,15 @@
 """Light on a slightly rough interface, from Maxwell's boundary conditions to first order in the height (Rice 1951).
 
-Shares nothing with the closed forms that it judges: the tangential fields of both sides are equated on the surface,
-expanded about the plane, and the outgoing waves are solved for. Time goes as exp(-iωt); directions point away from the
-surface.
+The method is independent of the tested closed forms. The tangential fields of both sides are equated on the surface
+and expanded about the plane; the outgoing waves follow. Fields are proportional to exp(-iωt). Directions point away
+from the surface.
 """
 
 import numpy as np
 
 
 def states(k, n):
-    """Electric and magnetic vectors of s and p of plane waves `k` `[..., 3]`, in units of free space."""
+    """Electric and magnetic vectors of s and p for plane waves `k[..., 3]`, with the impedance of free space 1."""
     flat = np.linalg.norm(k[..., :2].real, axis=-1)
     s = np.stack([-k[..., 1], k[..., 0], np.zeros_like(flat)], -1) / flat[..., None]
     p = np.cross(k, s) / n
@@ -17,7 +17,7 @@ def states(k, n):
 
 
 def wave(flat, n, sign):
-    """The wave vector with these tangential components `[..., 2]` that leaves upwards or downwards."""
+    """The wave vector with the tangential components `[..., 2]` that leaves upwards or downwards."""
     return np.concatenate([flat, sign * np.sqrt(n * n - (flat**2).sum(-1, keepdims=True) + 0j)], -1)
 
 
@@ -26,7 +26,7 @@ def tangential(fields):
 
 
 def outgoing(flat, n, jump):
-    """Amplitudes of reflected and transmitted s and p that make up for a jump of the fields, and these waves."""
+    """Amplitudes of reflected and transmitted s and p waves that cancel a jump of the fields, and these waves."""
     up, down = wave(flat, 1.0, 1), wave(flat, n, -1)
     waves = [(f, up) for f in states(up, 1.0)] + [((-e, -h), down) for e, h in states(down, n)]
     matrix = np.stack([tangential(f) for f, _ in waves], -1)
@@ -34,9 +34,11 @@ def outgoing(flat, n, jump):
 
 
 def first_order(wi, wo, n):
-    """Jones matrices `[..., out, in]` of s and p for the light that a relief of height a·exp(iK·x) sends from `wi` to
-    `wo`, by ka; their squares are power. s is z × k and p is k × s, with k where the light travels to. No direction may
-    be the normal."""
+    """Jones matrices `[..., out, in]` of s and p, divided by ka, of a relief a·exp(iK·x) between `wi` and `wo`.
+
+    Squared elements are powers. With k the direction of travel, s is z × k and p is k × s, so no direction may be the
+    normal.
+    """
     wi, wo = np.asarray(wi, float), np.asarray(wo, float)
     start, end = -wi[..., :2], wo[..., :2]
     down = wave(start, 1.0, -1)
@@ -54,13 +56,13 @@ def first_order(wi, wo, n):
 
 
 def fresnel(cos, n):
-    """Jones matrices of a plane mirror, in the same states."""
+    """Jones matrices of a plane mirror, in the states of s and p."""
     inside = np.sqrt(n * n - 1 + cos**2 + 0j)
     s, p = (cos - inside) / (cos + inside), (n * n * cos - inside) / (n * n * cos + inside)
     return np.stack([np.stack([s, 0 * s], -1), np.stack([0 * p, p], -1)], -2)
 
 
 def mueller(jones):
-    """Mueller matrices `[..., 4, 4]` of Jones matrices, of Stokes components whose fourth is 2 Im(x y*)."""
+    """Mueller matrices `[..., 4, 4]` of Jones matrices, where the fourth Stokes component is 2 Im(x y*)."""
     pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
     return 0.5 * np.einsum("iab,...bc,jcd,...ad->...ij", pauli, jones, pauli, jones.conj()).real

@@ -1,6 +1,6 @@
 """Renders three scenes in three threads, each of which makes and changes BSDFs: `rendering_threads.py VARIANT ROUNDS`.
 
-Everything else is made beforehand, since Mitsuba's own scenes cannot be made or deleted while others render.
+The scenes are made beforehand, since Mitsuba cannot make or delete scenes while others render.
 """
 
 import gc
@@ -12,7 +12,7 @@ import numpy as np
 from conftest import use_variant
 
 PERIODS, LENGTHS = [1.5, 2.0, 2.5], [6.0, 9.0]
-# The same code on the same numbers, in kernels that contain other BSDFs besides.
+# Largest relative difference between kernels that contain different other BSDFs.
 SINGLE = 1e-5
 
 
@@ -22,7 +22,7 @@ def bsdf(period):
 
 
 def scene(period):
-    # This integrator asks for values alone, so that kernels compile in a moment.
+    # The integrator evaluates without sampling, so that kernels compile quickly.
     return mi.load_dict(
         {
             "type": "scene",

@@ -1,6 +1,6 @@
-"""Runs the blocks of one page, in order and in the folder that it is started in: `python run_page.py STEPS.json`.
+"""Runs the blocks of one page in order, in the current folder: `python run_page.py STEPS.json`.
 
-Blocks of Python share a namespace, as cells of a notebook do. `target` in the folder leads to that of the checkout.
+Blocks of Python share a namespace, like cells of a notebook. `target` in the folder is a link to the checkout's.
 """
 
 import json
@@ -9,9 +9,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-# Figures on a page are those of some machine: another rounds differently.
+# Relative difference of a page's numbers, which other machines round differently.
 RTOL = 1e-3
-# What differs from run to run.
+# Parts of outputs that change from run to run.
 VARIES = re.compile(r"seconds|origin|adapter|version")
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?")
 
@@ -31,7 +31,7 @@ def shell(text, *options, check=True):
 
 
 def commands(text):
-    """Pairs of a command and what the page shows of its output. A command goes on after a backslash or a pipe."""
+    """Pairs of a command and its output on the page. A command continues after a backslash or a pipe."""
     pairs, goes_on = [], False
     for line in text.splitlines():
         if goes_on:
@@ -46,7 +46,7 @@ def commands(text):
 
 
 def compare(shown, found):
-    """Fails where what a command prints is not what the page shows, up to rounding. A line of … stands for the rest."""
+    """Fails where a command's output differs from the page's beyond rounding. A line of … stands for the rest."""
     found = found.splitlines()
     for number, line in enumerate(shown):
         if line == "…":
@@ -89,7 +89,7 @@ def shell_words(words):
 
 
 def run_xml(text, _line):
-    """Loads a scene, or what belongs to a shape in one."""
+    """Loads a scene, or a part of one inside a shape."""
     import mitsuba as mi
 
     if mi.variant() is None:
@@ -102,7 +102,7 @@ def run_xml(text, _line):
 
 
 def run_json(text, _line):
-    """One document, or one a line."""
+    """Parses one document, or one a line."""
     try:
         json.loads(text)
     except json.JSONDecodeError:
@@ -119,7 +119,7 @@ def run_toml(text, _line):
 
 
 def run_python(text, line):
-    # Line numbers in tracebacks are those of the page.
+    # Tracebacks show the page's line numbers.
     exec(compile("\n" * line + text, PAGE, "exec"), namespace)
 
 

@@ -1,4 +1,4 @@
-"""What the tests of sweeps share: specifications that take moments, and the command line in a process of its own."""
+"""Helpers of the tests of sweeps: quick specifications, and the command line in its own process."""
 
 import json
 import os
@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-# Tables that are built in some milliseconds.
+# Settings whose tables take some milliseconds.
 QUICK = 'coherence_length = 10\nconserve_energy = false\ntolerance = 0.01\nobliquity = "stam"\n'
 # Twelve cases of six surfaces.
 SPEC = f"""
@@ -26,7 +26,7 @@ theta_i_deg = [0, 30]
 samples = 64
 gamut = false
 """
-# Makes cases slow, and marks those that are begun, so that there is a middle in which to kill.
+# Preloaded into workers: makes each case slower, and kills the worker at a given row.
 SLOW = """
 import os, signal, time
 from sunbeam_mitsuba.sweep import work
@@ -42,7 +42,7 @@ if work.compute.__module__ == work.__name__:
 
 
 def environment(folder, slow=None, **more):
-    """For a process that finds the package in the checkout; `slow` are seconds that every case takes longer."""
+    """Environment of a process that uses the checkout's package; each case takes `slow` seconds longer."""
     found = {
         **os.environ,
         "PYTHONPATH": str(REPOSITORY / "python"),
@@ -70,14 +70,14 @@ def words(spec, *more):
 def sweep(spec, *more, slow=None, **variables):
     """Runs a sweep to its end."""
     env = environment(spec.parent, slow, **variables)
-    return subprocess.run(words(spec, *more), env=env, capture_output=True, text=True, timeout=120)
+    return subprocess.run(words(spec, *more), env=env, capture_output=True, text=True, timeout=300)
 
 
 def begin(spec, *more, slow=None, group=False, **variables):
-    """Begins one in the background, in a process group of its own where it is to be interrupted as a terminal does."""
+    """Begins a sweep in the background; with `group` in its own process group, for an interrupt as by a terminal."""
     env = environment(spec.parent, slow, **variables)
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    # Whoever runs the tests in the background may ignore Ctrl-C, which would be inherited.
+    # Tests started in the background may ignore SIGINT, which children would inherit.
     return subprocess.Popen(
         words(spec, *more), env=env, start_new_session=group, preexec_fn=heeding_interrupts, **pipes
     )
@@ -92,7 +92,7 @@ def results(folder):
 
 
 def wait_for(condition, seconds=60):
-    """What the condition gives once it is true."""
+    """Waits until the condition is true and returns its value."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         found = condition()
@@ -103,7 +103,7 @@ def wait_for(condition, seconds=60):
 
 
 def one_line(done, code=2):
-    """The single line of a refusal."""
+    """Checks that a sweep failed with a single line, and returns it."""
     assert done.returncode == code, done.stderr
     (line,) = done.stderr.strip().splitlines()
     assert line.startswith("sweep: ")

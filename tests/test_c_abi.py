@@ -1,4 +1,4 @@
-"""The C ABI from C and C++: the programs in tests/c_abi/, plainly, under AddressSanitizer and under Valgrind."""
+"""The C interface: the programs in tests/c_abi/ run, also under AddressSanitizer and Valgrind."""
 
 import os
 import subprocess
@@ -13,7 +13,7 @@ LIBRARY = REPOSITORY / "target" / "c_abi"
 SOURCES = REPOSITORY / "tests" / "c_abi"
 PROGRAMS = ["example.c", "example.cpp", "threads.c"]
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Werror"]
-# What a Rust static library needs of the system, as `rustc --print native-static-libs` says.
+# System libraries of a Rust static library, by `rustc --print native-static-libs`.
 SYSTEM = ["-lgcc_s", "-lutil", "-lrt", "-lpthread", "-lm", "-ldl", "-lc"]
 
 
@@ -38,7 +38,7 @@ def build(source, folder, *flags, static=False):
 
 
 def run(*words):
-    """Runs a program without the cache of tables, so that they are built under its eyes."""
+    """Runs a program without the cache of tables, so that it builds them."""
     environment = {**os.environ, "SUNBEAM_CACHE": "off"}
     done = subprocess.run([str(w) for w in words], capture_output=True, text=True, env=environment, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
@@ -59,22 +59,24 @@ def test_program_runs(source, static, tmp_path):
 
 @pytest.mark.parametrize("source", PROGRAMS)
 def test_program_runs_under_address_sanitizer(source, tmp_path):
-    """Every access of the program and every block that the library takes and gives back; undefined behaviour, too."""
+    """Checks accesses of the program, allocations of the library, and undefined behaviour."""
     flags = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all", "-fno-omit-frame-pointer"]
     run(build(source, tmp_path, *flags))
 
 
 @pytest.mark.parametrize("source", PROGRAMS)
 def test_program_runs_under_valgrind(source, tmp_path):
-    """The library's own accesses as well. The threads that build tables live until the program ends, so what they hold
-    is no leak; what nothing points to any more is."""
+    """Checks the library's own accesses, and memory that nothing points to any more.
+
+    The threads that build tables live until the program ends, so their memory is no leak.
+    """
     require_program("valgrind", "valgrind")
     program = build(source, tmp_path)
     run("valgrind", "--quiet", "--error-exitcode=9", "--leak-check=full", "--errors-for-leak-kinds=definite", program)
 
 
 def test_library_exports_the_abi_alone():
-    """Symbols of dependencies must not meet those of the programs that load it."""
+    """Exported symbols of dependencies could collide with a program's own."""
     listing = subprocess.run(
         ["nm", "--dynamic", "--defined-only", "--format=posix", str(LIBRARY / "lib" / "libsunbeam.so")],
         capture_output=True,

@@ -1,4 +1,4 @@
-"""The judge of skins: Maxwell's equations for reliefs that repeat along x and y, and the model beside it."""
+"""The Maxwell solver for reliefs that repeat along x and y, against closed forms, other solvers and the model."""
 
 import csv
 import json
@@ -21,14 +21,14 @@ from tests.judges.crossed.solver import Resolution, solve
 GIVEN = DATA / "maxwell"
 PIXEL_UM = 0.065
 NM = 550.0
-# Enough for the reliefs below, which have few harmonics.
+# Resolution for reliefs of few harmonics.
 QUICK = Resolution(cutoff_per_um=5.0, nodes=9)
-# GMRES stops at 1e-6 of the sources; powers are off by less.
+# GMRES stops at a residual of 1e-6 of the sources; the error of powers is smaller.
 SOLVED = 1e-6
 
 
 def outgoing(relief, theta_deg, phi_deg, jx, jy):
-    """Directions of light and of its orders."""
+    """Directions to the light and of its orders."""
     theta, phi = np.radians([theta_deg, phi_deg])
     wi = np.array([np.sin(theta) * np.cos(phi), np.sin(theta) * np.sin(phi), np.cos(theta)])
     xy = NM * 1e-3 * np.stack([jx, jy], -1) / relief.period - wi[:2]
@@ -36,7 +36,7 @@ def outgoing(relief, theta_deg, phi_deg, jx, jy):
 
 
 def test_polynomials_pass_through_their_nodes():
-    """A cubic is a cubic, and so is its slope, to rounding."""
+    """Values and slopes of a cubic are exact to rounding."""
     made = panels(0.3, 0.2, 6)
     at = -np.cos(np.pi * np.arange(6) / 5)
     nodes = np.concatenate([0.3 * (at - 1) / 2, 0.2 * (at + 1) / 2])
@@ -47,7 +47,7 @@ def test_polynomials_pass_through_their_nodes():
 @pytest.mark.parametrize("n", [KERATIN, 0.96 + 6.69j])
 @pytest.mark.parametrize("angles", [(0.0, 0.0), (40.0, 25.0), (75.0, -110.0)])
 def test_a_flat_relief_is_a_mirror(n, angles):
-    """Fresnel's amplitudes with their phases. Fields are exponentials, which polynomials follow in the metal too."""
+    """Order 0 has Fresnel's amplitudes and phases; the polynomials resolve the exponentials in the metal, too."""
     flat = Relief(np.zeros((3, 3)), (0.4, 0.5))
     found = solve(flat, NM, *angles, n, QUICK)
     mirror = (found.jx == 0) & (found.jy == 0)
@@ -57,8 +57,8 @@ def test_a_flat_relief_is_a_mirror(n, angles):
 
 @pytest.mark.parametrize("n", [KERATIN, 0.96 + 6.69j, 0.06 + 3.59j])
 @pytest.mark.parametrize("angles", [(20.0, 0.0), (60.0, 35.0)])
-def test_reliefs_along_x_alone_are_those_of_the_other_solver(n, angles):
-    """The boundary integral of `sunbeam orders`, other equations in another language; a metal needs more nodes."""
+def test_reliefs_along_x_agree_with_the_boundary_integral(n, angles):
+    """`sunbeam orders` solves other equations, by a boundary integral. A metal needs more nodes."""
     x = np.arange(33) / 33
     wave = Relief(0.05 * (1 + np.sin(2 * np.pi * x))[None], (0.9, 0.02))
     found = solve(wave, NM, *angles, n, Resolution(14.0, 24, 1e-7))
@@ -69,14 +69,14 @@ def test_reliefs_along_x_alone_are_those_of_the_other_solver(n, angles):
     np.testing.assert_allclose(found.unpolarised, [expected[j] for j in found.jx], atol=SOLVED)
 
 
-def test_shallow_reliefs_are_those_of_perturbation_theory():
-    """Amplitudes of first order, phases included; the second is smaller by the height times 2k, 1e-3."""
+def test_shallow_reliefs_agree_with_perturbation_theory():
+    """Amplitudes and phases are of first order; the second order is smaller by 2k times the height, 1e-3."""
     relief = synthetic().scaled(1e-3)
     theta, phi = 40.0, 35.0
     found = solve(relief, NM, theta, phi, KERATIN, QUICK)
     wi, wo = outgoing(relief, theta, phi, found.jx, found.jy)
     spectrum = np.fft.fft2(relief.heights) / relief.heights.size
-    # A relief a·exp(iK·x) sends light to K·(ka); the transform's harmonics are those of exp(+i).
+    # A relief a·exp(iK·x) has the amplitude ka times the matrix; the transform's harmonics are those of exp(+i).
     relevant = ((found.jx != 0) | (found.jy != 0)) & (np.abs(spectrum[found.jy, found.jx]) > 1e-7)
     assert relevant.sum() >= 8
     height = spectrum[found.jy, found.jx][relevant]
@@ -100,8 +100,8 @@ def test_power_is_kept_and_orders_are_reciprocal():
     assert back.unpolarised[same][0] == pytest.approx(there.unpolarised[i], abs=1e-6)
 
 
-def test_the_kept_answers_are_the_solvers():
-    """At less resolution than theirs: what that is off by, and how they are rounded."""
+def test_stored_answers_are_the_solvers():
+    """A solution of lower resolution reproduces stored answers to its error and their rounding."""
     kept = answers("synthetic")["synthetic"]
     for answer in (kept[0], kept[3]):
         light = answer.light
@@ -113,13 +113,12 @@ def test_the_kept_answers_are_the_solvers():
 
 
 def test_small_slopes_are_nearest_to_maxwell():
-    """On the made-up skin, whose slopes are those of the gentler scan. No other form may do as well, or the comparison
-    would tell nothing."""
+    """Of all forms, the small slope misplaces clearly the least on a skin with the slopes of the gentler scan."""
     kept = answers("synthetic")["synthetic"]
     lights = [(answer.light, answer.jx, answer.jy) for answer in kept]
     means = {}
     for form in FORMS:
-        # Limiting takes tables, which take seconds.
+        # Energy conservation needs tables, which take seconds.
         if not form.conserve_energy:
             powers = efficiencies(synthetic(), complex(KERATIN), form, lights)
             means[form.name] = np.mean([misplaced(a, b.unpolarised) for a, b in zip(powers, kept)])
@@ -127,12 +126,12 @@ def test_small_slopes_are_nearest_to_maxwell():
     assert min(value for name, value in means.items() if name != "small_slope") > 1.5 * means["small_slope"], means
 
 
-# Of the reflected power, in the mean over the lights.
+# Fraction of the reflected power in wrong orders, mean over the lights.
 SMALL_SLOPE_MISPLACES = 0.02
 
 
 def test_crops_repeat():
-    """The last rows and columns go over into what lies before the first: their means at the seam lie between both."""
+    """Steps across the seam are no larger than between neighbouring rows."""
     rng = np.random.default_rng(1)
     y, x = np.indices((60, 60))
     heights = 0.1 * np.sin(x / 5) + 0.01 * y + 0.005 * rng.standard_normal((60, 60))
@@ -146,8 +145,8 @@ def test_crops_repeat():
 
 
 @pytest.mark.parametrize("skin", ["elaphe", "xenopeltis"])
-def test_scans_have_the_powers_that_were_given(skin):
-    """By another program on the same heights, at the light whose orders are weakest; it stopped at 2e-5."""
+def test_scans_agree_with_the_other_maxwell_solver(skin):
+    """The other solver, with a residual of 2e-5, has equal powers at the light with the weakest orders."""
     if not (GIVEN / f"{skin}_A.npy").exists():
         needs.skip("scans", f"{GIVEN} is missing")
     heights = np.load(GIVEN / f"{skin}_A.npy")

@@ -1,4 +1,4 @@
-"""The documentation: its snippets run, its links lead somewhere, its site builds, and its tables are complete."""
+"""The documentation: snippets, links, named files, the site, and tables of parameters and rooms."""
 
 import json
 import os
@@ -15,18 +15,23 @@ import doc_pages
 import needs
 import pytest
 import run_page
+import yaml
 from doc_pages import PACKAGE_PAGES, PAGES, REPOSITORY, SITE_PAGES
 
+from docs.figures.wrap import COLUMNS
+
 TOOL = REPOSITORY / "target" / "release"
-# Blocks that are shown and not run: output, and directives of the site.
+# Languages of blocks that are not run: output, and directives of the site.
 SHOWN = {"text", "{toctree}"}
-# Subcommands and options that draw on a GPU, or on its software adapter.
+# Commands that need a GPU adapter.
 NEEDS_ADAPTER = re.compile(r"sunbeam (adapter|render|view)\b|--backend gpu")
+# Files that a command writes and the repository may lack.
+WRITTEN_LATER = {"docs/data/gpu.json"}
 EXAMPLES = sorted((REPOSITORY / "examples").glob("*.py"))
 
 
 def environment():
-    """That of a user in a checkout after `make plugin`, `make tool` and `make library`."""
+    """The environment of a user in a checkout after `make plugin`, `make tool` and `make library`."""
     return {
         **{name: value for name, value in os.environ.items() if name not in ("MAKEFLAGS", "MAKELEVEL", "MFLAGS")},
         "PATH": os.pathsep.join([str(TOOL), str(Path(sys.executable).parent), os.environ["PATH"]]),
@@ -38,7 +43,7 @@ def environment():
 
 @pytest.fixture
 def folder(tmp_path):
-    """A folder in which paths below `target` are right, as in a checkout."""
+    """A folder with a link to the checkout's `target`."""
     for name, built in [("sunbeam", "tool"), ("c_abi", "library")]:
         if not (TOOL / name).exists() and not (TOOL.parent / name).exists():
             pytest.exit(f"target/{name} is not built: run `make {built}` first", returncode=2)
@@ -66,7 +71,7 @@ def run(words, folder):
 
 
 def name(page):
-    """`README.md` and `python.md` of the front page and the site, `python/README.md` of a package."""
+    """Test id of a page: its path without `docs/`."""
     return str(page.relative_to(REPOSITORY)).removeprefix("docs/")
 
 
@@ -89,7 +94,7 @@ def test_blocks_run(page, folder):
 
 
 def check_what_is_not_run(block):
-    """That a block which no test can run is not stale as far as can be told: targets and options exist, code parses."""
+    """Checks a block without running it: Make's targets and the command's options exist, and code parses."""
     if block.language == "python":
         compile(block.text, str(block), "exec")
     elif block.language == "xml":
@@ -110,7 +115,7 @@ def simple_commands(line):
     words = []
     for word in [*lexer, ";"]:
         if set(word) <= set("|&;"):
-            # Variables that are set for the command alone are not words of it.
+            # Variables set for the command alone are dropped.
             while words and re.match(r"[A-Z_]+=", words[0]):
                 words.pop(0)
             if words:
@@ -156,14 +161,65 @@ def test_links_lead_somewhere(page):
     assert not broken, "\n".join(broken)
 
 
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_lines_of_prose_end_at_120_columns(page):
+    long = [f"{number}: {line}" for number, line in doc_pages.split(page)[1] if len(line) > COLUMNS]
+    # Tables, pictures, headings and addresses have no place for a line break.
+    assert [line for line in long if not re.match(r"\d+: (\||!\[|#|\S{100})", line)] == []
+
+
 @pytest.mark.parametrize("page", PACKAGE_PAGES, ids=name)
-def test_a_package_s_page_stands_alone(page):
+def test_package_pages_have_no_relative_links(page):
     relative = [f"line {number}: {target}" for number, target in doc_pages.links(page) if ":" not in target]
     assert not relative, f"{page} links to what its readers do not have: {relative}"
 
 
+@pytest.mark.parametrize("page", ["architecture.md", "contributing.md"])
+def test_named_files_and_folders_exist(page):
+    """Paths in backquotes that begin with a folder of the repository; `NAME` and `*` stand for any name."""
+    folders = {path.name for path in REPOSITORY.iterdir() if path.is_dir()} - {"out", "target"}
+    prose = "\n".join(line for _, line in doc_pages.split(REPOSITORY / "docs" / page)[1])
+    named = [path for path in re.findall(r"`([^`\s]+/[^`\s]*)`", prose) if path.split("/")[0] in folders]
+    assert len(named) > 20
+    missing = [path for path in named if not any(REPOSITORY.glob(path.rstrip("/").replace("NAME", "*")))]
+    assert set(missing) <= WRITTEN_LATER, f"{page} names what is not there: {missing}"
+
+
+def test_named_functions_are_in_their_files():
+    """Phrases of the form `name` in `file` of contributing.md."""
+    page = (REPOSITORY / "docs" / "contributing.md").read_text(encoding="utf-8")
+    named = re.findall(r"`(\w+)` in\s`([^`\s]+\.\w+)`", page)
+    assert {"obliquity", "pair_obliquity"} <= {function for function, _ in named}
+    for function, file in named:
+        assert re.search(rf"\b{function}\b", (REPOSITORY / file).read_text(encoding="utf-8")), (function, file)
+
+
+def test_rooms_depend_on_rooms_above_them():
+    """The table of rooms in architecture.md against the imports of the sources, comments left aside."""
+    page = (REPOSITORY / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `src/(\w+)/` \| [^|]* \| ([^|]*) ?\|$", page, re.M)
+    rooms = [room for room, _ in rows]
+    assert set(rooms) == {path.name for path in (REPOSITORY / "src").iterdir() if path.is_dir()}
+    for place, (room, cell) in enumerate(rows):
+        said = set(re.findall(r"`(\w+)`", cell)) - {"height_field"}
+        used = set()
+        for file in (REPOSITORY / "src" / room).rglob("*.rs"):
+            code = re.sub(r"//.*", "", file.read_text(encoding="utf-8"))
+            used |= {name for name in re.findall(r"\bcrate::(\w+)", code) if name in rooms and name != room}
+        assert used <= said, f"src/{room} also depends on {sorted(used - said)}, which the page does not say"
+        assert said <= set(rooms[:place]), f"src/{room} depends on a room below it"
+
+
+def test_the_citation_has_the_version_of_the_crate():
+    citation = yaml.safe_load((REPOSITORY / "CITATION.cff").read_text(encoding="utf-8"))
+    crate = re.search(r'^version = "(.*)"', (REPOSITORY / "Cargo.toml").read_text(encoding="utf-8"), re.M)[1]
+    assert citation["version"] == crate
+    assert {"cff-version", "message", "title", "authors"} <= set(citation), "a field that the format demands is missing"
+    assert all({"type", "title", "authors"} <= set(reference) for reference in citation["references"])
+
+
 def test_site_builds(tmp_path):
-    """Without a warning, and with every page in the contents."""
+    """Sphinx builds the site without a warning, and every page is in the contents."""
     words = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-b", "html", "-d", tmp_path / "doctrees"]
     run([*words, REPOSITORY / "docs", tmp_path / "site"], tmp_path)
     contents = (tmp_path / "site" / "index.html").read_text(encoding="utf-8")
@@ -178,7 +234,7 @@ def test_example_runs(example, folder):
 
 
 def test_the_notebook_page_shows_the_example():
-    """Cell by cell, so that neither changes alone."""
+    """The page has each cell of the example."""
     example = (REPOSITORY / "examples" / "brdf_map_and_render.py").read_text(encoding="utf-8")
     cells = [
         re.sub(r"\A[^\n]*\n(?:#[^\n]*\n)*", "", cell).strip() for cell in re.split(r"^# %%", example, flags=re.M)[1:]
@@ -189,7 +245,7 @@ def test_the_notebook_page_shows_the_example():
 
 
 def test_parameters_are_documented():
-    """Those of the plugin, each once and in its own order, and no others."""
+    """plugin.md and the plugin's manual name exactly the plugin's parameters."""
     source = (REPOSITORY / "cpp_shim/parameters.cpp").read_text(encoding="utf-8")
     literals = re.search(r"ALL_NAMES =\s*((?:\"[^\"]*\"\s*)+);", source)[1]
     names = "".join(re.findall(r'"([^"]*)"', literals)).split(", ")
@@ -203,7 +259,7 @@ def test_parameters_are_documented():
 
 
 def test_exposed_parameters_are_marked(scalar_rgb, make_bsdf):
-    """As `mi.traverse` shows them."""
+    """plugin.md marks the parameters that `mi.traverse` shows."""
     import mitsuba as mi
 
     everything = make_bsdf(preset="flat", eta=1.5, k=0.1, diffuse_reflectance=0.5, conserve_energy=False, tolerance=0.1)
@@ -227,7 +283,7 @@ def test_stale_output_is_noticed(shown, found):
         run_page.compare(shown.splitlines(), found)
 
 
-def test_rounding_times_and_what_is_left_out_are_no_stale_output():
+def test_rounding_times_and_omissions_are_accepted():
     run_page.compare(["0.30000000000000004", '"seconds": 2.5,', "…"], '0.3\n"seconds": 7.1,\nmore\nand more')
 
 

@@ -1,6 +1,6 @@
-"""Instruments' files through SurfaceTopography: what is converted is what was stored, in value, unit and direction.
+"""Conversion of instruments' files by SurfaceTopography keeps heights, units and directions.
 
-The library is in requirements-formats.lock; where it is missing from Python 3.10 on, these tests fail.
+The library is in requirements-formats.lock. From Python 3.10 on these tests fail without it.
 """
 
 import os
@@ -25,22 +25,22 @@ import gsffile
 import SurfaceTopography.IO as library
 from SurfaceTopography import Topography, UniformLineScan, read_topography
 
-# Different under every flip, neither square in pixels nor in tile; row 0 is y = 0.
+# Heights that differ under every flip, on a grid longer than wide; row 0 is y = 0.
 ROWS, COLUMNS = 6, 9
 DX_UM, DY_UM = 0.07, 0.11
 IX, IY = np.arange(COLUMNS), np.arange(ROWS)[:, None]
 HEIGHTS_UM = 0.2 + 0.02 * IX + 0.04 * IY**2 / ROWS + 0.03 * IX * IY / ROWS
 HOLE = (4, 1)
-# 32-bit floats below 1 µm, which .gsf holds, and the products of doubles by which lengths are scaled.
+# Rounding of 32-bit floats below 1 µm, as in .gsf; and of lengths scaled in double precision.
 FLOAT_UM, DOUBLE_UM = 6e-8, 1e-12
-# The library reads these, and sunbeam does not, for a reason: profiles, bare arrays, terrain; or both call text so.
+# Extensions that only the library reads and sunbeam leaves out: profiles, bare arrays, terrain, and text.
 NO_MAPS = {"qep", "xlsx", "zip", "hfm", "h5", "mat", "npz", "hgt", "dat"}
 OWN = {"spm", "001", "002", "003", "004", "005", "gwy", "npy", "tiff", "tif", "sdf", "txt", "asc", "x3p", "xyz", "csv"}
 
 
 @pytest.fixture(scope="module")
 def package(sweep_package):
-    """The package of the checkout, with the module that converts."""
+    """The checkout's package with its module `convert`."""
     import sunbeam_mitsuba
     import sunbeam_mitsuba.convert
 
@@ -55,7 +55,7 @@ def with_hole():
 
 
 def write_bcrf(path, heights_um, unit="nm", per_um=1e3):
-    """A BCRF file: a header of 2048 bytes, then rows of 32-bit floats from the top; too large a number is a hole."""
+    """A BCRF file: a header of 2048 bytes, then rows of 32-bit floats from the top; the largest float is a hole."""
     rows, columns = heights_um.shape
     lines = {
         "fileformat": "bcrf", "headersize": 2048, "xpixels": columns, "ypixels": rows, "intelmode": 1,
@@ -68,7 +68,7 @@ def write_bcrf(path, heights_um, unit="nm", per_um=1e3):
 
 
 def write_stp(path, heights_um):
-    """A file of WSxM with heights as doubles in nm: the picture turned by 180 degrees."""
+    """A file of WSxM with heights as doubles in nm, rotated by 180 degrees."""
     rows, columns = heights_um.shape
     header = (
         "WSxM file copyright UAM\nSxM Image file\nImage header size: 999\n[Control]\n"
@@ -81,7 +81,7 @@ def write_stp(path, heights_um):
 
 
 def write_gwy(path, *titles, unit="m"):
-    """A file of Gwyddion with a channel a title, of which number i is (i + 1) times the heights."""
+    """A file of Gwyddion with a channel for each title; channel i holds (i + 1) times the heights."""
     from gwyfile import objects
 
     container = objects.GwyContainer()
@@ -126,7 +126,7 @@ def write_nanoscope(path, heights_um):
 
 
 def converted(package, path, *arguments, **options):
-    """Heights in µm from y = 0 on and the pixel's edges, out of the .gsf that a file is converted to."""
+    """Converts a file; returns the .gsf's heights in µm from y = 0 on, and its pixel's edges."""
     out = path.with_name("converted.gsf")
     package.convert.convert(path, out, *arguments, **options)
     heights, header = gsffile.read_gsf(out)
@@ -167,7 +167,7 @@ def test_wsxm_keeps_heights_and_size(package, tmp_path):
 
 @pytest.mark.parametrize("name", ["scan.gwy", "scan.x3p", "scan.sdf", "scan.spm", "scan.xyz"])
 def test_convert_and_the_native_reader_agree(package, tmp_path, name):
-    """The native reader's heights and pixels, to the rounding of doubles for the library's, of floats for .gsf."""
+    """Heights and pixels equal the native reader's, to rounding of doubles, and of floats in .gsf."""
     path = tmp_path / name
     options = {}
     if name == "scan.gwy":
@@ -188,7 +188,7 @@ def test_convert_and_the_native_reader_agree(package, tmp_path, name):
     np.testing.assert_allclose(converted(package, path, **options)[0], own, rtol=0, atol=FLOAT_UM)
 
 
-def test_a_channel_is_a_relief_by_its_title_or_the_one_wanted(package, tmp_path):
+def test_channels_are_chosen_by_title_or_number(package, tmp_path):
     path = tmp_path / "scan.gwy"
     write_gwy(path, "Deflection", "Amplitude Error", "Map", "Z Sensor", "Height")
     for wanted, factor in [(None, 4), (2, 3), ("4", 5), ("map", 3), ("Deflection", 1)]:
@@ -201,10 +201,10 @@ def test_a_channel_is_a_relief_by_its_title_or_the_one_wanted(package, tmp_path)
     assert "choose one with channel" in refusal(package, path)
 
 
-def test_a_channel_that_is_no_length_is_refused(package):
+def test_channels_without_lengths_are_refused(package):
     from sunbeam_mitsuba._channels import channel_of, choose
 
-    # As the library's readers describe them: by a pair in place of the unit, by the kind, without a unit.
+    # The library's readers describe such channels by a pair in place of the unit, by the kind, or without a unit.
     told = [("Phase", True, ("nm", None), ("nm", None)), ("Height", False, "m", "V"), ("Map", True, None, None)]
     names = ("name", "is_height_channel", "unit", "data_unit")
     infos = [SimpleNamespace(index=i, **dict(zip(names, one))) for i, one in enumerate(told)]
@@ -216,13 +216,13 @@ def test_a_channel_that_is_no_length_is_refused(package):
 
 
 def test_a_large_offset_costs_no_digits(package, tmp_path):
-    """A relief of 1 µm that lies 8 cm above the instrument's zero, where 32-bit floats are 4 nm apart."""
+    """A relief of 1 µm at 8 cm above the instrument's zero, where 32-bit floats are 4 nm apart, keeps its digits."""
     write_stp(tmp_path / "scan.stp", HEIGHTS_UM + 8e4)
     heights, _ = converted(package, tmp_path / "scan.stp")
     np.testing.assert_allclose(heights - heights.mean(), HEIGHTS_UM - HEIGHTS_UM.mean(), rtol=0, atol=FLOAT_UM)
 
 
-def test_size_and_unit_are_taken_where_the_file_tells_none(package, tmp_path):
+def test_given_size_and_unit_complete_a_file(package, tmp_path):
     path = tmp_path / "grid.xyz"
     y, x = np.mgrid[:ROWS, :COLUMNS]
     np.savetxt(path, np.stack([x * DX_UM, y * DY_UM, HEIGHTS_UM], axis=-1).reshape(-1, 3))
@@ -240,7 +240,7 @@ def test_size_and_unit_are_taken_where_the_file_tells_none(package, tmp_path):
     np.testing.assert_allclose(pixel_um, 0.5)
 
 
-def test_refusals_name_what_is_wrong(package, tmp_path):
+def test_refusals_name_the_fault(package, tmp_path):
     np.save(tmp_path / "bare.npy", HEIGHTS_UM)
     assert "bare arrays" in refusal(package, tmp_path / "bare.npy")
     np.savetxt(tmp_path / "profile.csv", np.stack([np.arange(9.0), np.sin(np.arange(9.0))], axis=-1), delimiter=",")
@@ -279,8 +279,8 @@ def test_the_command_lists_channels_and_refuses_in_one_line(package, tmp_path, c
         assert line.startswith("convert: ")
 
 
-def test_without_the_library_one_line_says_how_to_get_it(tmp_path):
-    """As a process of its own, in which the library cannot be found."""
+def test_a_missing_library_is_one_line_with_its_remedy(tmp_path):
+    """Runs the command in a process that cannot import the library."""
     (tmp_path / "scan.ibw").write_bytes(b"")
     script = (
         "import sys\nsys.modules['SurfaceTopography'] = None\nfrom sunbeam_mitsuba.convert import main\n"
@@ -295,14 +295,14 @@ def test_without_the_library_one_line_says_how_to_get_it(tmp_path):
     assert not list(tmp_path.glob("*.gsf"))
 
 
-def test_the_extensions_are_those_of_the_library_that_sunbeam_does_not_read(package):
+def test_extensions_are_the_librarys_without_sunbeams_own(package):
     read = {extension for reader in library.readers for extension in reader.file_extensions()}
     # Nanoscope files end in .di, too, and are known by their content.
     assert (read | {"di"}) - OWN - NO_MAPS == package.convert.EXTENSIONS
     assert read >= NO_MAPS - {"zip"}
 
 
-def test_the_command_names_the_way_for_each_of_these_extensions(package, tmp_path):
+def test_the_command_points_to_the_converter(package, tmp_path):
     for extension in sorted(package.convert.EXTENSIONS):
         with pytest.raises(SetupError) as refused:
             sunbeam("height-field", "--height-field", tmp_path / f"scan.{extension}")
@@ -322,7 +322,7 @@ def f_of(package, *arguments, **parameters):
     return package.Surface(*arguments, **QUICK_SURFACE, **parameters).eval(WI, WO, NM)
 
 
-def test_a_topography_is_the_array_that_it_was_made_of(package):
+def test_a_topography_equals_its_array(package):
     expected = f_of(package, HEIGHTS_UM, (DX_UM, DY_UM))
     upside_down = f_of(package, HEIGHTS_UM[::-1], (DX_UM, DY_UM))
     assert np.abs(upside_down / expected - 1).max() > 0.01
@@ -334,7 +334,7 @@ def test_a_topography_is_the_array_that_it_was_made_of(package):
 
 
 @pytest.mark.parametrize("name", ["scan.gwy", "scan.x3p", "scan.sdf"])
-def test_a_topography_of_a_file_is_that_file(package, tmp_path, name):
+def test_a_topography_equals_its_file(package, tmp_path, name):
     path = tmp_path / name
     if name == "scan.gwy":
         write_gwy(path, "Height")
@@ -345,7 +345,7 @@ def test_a_topography_of_a_file_is_that_file(package, tmp_path, name):
     np.testing.assert_allclose(f_of(package, read_topography(str(path)).detrend(), level="none"), native, rtol=1e-2)
 
 
-def test_topographies_that_are_no_relief_are_refused(package):
+def test_unusable_topographies_are_refused(package):
     sizes = (COLUMNS * DX_UM, ROWS * DY_UM)
     for topography, reason in [
         (Topography(HEIGHTS_UM.T, sizes), "has no unit"),

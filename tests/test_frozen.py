@@ -8,11 +8,11 @@ from conftest import TRACED_VARIANTS, use_variant
 from test_rigorous import PERFECT
 from test_traced import COUNT, SINGLE, as_numbers, assert_same, question
 
-# Tables that are built at once, and orders so wide that random directions meet them.
+# A surface with quick tables, and orders wide enough for random directions.
 QUICK = {"preset": "blazed", "period": 2.0, "coherence_length": 6.0, "tolerance": 0.01, "conserve_energy": False}
 SKIN = {**QUICK, "eta": 1.56, "k": 0.3, "diffuse_reflectance": 0.4, "rotation": 10.0}
 METAL = {**QUICK, "preset": "sinusoidal", "material": "Al"}
-# Dr.Jit makes an input of a literal once it has changed, so the third value is the first that old kernels might meet.
+# Dr.Jit turns a literal that changed into an input, so the third value is the first to meet an old kernel.
 VALUES = {
     "coherence_length": [6.0, 4.0, 9.0, 6.0],
     "eta.value": [1.56, 1.2, 1.9, 1.4],
@@ -21,7 +21,7 @@ VALUES = {
     "diffuse_reflectance.value": [0.4, 0.1, 0.8, 0.3],
     "rotation.value": [10.0, -20.0, 50.0, 0.0],
 }
-# Part of the largest value by which answers differ at least when a parameter changes, far above rounding.
+# Smallest change of answers with a parameter, relative to the largest value; far above rounding.
 CHANGE = 100 * SINGLE
 
 
@@ -30,7 +30,7 @@ def diffraction(**parameters):
 
 
 def either(first, second):
-    """Pointers to both in turns, as in a scene of two."""
+    """Pointers to both BSDFs in turn, as in a scene of two."""
     turn = dr.arange(mi.UInt32, COUNT) % 2 == 0
     return dr.select(turn, mi.BSDFPtr(first), mi.BSDFPtr(second))
 
@@ -40,7 +40,7 @@ def answers(bsdf, si, wo):
 
 
 def assert_as_usual(frozen, bsdf):
-    """Compares a frozen function with `answers`, whose values it returns."""
+    """Checks that a frozen function equals `answers`. Returns the values of `answers`."""
     si, wo, _ = question()
     usual = as_numbers(answers(bsdf, si, wo))
     assert_same(as_numbers(frozen(bsdf, si, wo)), usual)
@@ -53,7 +53,7 @@ def assert_changing(values):
 
 
 def assert_changes_count(parameters, key, frozen):
-    """Changes a parameter between calls of a frozen function."""
+    """Checks that a frozen function follows a parameter that changes between calls."""
     changing, other = diffraction(**parameters), diffraction(**METAL)
     params = mi.traverse(changing)
     values = []
@@ -84,23 +84,23 @@ def test_a_changed_coherence_length_counts(name, parameters, auto_opaque):
 def test_changed_textures_count(traced, parameters, key):
     frozen = dr.freeze(answers)
     assert_changes_count(parameters, key, frozen)
-    # One for the first value, one for an index that is not in the tables, and one with the value as an input.
+    # One recording for the first value, one for an index outside the tables, and one with the value as an input.
     assert frozen.n_recordings <= 3
 
 
-def test_a_bsdf_in_the_place_of_another_counts(traced):
+def test_a_replaced_bsdf_counts(traced):
     frozen = dr.freeze(answers)
     other = diffraction(**METAL)
     values = []
     for parameters in [{"period": 1.5}, {"period": 2.5}, {"height": 0.1}, {"obliquity": "unit"}]:
-        # The one before is gone when this returns to the loop, and the next has its number in Dr.Jit's list.
+        # The BSDF is deleted before the next is made, which takes its number in Dr.Jit's registry.
         bsdf = diffraction(**{**SKIN, **parameters})
         values.append(assert_as_usual(frozen, either(bsdf, other)))
         del bsdf
     assert_changing(values)
 
 
-def test_a_frozen_render_has_the_tables_of_now():
+def test_a_frozen_render_uses_the_current_tables():
     use_variant("llvm_ad_rgb")
     scene = mi.load_dict(
         {
@@ -131,7 +131,7 @@ def test_a_frozen_render_has_the_tables_of_now():
     assert_changing(pictures)
 
 
-def test_derivatives_of_a_frozen_function():
+def test_derivatives_of_frozen_functions_agree():
     use_variant("llvm_ad_spectral")
     bsdf = diffraction(**SKIN)
     params = mi.traverse(bsdf)

@@ -1,4 +1,4 @@
-"""The checks and timings of a machine with a GPU: their dry run passes, and they reject what is wrong."""
+"""The checks and timings for a machine with a GPU: the dry run passes, and wrong results are rejected."""
 
 import json
 import os
@@ -35,7 +35,7 @@ def bench(*words, **environment):
 
 @pytest.fixture(scope="module")
 def dry_run(tmp_path_factory):
-    """The results of a dry run of all parts, which takes most of this file's time."""
+    """Results of a dry run of all parts, most of this file's time."""
     folder = tmp_path_factory.mktemp("dry-run")
     file = folder / "gpu.json"
     done = bench("--dry-run", "--json", file, "--pictures", folder / "pictures")
@@ -54,18 +54,18 @@ def test_a_dry_run_passes(dry_run, name):
     assert part["rows"]
 
 
-def test_a_dry_run_says_what_the_machine_is(dry_run):
+def test_a_dry_run_describes_the_machine(dry_run):
     about = dry_run["machine"]
     assert about["card"] is None
     assert about["sunbeam"][0].isdigit()
     assert about["mitsuba"][0].isdigit()
 
 
-def test_a_dry_run_is_held_against_another_implementation(dry_run):
-    """LLVM beside LLVM would agree in any case."""
+def test_a_dry_run_compares_different_implementations(dry_run):
+    """The reference is never LLVM itself, which would agree with any error."""
     for part in ("agree-rgb", "agree-spectral", "agree-polarized", "snake"):
         assert {row["reference"].split("_")[0] for row in dry_run["parts"][part]["rows"]} == {"scalar"}
-    # No variant is both scalar and mono.
+    # There is no scalar variant without colours.
     assert {row["reference"] for row in dry_run["parts"]["agree-mono"]["rows"]} == {"llvm_ad_rgb"}
 
 
@@ -82,12 +82,12 @@ def test_pages_read_what_a_run_writes(dry_run, tmp_path):
         found.shading_us("table", width, height),
     ]
     assert all(value > 0 for value in made)
-    # A frame is longer than its shading.
+    # Shading is a part of a frame.
     assert made[2] > 1e-3 * made[3]
     assert card.measured(made[0]) != card.NOT_RUN
 
 
-def test_pages_say_not_run_of_what_has_no_row(tmp_path):
+def test_missing_rows_are_shown_as_not_run(tmp_path):
     nothing = card.read(tmp_path / "missing.json")
     failed = card.Card("One", "1.2", {"renders": {"rows": [{"kind": "rgb", "scene": "disc", "passed": False}]}})
     for found in (nothing, failed):
@@ -114,7 +114,7 @@ def test_another_surface_does_not_agree(kind, surface, wrong):
 
 
 def answered(count=4096):
-    """Answers as a BSDF may give them: any number will do where equal ones are compared."""
+    """Random numbers in the shape of a BSDF's answers."""
     rng = np.random.default_rng(2)
     value, pdf = rng.random((4, count)), 0.1 + rng.random(count)
     wo = questions.directions(rng, count).astype(float)
@@ -134,15 +134,15 @@ def test_equal_answers_agree():
 
 @pytest.mark.parametrize("field", ["value", "pdf", "both_value", "both_pdf", "weight", "sampled_pdf", "sampled_wo"])
 @pytest.mark.parametrize("wrong", ["off by 2e-4", "NaN"])
-def test_an_answer_that_is_off_does_not_agree(field, wrong):
+def test_wrong_answers_do_not_agree(field, wrong):
     true = answered()
     given = getattr(true, field).copy()
-    # Ten of a thousand questions: ten times as many as may be off.
+    # Ten of a thousand answers, ten times the accepted fraction.
     given[..., ::100] *= {"off by 2e-4": 1 + 2e-4 if field != "sampled_wo" else 1.01, "NaN": np.nan}[wrong]
     assert not judged(replace(true, **{field: given}), true)["passed"]
 
 
-def test_answers_of_nothing_do_not_agree():
+def test_zero_answers_do_not_agree():
     true = answered()
     nothing = replace(true, **{name: 0 * given for name, given in vars(true).items()})
     assert not judged(nothing, nothing)["passed"]
@@ -156,10 +156,10 @@ def pictures(seed, brightness=1.0, noise=0.05):
 
 def test_pictures_are_judged_by_their_noise():
     assert snake.judged(pictures(2), pictures(3))["passed"]
-    # Without noise, rounding alone is allowed for.
+    # Without noise the tolerance is rounding alone.
     assert snake.judged(pictures(2, noise=0.0), pictures(3, noise=0.0))["passed"]
     assert not snake.judged(pictures(2, noise=0.0, brightness=1.01), pictures(3, noise=0.0))["passed"]
-    # The sums of 8 pictures of 768 numbers with 5 % of noise are known to 1e-3, beside 1e-3 of rounding.
+    # The standard error of the mean of 8 pictures of 768 numbers with 5 % of noise is 1e-3; rounding adds 1e-3.
     assert not snake.judged(pictures(2, brightness=1.02), pictures(3))["passed"]
     assert not snake.judged(pictures(2) * [1.05, 1.0, 0.95], pictures(3))["passed"]
     assert not snake.judged(pictures(2)[:, ::-1], pictures(3))["passed"]
@@ -172,7 +172,7 @@ def test_a_glint_in_one_picture_is_no_difference():
     assert snake.judged(glints, pictures(3))["exceeding"] <= snake.EXCEEDING
 
 
-def test_pixels_and_answers_that_are_not_numbers_differ_from_all():
+def test_nan_differs_from_everything():
     image = np.ones((4, 4, 3))
     assert scenes.differing(image, image) == 0
     assert scenes.differing(image * np.nan, image) == 1
@@ -181,7 +181,7 @@ def test_pixels_and_answers_that_are_not_numbers_differ_from_all():
 
 
 def test_the_cuda_compilers_report_is_read():
-    # Two kernels of one log, as `ptxas --verbose` writes them.
+    # A log of `ptxas --verbose` with two kernels.
     log = """
     ptxas info    : Compiling entry function 'drjit_a' for 'sm_90'
     ptxas info    : Function properties for drjit_a
@@ -196,7 +196,7 @@ def test_the_cuda_compilers_report_is_read():
     assert set(inspection.reported("").values()) == {None}
 
 
-def test_a_failed_check_is_told_and_the_others_go_on(tmp_path, capsys):
+def test_checks_continue_after_a_failure(tmp_path, capsys):
     def broken():
         raise RuntimeError("no\nsuch thing")
 
@@ -211,7 +211,7 @@ def test_a_failed_check_is_told_and_the_others_go_on(tmp_path, capsys):
 
 
 def supervised(monkeypatch, tmp_path, code, seconds=60.0, limit=60):
-    """The result of a part whose process runs this code, in which `rows` is the file of its results."""
+    """Result of a part whose process runs `code`, where `rows` is the file of results."""
     name = next(iter(PARTS))
     monkeypatch.setitem(PARTS, name, replace(PARTS[name], limit_s=limit))
     child = "import json, os, signal, subprocess, sys, time\nrows = sys.argv[1]\n" + code
@@ -222,13 +222,13 @@ def supervised(monkeypatch, tmp_path, code, seconds=60.0, limit=60):
 ROW = "open(rows, 'a').write(json.dumps({'check': 'a', 'passed': True}) + '\\n')\n"
 
 
-def test_a_crash_is_told_and_the_rows_before_it_are_kept(monkeypatch, tmp_path):
+def test_rows_before_a_crash_are_kept(monkeypatch, tmp_path):
     found = supervised(monkeypatch, tmp_path, ROW + "os.kill(os.getpid(), signal.SIGSEGV)")
     assert (found["status"], found["error"]) == ("failed", "ended by SIGSEGV")
     assert [row["check"] for row in found["rows"]] == ["a"]
 
 
-def test_a_part_that_hangs_is_ended_with_what_it_started(monkeypatch, tmp_path):
+def test_a_hanging_part_is_killed_with_its_children(monkeypatch, tmp_path):
     left = tmp_path / "left"
     grandchild = f"import time, pathlib; time.sleep(3); pathlib.Path({str(left)!r}).touch()"
     code = ROW + f"subprocess.Popen([sys.executable, '-c', {grandchild!r}])\ntime.sleep(60)"
@@ -255,12 +255,12 @@ def test_results_of_another_card_are_not_kept(tmp_path):
     supervisor.write({"machine": one, "parts": {"calls": a}}, file)
     assert supervisor.gathered({"renders": b}, one, file)["parts"] == {"calls": a, "renders": b}
     assert supervisor.gathered({"renders": b}, other, file) == {"machine": other, "parts": {"renders": b}}
-    # Pictures that are compared where there is no card are of the card that drew them.
+    # Pictures compared on a machine without a card belong to the card that drew them.
     assert supervisor.gathered({"pictures": b}, none, file) == {"machine": one, "parts": {"calls": a, "pictures": b}}
 
 
 def test_a_card_without_its_variants_fails_and_says_why(tmp_path):
-    """`nvidia-smi` names a card here, but there is no driver."""
+    """A fake `nvidia-smi` names a card without a driver."""
     smi = tmp_path / "nvidia-smi"
     smi.write_text("#!/bin/sh\necho 'NVIDIA Test, 580.1, 81559 MiB, 9.0'\n")
     smi.chmod(0o755)
@@ -285,24 +285,24 @@ def test_wrong_arguments_are_refused(words, said):
 
 
 def test_the_parts_fit_into_a_run():
-    # A machine that is lent for a quarter of an hour is to have time left for a second run.
+    # Two runs fit into a quarter of an hour.
     assert sum(part.estimate_s for part in PARTS.values()) <= 480
     assert all(part.estimate_s < part.limit_s for part in PARTS.values())
     listed = bench("--list").stdout
     assert all(name in listed for name in PARTS)
 
 
-def test_no_package_is_needed_but_mitsuba_and_numpy(tmp_path):
-    """Machines that are lent for a while have little more."""
+def test_mitsuba_and_numpy_suffice(tmp_path):
+    """The benchmark imports with Mitsuba and NumPy alone, as on rented machines."""
     for name in ("mitsuba", "drjit", "numpy"):
         package = Path(find_spec(name).origin).parent
         (tmp_path / name).symlink_to(package)
-        # NumPy has its libraries beside it.
+        # NumPy's shared libraries are in a folder beside it.
         for libraries in package.parent.glob(f"{name}.libs"):
             (tmp_path / libraries.name).symlink_to(libraries)
     imports = "\n".join(f"import benches.gpu.{name}" for name in (*MODULES, "__main__"))
     done = subprocess.run(
-        # Without the packages that are installed.
+        # -S hides the installed packages.
         [sys.executable, "-S", "-c", imports],
         cwd=REPOSITORY,
         env={**os.environ, "PYTHONPATH": str(tmp_path)},

@@ -1,4 +1,4 @@
-"""What the page `gratings` says of classic curves, at a few points of each."""
+"""Classic curves of the page `gratings`, at a few points each."""
 
 import numpy as np
 import pytest
@@ -9,8 +9,8 @@ from tests.judges.gratings.metals import index, surface_plasmon
 PERIOD_UM = 0.8
 
 
-def test_indices_are_mitsubas():
-    """At wavelengths of the files; between them values lie between those."""
+def test_indices_equal_mitsubas():
+    """Indices equal those of Mitsuba's files at the files' wavelengths, and are interpolated between them."""
     assert index("Au", 855.063293) == pytest.approx(0.198125 + 5.63125j, rel=1e-5)
     between = index("Al", 870.0)
     assert 2.24 < between.real < 2.58
@@ -19,21 +19,21 @@ def test_indices_are_mitsubas():
 
 
 def test_an_echelette_of_a_perfect_conductor_sends_tm_back_at_its_blaze(tmp_path):
-    """Maréchal and Stroke 1959. The file's corners are the profile's, to rounding."""
+    """The efficiency in TM is 1 (Maréchal and Stroke 1959). The file's corners are the profile's, to rounding."""
     samples = (50, 553)
     relief = echelette(PERIOD_UM, samples, tmp_path / "echelette.npy")
     blaze = 2 * np.sin(np.radians(blaze_angle_deg(samples)))
     found = littrow(relief, blaze, None)
     assert found["tm"] == pytest.approx(1, abs=1e-4)
     assert found["te"] < 0.9
-    # From the other side the facets are turned away.
+    # A lamellar grating has no blaze.
     wavelength_nm = 1e3 * PERIOD_UM * blaze
     assert littrow(preset("lamellar", PERIOD_UM, 0.1), blaze, None)["tm"] < 0.9
     assert wavelength_nm == pytest.approx(481.1, abs=0.1)
 
 
-def test_orders_that_pass_off_break_tms_curve():
-    """At λ/d = 2/3 TM of a perfect conductor changes as the root of the distance, by 1e-2 here, and TE does not."""
+def test_passing_orders_break_the_curve_of_tm():
+    """At λ/d = 2/3 TM changes with the root of the distance, here by 1e-2; TE does not (perfect conductor)."""
     steps = {}
     for key in ("te", "tm"):
         below, above = (
@@ -45,14 +45,14 @@ def test_orders_that_pass_off_break_tms_curve():
 
 
 def test_shallow_silver_has_its_dip_at_the_plasmon():
-    """Raether's closed form; 4 nm of groove move the dip by less than a hundredth of a degree."""
+    """The dip is at Raether's closed form; a depth of 4 nm moves it by less than 0.01°."""
     nm = 632.8
     expected = float(np.degrees(np.arcsin(surface_plasmon(index("Ag", nm)) - nm * 1e-3 / PERIOD_UM)))
     curve = mirror_curve(preset("sinusoidal", PERIOD_UM, 0.004), "Ag", nm, (expected - 0.5, expected + 0.5, 21))
     angle, depth = vertex(curve["theta_deg"], -np.array(curve["tm"]))
     assert angle == pytest.approx(expected, abs=0.02)
     assert -depth < 0.97
-    # The negative control: gold's plasmon is elsewhere.
+    # Negative control: gold's plasmon is at another angle.
     other = float(np.degrees(np.arcsin(surface_plasmon(index("Au", nm)) - nm * 1e-3 / PERIOD_UM)))
     assert abs(other - expected) > 0.1
 

@@ -1,35 +1,35 @@
-"""The benchmark's arithmetic on numbers whose outcome is known, and its smallest cell on the plugin."""
+"""The benchmark's arithmetic on known numbers, and its smallest cell on the plugin."""
 
 import mitsuba as mi
 import numpy as np
 import pytest
 from conftest import use_variant
 
-from docs.figures import bsdf_calls, headline, rgb_against_spectral, sampling, time_to_error
+from docs.figures import bsdf_calls, headline, rgb_against_spectral, time_to_error
 from docs.figures.benchmark_scenes import REFERENCE, scenes
 
 NOISE = 0.1
-# Of an error found from n values: 1/√(2n), four times over; n is 30,720 below.
+# Four standard errors, 1/√(2n) each, of an error from n = 30,720 values.
 ERROR_TOLERANCE = 4 / np.sqrt(2 * 30_720)
-# The means of noise in L*a*b*, found from 12,288 pixels, in an approximation by small deviations.
+# Tolerance of mean noise in L*a*b* from 12,288 pixels, by an approximation for small deviations.
 DELTA_E_TOLERANCE = 0.1
 
 
 def pictures(count, noise=NOISE, size=(64, 80), seed=1):
-    """Independent pictures of one thing whose brightness varies, with noise in proportion to it."""
+    """Independent pictures of varying brightness with proportional noise."""
     rng = np.random.default_rng(seed)
     truth = rng.uniform(0.5, 2.0, (*size, 3))
     return truth * (1 + noise * rng.standard_normal((count, *size, 3)))
 
 
 @pytest.mark.parametrize("count", [2, 8])
-def test_the_noise_is_found_without_knowing_the_truth(count):
+def test_noise_is_measured_without_a_reference(count):
     found = time_to_error.noise(pictures(count))["error"]
-    # The mean of two in place of the truth would give 0.7 of it, that of eight 0.94.
+    # Without correction, the mean of two pictures as reference would give 0.7 of the noise, that of eight 0.94.
     assert found == pytest.approx(NOISE, rel=ERROR_TOLERANCE)
 
 
-def test_the_noise_of_a_channel_is_its_own():
+def test_noise_is_measured_by_channel():
     still, noisy = pictures(8, noise=0.0), pictures(8)
     found = time_to_error.noise(np.concatenate([noisy[..., :1], still[..., 1:]], axis=-1))
     # Red alone has a third of the values.
@@ -37,14 +37,14 @@ def test_the_noise_of_a_channel_is_its_own():
     assert found["error"] == pytest.approx(NOISE / np.sqrt(3), rel=2 * ERROR_TOLERANCE)
 
 
-def test_the_standard_error_covers_the_errors_spread():
+def test_standard_error_matches_the_spread_of_errors():
     found = [time_to_error.noise(pictures(6, size=(8, 12), seed=seed)) for seed in range(200)]
     spread = np.std([each["error"] for each in found])
-    # A standard error from six values is known to a third; the mean of 200 of them far better.
+    # A standard error from six values is uncertain by a third; the mean of 200 is not.
     assert np.mean([each["error_std"] for each in found]) == pytest.approx(spread, rel=0.25)
 
 
-def test_dark_pixels_are_judged_by_the_mean():
+def test_errors_of_dark_pixels_are_relative_to_the_mean():
     truth = np.full((4, 4, 3), 1.0)
     truth[0] = 1e-6
     image = truth.copy()
@@ -72,12 +72,12 @@ def test_slow_materials_get_small_pictures(fixed_s, us_per_pixel, expected):
 
     assert time_to_error.settled(seconds_of, limit_s=0.4) == expected
     assert tried[-1] == expected
-    # None but the smallest may take longer than the limit.
+    # Only the smallest size may take longer than the limit.
     assert all(size == time_to_error.SIZES[0] or seconds_of(size) <= 0.4 for size in list(tried))
 
 
-def test_the_ratio_is_of_times_of_the_same_round_and_per_pixel():
-    # The machine slows down from round to round. The diffraction costs thrice as much a pixel, on a quarter of them.
+def test_ratios_are_within_a_round_and_per_pixel():
+    # The machine slows down by round. The diffraction takes three times as long a pixel, on a quarter of the pixels.
     slowness = np.array([1, 1.5, 2, 4, 9.0])
     small, large = pictures(5, size=(4, 6)), pictures(5, size=(8, 12))
     found = time_to_error.ways(
@@ -97,7 +97,7 @@ def test_the_ratio_is_of_times_of_the_same_round_and_per_pixel():
     assert found[0]["error_time_ratio"] == pytest.approx(12, rel=0.3)
 
 
-def test_the_empty_kernels_time_is_no_calls():
+def test_the_time_of_the_empty_kernel_is_subtracted():
     assert bsdf_calls.per_element_ns(3e-3, 1e-3, 1000) == pytest.approx(2000)
     assert 0 < bsdf_calls.per_element_ns(1e-3, 1.1e-3, 1000) < 1
     assert bsdf_calls.fitting_elements(bsdf_calls.KERNEL_S / 4096) == 4096
@@ -105,7 +105,7 @@ def test_the_empty_kernels_time_is_no_calls():
     assert bsdf_calls.fitting_elements(0.0) == bsdf_calls.MOST
 
 
-def test_lab_is_that_of_the_tables():
+def test_lab_matches_published_values():
     # sRGB's primaries in L*a*b* under D65, to two decimals.
     colours = np.array([[1.0, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]])
     expected = [[100, 0, 0], [53.24, 80.09, 67.20], [87.74, -86.18, 83.18], [32.30, 79.19, -107.86], [0, 0, 0]]
@@ -113,7 +113,7 @@ def test_lab_is_that_of_the_tables():
     assert rgb_against_spectral.delta_e76(colours[0], colours[4]) == pytest.approx(100)
 
 
-def test_equal_pictures_have_no_difference_and_brighter_ones_do():
+def test_difference_is_zero_for_equal_pictures_alone():
     picture = pictures(1)[0]
     halves = np.array([picture, picture])
     found = rgb_against_spectral.difference(halves, halves)
@@ -126,7 +126,7 @@ def test_equal_pictures_have_no_difference_and_brighter_ones_do():
     assert 0 < found["delta_e_mean"] < found["delta_e_p95"]
 
 
-def test_noise_is_told_from_a_difference():
+def test_noise_is_distinguished_from_a_difference():
     truth = np.random.default_rng(3).uniform(0.5, 2.0, (96, 128, 3))
 
     def halves(seed):
@@ -139,7 +139,7 @@ def test_noise_is_told_from_a_difference():
 
 
 @pytest.mark.parametrize("variant", ["scalar_spectral", "llvm_ad_spectral"])
-def test_a_cell_without_time_still_has_its_rounds(variant):
+def test_a_cell_has_the_least_number_of_rounds(variant):
     use_variant(variant)
     cell = time_to_error.measure(scenes()[0], variant, budget_s=0.0)
     assert cell["rounds"] == time_to_error.ROUNDS_MIN
@@ -151,7 +151,7 @@ def test_a_cell_without_time_still_has_its_rounds(variant):
 
 
 @pytest.mark.parametrize("name", ["snake", "disc", "scan"])
-def test_the_other_scenes_show_something(name):
+def test_scenes_are_not_black(name):
     use_variant("scalar_spectral")
     scene = next(scene for scene in scenes() if scene.name == name)
     bsdf = bsdf_of(scene)
@@ -161,7 +161,7 @@ def test_the_other_scenes_show_something(name):
 
 
 def bsdf_of(scene):
-    """Mitsuba's own in the variant in use: none of these tests is about ours."""
+    """Mitsuba's material of a scene in the selected variant."""
     return mi.load_dict(scene.bsdfs()[REFERENCE])
 
 
@@ -169,16 +169,6 @@ def test_calls_take_time():
     use_variant("llvm_ad_rgb")
     bsdf = bsdf_of(scenes()[0])
     assert bsdf_calls.call_ns({"it": bsdf}, "sample")["it"] > bsdf_calls.per_element_ns(0, 0, 1)
-
-
-def test_what_was_before_stands_beside_the_same_of_now():
-    def cell(scene, seconds):
-        ways = [{"name": name, "seconds_to_error": seconds} for name in ("blazed", REFERENCE)]
-        return {"scene": scene, "variant": "llvm_ad_rgb", "ways": ways}
-
-    found = sampling.beside([cell("sphere", 100.0), cell("gone", 1.0)], [cell("disc", 3.0), cell("sphere", 2.0)])
-    assert [(each["scene"], each["name"]) for each in found] == [("sphere", "blazed")]
-    assert (found[0]["before"]["seconds_to_error"], found[0]["now"]["seconds_to_error"]) == (100.0, 2.0)
 
 
 def test_the_report_has_a_line_for_each_figure():

@@ -1,4 +1,4 @@
-"""Height fields written by independent packages are what the command line tool reads: heights, units and orientation.
+"""The command reads files of independent packages with the right heights, units and orientation.
 
 Tests of packages that a version of Python does not have are skipped.
 """
@@ -13,13 +13,15 @@ from needs import require_module
 from mitsuba_scenes.environment import SetupError
 from mitsuba_scenes.tool import TOOL, sunbeam
 
-# Different under every flip, neither square in pixels nor in tile; row 0 is y = 0 here, as in the library.
+# Heights that differ under every flip, on a grid longer than wide; row 0 is y = 0, as in the library.
 ROWS, COLUMNS = 5, 7
 HEIGHTS_UM = 0.1 + 0.03 * np.arange(COLUMNS) + 0.05 * (np.arange(ROWS) ** 2)[:, None] / ROWS
 DX_UM, DY_UM = 0.065, 0.11
-# Rounding of products of doubles; of 32-bit floats below 1 µm.
+# Rounding of products of doubles, and of 32-bit floats below 1 µm.
 DOUBLE_UM, FLOAT_UM = 1e-12, 5e-8
 HOLE = (3, 2)
+# Parameters with quick tables.
+WIDE = {"coherence_length": 2.0, "conserve_energy": False}
 
 
 def with_hole():
@@ -29,14 +31,14 @@ def with_hole():
 
 
 def read(path, *words):
-    """The report of the tool on a file, and the heights it gives, unlevelled."""
+    """The command's report on a file, and the heights in µm without levelling."""
     out = path.with_name("out.npy")
     report = json.loads(sunbeam("height-field", "--height-field", path, "--level", "none", "-o", out, *words))
     return report, np.load(out)
 
 
 def check(path, *words, tolerance_um=DOUBLE_UM, hole=False, pixel_um=(DX_UM, DY_UM)):
-    """Heights agree but for the hole, which takes a height between its neighbours'."""
+    """Checks pixels and heights; a filled hole lies between its neighbours."""
     if hole:
         with pytest.raises(SetupError, match=r"1 of 35 points .*`fill`"):
             read(path, *words)
@@ -64,7 +66,7 @@ def test_gsf(tmp_path, unit, per_um, hole):
     check(path, tolerance_um=FLOAT_UM, hole=hole)
 
 
-def test_gsf_that_the_tool_writes(tmp_path):
+def test_gsf_of_the_tool(tmp_path):
     gsffile = require_module("readers", "gsffile")
     np.save(tmp_path / "heights.npy", HEIGHTS_UM)
     out = tmp_path / "out.gsf"
@@ -162,7 +164,7 @@ def test_sdf(tmp_path, file_format, revision, data_type):
     metadata = sdfio.Metadata(revision=sdfio.Revision[revision], data_type=kind)
     shape = {"format": sdfio.FileFormat[file_format], "metadata": metadata}
     sdfio.write(path, with_hole() * 1e-6, x_scale=DX_UM * 1e-6, y_scale=DY_UM * 1e-6, **shape)
-    # The same heights as the package itself reads, and the true ones as far as the type of data goes.
+    # Heights equal those that the package reads, and the true ones to the data type's rounding.
     steps = {"8": 1 / 127, "16": 1 / 32767, "32": FLOAT_UM, "64": DOUBLE_UM}
     check(path, hole=True, tolerance_um=next(step for bits, step in steps.items() if data_type.endswith(bits)))
     _, heights = read(path, "--fill", "laplace")
@@ -195,7 +197,7 @@ def test_text(tmp_path):
     y, x = np.mgrid[:ROWS, :COLUMNS]
     points = np.stack([x * DX_UM + 3.0, y * DY_UM - 1.0, with_hole()], axis=-1).reshape(-1, 3)
     path = tmp_path / "heights.xyz"
-    # Out of order, and the hole is a point that is not there.
+    # Points are shuffled, and the hole is a missing point.
     np.savetxt(path, np.random.default_rng(1).permutation(points[np.isfinite(points[:, 2])]))
     check(path, hole=True)
 
@@ -208,7 +210,7 @@ def test_npy(tmp_path, fortran):
 
 
 def test_operations_go_in_their_order(tmp_path):
-    """Fill, crop, level, tile: what comes out is what numpy makes of the same heights in that order."""
+    """Filling, cropping, levelling and tiling equal NumPy's in this order."""
     rows, columns, pixel_um = 60, 110, 0.05
     x, y = np.arange(columns) * pixel_um, np.arange(rows)[:, None] * pixel_um
     heights = 0.2 * np.sin(2 * np.pi * x / 1.0) + 0.05 * np.cos(2 * np.pi * y / 0.5) + 0.3 * x - 0.2 * y + 5.0
@@ -220,11 +222,11 @@ def test_operations_go_in_their_order(tmp_path):
     words = ["--height-field", path, "--pixel-size", pixel_um, "--fill", "laplace", "-o", out]
     report = json.loads(sunbeam("height-field", *words, "--crop", "0.25,0.5,5,2.5", "--make-tileable=0.5"))
     assert report["filled_points"] == 1
-    # Four periods of 1 µm and four of 0.5 µm are what fits beside a blend of 0.5 µm.
+    # Four periods of 1 µm and four of 0.5 µm fit beside a blend of 0.5 µm.
     np.testing.assert_allclose(report["extent_um"], [4.0, 2.0], atol=1e-9)
     for axis in "xy":
         assert report["made_tileable"]["seams_after"][axis]["ratio"] < 1.5
-    # The plane over parts of periods leaves some tilt, which pulls at the peak.
+    # A plane fitted over parts of periods leaves some tilt, which shifts the peak.
     assert report["periods"]["x"]["period_um"] == pytest.approx(1.0, abs=1e-4)
     assert report["periods"]["y"]["period_um"] == pytest.approx(0.5, abs=1e-4)
     cut = heights[10:60, 5:105]
@@ -233,7 +235,7 @@ def test_operations_go_in_their_order(tmp_path):
     level = cut - plane.reshape(cut.shape)
     tile = np.load(out)
     assert tile.shape == (40, 80)
-    # But for the filled point and what it does to the plane, and where strips are blended.
+    # Differences remain at the filled point, by its effect on the plane, and in blended strips.
     inside = (slice(10, None), slice(10, None))
     difference = np.abs(tile[inside] - level[:40, :80][inside])
     assert np.sort(difference.ravel())[-2] < 1e-4
@@ -265,14 +267,14 @@ def test_bad_operations_are_refused_in_one_line(words, said):
 
 
 def gwyddion_text(path, channel="Height", value_unit="m"):
-    """A matrix as Gwyddion exports it, in the locale of a user who writes decimal commas."""
+    """A matrix exported by Gwyddion in a locale with decimal commas."""
     lines = [f"# Kanál: {channel}", f"# Šířka: {COLUMNS * DX_UM:.3f} µm", f"# Výška: {ROWS * DY_UM:.3f} µm"]
     lines += [f"# Jednotky hodnot: {value_unit}"]
     lines += ["\t".join(f"{height:.12e}" for height in row) for row in np.flipud(HEIGHTS_UM) * 1e-6]
     path.write_text("\n".join(lines).replace(".", ",") + "\n", encoding="utf-16")
 
 
-def test_text_of_gwyddion_and_where_its_properties_came_from(tmp_path):
+def test_text_of_gwyddion_keeps_its_provenance(tmp_path):
     path = tmp_path / "skin.txt"
     gwyddion_text(path)
     provenance = check(path)["provenance"]
@@ -314,8 +316,7 @@ def test_command_and_mitsuba_warn_of_metres_taken_for_micrometres(tmp_path):
     mi.logger().add_appender(listener)
     try:
         for _ in range(2):
-            parameters = {"filename": str(path), "pixel_size": 0.1, "coherence_length": 2.0}
-            mi.load_dict({"type": "diffraction", **parameters})
+            mi.load_dict({"type": "diffraction", "filename": str(path), "pixel_size": 0.1, **WIDE})
     finally:
         mi.logger().remove_appender(listener)
     warnings = [text for level, text in logged if level == mi.LogLevel.Warn and "metres" in text]
@@ -329,7 +330,7 @@ def test_mitsuba_takes_a_channel_by_number(tmp_path):
     path = tmp_path / "heights.gwy"
     gwyddion_file(path, False)
     use_variant("scalar_rgb")
-    bsdf = {"type": "diffraction", "filename": str(path), "coherence_length": 2.0}
+    bsdf = {"type": "diffraction", "filename": str(path), **WIDE}
     mi.load_dict({**bsdf, "channel": 2})
     for channel, reason in [(0, "not a length"), (7, "no `channel`"), (-1, "title or its number")]:
         with pytest.raises(RuntimeError, match=reason):

@@ -1,4 +1,4 @@
-"""What the BSDF samples arrives on the laboratory's screen where the grating equation has it."""
+"""Samples of the BSDF on the laboratory's screen, against the grating equation."""
 
 import mitsuba as mi
 import numpy as np
@@ -26,12 +26,12 @@ def first_order_mm():
     return spot_mm(BENCH, picture, PERIOD_UM, -1, WAVELENGTH_NM, LOBE_PER_UM)
 
 
-def test_the_first_order_is_where_the_grating_equation_has_it(first_order_mm):
+def test_the_first_order_follows_the_grating_equation(first_order_mm):
     assert first_order_mm == pytest.approx(BENCH.position_mm(PERIOD_UM, -1, WAVELENGTH_NM), abs=TOLERANCE_MM)
 
 
 @pytest.mark.parametrize("wrong", [0.98, 1.02])
-def test_a_period_wrong_by_two_percent_is_told_apart(first_order_mm, wrong):
+def test_a_period_wrong_by_two_percent_is_distinguished(first_order_mm, wrong):
     moved = BENCH.position_mm(wrong * PERIOD_UM, -1, WAVELENGTH_NM)
     assert abs(first_order_mm - moved) > 4 * TOLERANCE_MM
 
@@ -63,7 +63,7 @@ def test_the_mirrored_beam_meets_the_middle_of_the_drawn_screen():
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_an_order_is_where_the_grating_equation_has_it_on_a_tilted_screen(side):
+def test_orders_on_a_tilted_screen_follow_the_grating_equation(side):
     """Order ±1 of light at ±45°: the sine to the normal is λ/d − sin 45°, and the screen's axis 45° from that."""
     drawn = Bench(45.0 * side, 45.0 * side, distance_mm=60.0)
     to_normal = np.arcsin(WAVELENGTH_NM / 1e3 / PERIOD_UM - np.sqrt(0.5))

@@ -1,4 +1,4 @@
-"""BSDFs that are made, changed or deleted while others are traced, or before a kernel of theirs has run."""
+"""BSDFs can be made, changed or deleted while others are traced, and before their own kernels run."""
 
 import gc
 import subprocess
@@ -13,13 +13,13 @@ from test_traced import COUNT, answers, as_numbers, assert_same, question
 
 QUICK = {"preset": "blazed", "period": 2.0, "coherence_length": 6.0, "tolerance": 0.01, "conserve_energy": False}
 ROUNDS = 20
-# Rounds take ten seconds in all. Threads that corrupt Dr.Jit's state may also wait for each other.
+# Timeout in seconds; all rounds take ten. Threads that corrupt Dr.Jit's state may deadlock.
 PATIENCE_S = 180
 
 
 @pytest.mark.parametrize("name", ["scalar_rgb", "llvm_ad_rgb"])
 def test_threads_render_scenes_of_their_own(name):
-    """In a process of its own, which a failure may end."""
+    """The test runs in its own process, which a failure may crash."""
     script = Path(__file__).with_name("rendering_threads.py")
     words = [sys.executable, script, name, ROUNDS]
     done = subprocess.run([*map(str, words)], capture_output=True, text=True, timeout=PATIENCE_S, check=False)
@@ -27,10 +27,7 @@ def test_threads_render_scenes_of_their_own(name):
 
 
 def test_a_bsdf_deleted_while_it_is_traced_answers(traced):
-    """Dr.Jit's pointers to BSDFs hold none of them, so another thread may delete one at any time.
-
-    Here a texture that is asked does.
-    """
+    """Dr.Jit's pointers do not own BSDFs, so another thread may delete one at any time. A texture of the BSDF does."""
     si, wo, _ = question()
     held = []
 
@@ -58,7 +55,7 @@ def test_a_bsdf_deleted_while_it_is_traced_answers(traced):
 
 @pytest.mark.parametrize("pointers", [False, True])
 @pytest.mark.parametrize("change", [{"coherence_length": 12.0}, {"eta.value": 1.2}, None], ids=str)
-def test_pending_answers_are_of_the_tables_asked(traced, change, pointers):
+def test_pending_answers_use_the_tables_of_their_call(traced, change, pointers):
     asked = question()
     bsdf = mi.load_dict({"type": "diffraction", **QUICK, "eta": 1.56, "k": 0.3})
     ask = dr.repeat(mi.BSDFPtr(bsdf), COUNT) if pointers else bsdf
@@ -70,7 +67,7 @@ def test_pending_answers_are_of_the_tables_asked(traced, change, pointers):
     else:
         del bsdf, ask
         gc.collect()
-        # Its memory may be another's by now.
+        # Another BSDF may take the deleted one's memory.
         mi.load_dict({"type": "diffraction", **QUICK, "preset": "sinusoidal"})
     assert_same(as_numbers(pending), wanted)
     if change:

@@ -1,4 +1,4 @@
-"""What the page of BRDF maps rests on and needs no map: surfaces as they lie, Taylor's series against closed forms."""
+"""BRDF maps without drawing maps: orientation of surfaces, and the Taylor series against closed forms."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ def relief():
     return Surface("random", (), 0.1, heights - heights.min(), 3.2)
 
 
-def test_the_parts_of_the_series_are_hyperbolic_and_circular_cosines_and_sines(relief):
+def test_partial_sums_match_closed_forms(relief):
     """At one direction after another: F{(cosh κh + cos κh)/2} and its like, and F{e^(iκh)} for the whole."""
     found = sums(relief)
     place = (np.arange(SIZE) + 0.5) * 2 / SIZE - 1
@@ -62,7 +62,7 @@ def test_cut_outs_have_y_up_about_the_middle_and_a_bar_to_scale():
     assert abs(red.sum(axis=1).max() - 40) <= 1
 
 
-def test_what_is_seen_is_told_by_series():
+def test_smallest_invisible_number_of_terms_is_found_by_series():
     rows = [
         {"caption": f"N = {n}, {name}", "delta_e_lit": error}
         for name, errors in (
@@ -75,6 +75,6 @@ def test_what_is_seen_is_told_by_series():
     assert checks.terms_seen(rows) == {"base": None, "middle": 8, "chebyshev": 2}
 
 
-def test_growth_is_of_every_step():
+def test_rises_means_strictly_increasing():
     assert checks.rises([0.1, 0.2, 0.3])
     assert not checks.rises([0.1, 0.3, 0.3])

@@ -1,4 +1,4 @@
-"""The Python package as a user gets it: the wheel is built, unpacked into a folder, and used from there."""
+"""The Python package as installed: the wheel is built, unpacked into a folder, and imported from there."""
 
 import json
 import os
@@ -14,8 +14,8 @@ import pytest
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 TOOL = REPOSITORY / "target" / "release" / "sunbeam"
-# Built at once; the values are those of the command line, in single precision on the way in and out. The direction's
-# rounding of 6e-8 is 1e-5 of an order's width here.
+# A surface with quick tables. Directions and values pass in single precision; a direction's rounding of 6e-8 is 1e-5 of
+# an order's width.
 QUICK = {"preset": "blazed", "period": 2.0, "coherence_length": 10.0, "conserve_energy": False, "tolerance": 0.01}
 RTOL = 1e-4
 
@@ -45,7 +45,7 @@ def run(script, *paths, cwd):
 
 @pytest.fixture(scope="module")
 def package(installed):
-    """The installed package, in this process."""
+    """The installed package, imported in this process."""
     sys.path.insert(0, str(installed))
     try:
         import sunbeam_mitsuba
@@ -68,7 +68,7 @@ def test_the_wheel_holds_the_plugin_and_names_its_platform(wheel):
 
 
 def test_the_readme_s_scene_renders_in_an_empty_environment(wheel, tmp_path):
-    """With what `pip install` brings and nothing else."""
+    """The environment has the packages that `pip install` brings and no others."""
     environment = tmp_path / "environment"
     subprocess.run([sys.executable, "-m", "venv", str(environment)], check=True)
     python = environment / "bin" / "python"
@@ -100,7 +100,7 @@ LOAD = "print(mi.variant(), mi.load_dict({'type': 'diffraction', 'preset': 'flat
     ],
     ids=["after", "before", "several", "again", "surface-first"],
 )  # fmt: skip
-def test_the_plugin_is_there_whenever_it_is_imported(installed, tmp_path, lines):
+def test_the_plugin_registers_in_any_order_of_imports(installed, tmp_path, lines):
     done = run("\n".join(["import sys", "import mitsuba as mi", *lines]), installed, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert done.stdout
@@ -108,7 +108,7 @@ def test_the_plugin_is_there_whenever_it_is_imported(installed, tmp_path, lines)
 
 
 def test_another_mitsuba_is_refused_by_name(installed, tmp_path):
-    """Its metadata alone: what is imported never gets as far as loading anything."""
+    """Another release's metadata suffice, since the package is refused before Mitsuba is loaded."""
     other = tmp_path / "other" / "mitsuba-3.6.0.dist-info"
     other.mkdir(parents=True)
     (other / "METADATA").write_text("Metadata-Version: 2.1\nName: mitsuba\nVersion: 3.6.0\n")
@@ -140,17 +140,17 @@ def directions(count, seed):
 
 
 def asked(lines, command="eval", **parameters):
-    """What the command line answers."""
+    """Answers of the command line, one a line of input."""
     words = [word for name, value in parameters.items() for word in (f"--{name.replace('_', '-')}", str(value).lower())]
     text = "\n".join(json.dumps(line) for line in lines)
     done = subprocess.run([str(TOOL), command, *words], input=text, capture_output=True, text=True, check=True)
     return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-def test_batches_answer_what_the_command_line_does(package):
+def test_batches_equal_the_command_lines(package):
     surface = package.Surface(**QUICK, eta=1.5, k=0.2)
     wi, wo, nm = directions(50, 1), directions(50, 2), np.array([420.0, 550.0, 700.0], dtype=np.float32)
-    # In the plane of incidence half of the time, where a grating sends its light.
+    # Half of the directions lie in the plane of incidence, where a grating sends its light.
     wo[::2, 1] = -wi[::2, 1]
     wo[::2, 2] = np.sqrt(np.maximum(1 - wo[::2, 0] ** 2 - wo[::2, 1] ** 2, 1e-3))
     wo /= np.linalg.norm(wo, axis=-1, keepdims=True)
@@ -165,7 +165,7 @@ def test_batches_answer_what_the_command_line_does(package):
     np.testing.assert_array_equal(surface.pdf(wi, wo, nm), pdf)
 
 
-def test_samples_are_those_of_the_command_line(package):
+def test_samples_equal_the_command_lines(package):
     surface, wi, u = package.Surface(**QUICK), np.float32([0.6, 0, 0.8]), np.random.default_rng(3).random((40, 3), "f4")
     lines = [{"wi": wi.tolist(), "wavelength": [450, 600], "u": random.tolist()} for random in u]
     wo, pdf, weight = surface.sample(wi, [450, 600], u)
@@ -192,7 +192,7 @@ def test_arrays_broadcast_as_numpy_does(package):
     assert surface.eval(wi[0], np.empty((0, 3)), 500).shape == (0,)
 
 
-def test_many_items_are_answered_as_one_by_one(package):
+def test_large_batches_equal_small_ones(package):
     surface, wo = package.Surface(**QUICK), directions(20_000, 7)
     whole = surface.eval([0, 0, 1], wo, 550)
     np.testing.assert_array_equal(
@@ -211,8 +211,8 @@ def test_heights_may_be_an_array(package):
     wi, wo = np.array([0.6, 0, 0.8]), directions(200, 8)
     wo[:, 1] *= 0.05
     wo /= np.linalg.norm(wo, axis=-1, keepdims=True)
-    # The preset has 1024 samples a period where this has 64, which the phase screen does not tell apart: its orders
-    # beyond the 30th have no power.
+    # The preset has 1024 samples a period and this array 64. The difference is small, since orders beyond the 30th have
+    # no power.
     np.testing.assert_allclose(surface.eval(wi, wo, 550), same.eval(wi, wo, 550), rtol=0.03, atol=2e-3)
     assert surface.describe()["config"]["tiling"] == "periodic"
 
@@ -234,7 +234,7 @@ def test_heights_may_be_an_array(package):
         (lambda p: p.Surface(**QUICK).sample([0, 0, 1], 550, [0, 0, 1.5]), "[0, 1)"),
     ],
 )
-def test_what_is_wrong_is_named(package, call, mentioned):
+def test_refusals_name_the_fault(package, call, mentioned):
     with pytest.raises(package.SunbeamError) as error:
         call(package)
     assert mentioned in str(error.value)

@@ -1,4 +1,4 @@
-"""The plugin refuses what it was not built for, and offers all that the wheel has."""
+"""The plugin refuses other Mitsubas, and registers all variants of the wheel."""
 
 import os
 import shutil
@@ -27,7 +27,7 @@ def run(script, *arguments, path=None, **environment):
 
 
 def test_every_variant_is_registered():
-    """Asks the library itself, so that the CUDA variants are counted on machines without a GPU, too."""
+    """The library is called directly, so that CUDA variants count on machines without a GPU."""
     script = """
 import ctypes, sys
 import mitsuba as mi
@@ -63,13 +63,13 @@ print(mi.load_dict({"type": "diffraction", "preset": "flat"}))
 
 @pytest.fixture
 def other_mitsuba(tmp_path):
-    """Makes a copy of the installed Mitsuba that says of itself to be another version."""
+    """Makes a copy of the installed Mitsuba that reports another version."""
 
     def make(version):
         label, package = b"Mitsuba version ", Path(mi.__file__).parent
         copy = tmp_path / "mitsuba"
         copy.mkdir()
-        # Links to files would lead Python and the libraries back to the neighbours of the originals.
+        # Links to files would resolve to the folder of the originals.
         for entry in package.iterdir():
             if entry.is_dir():
                 (copy / entry.name).symlink_to(entry)
@@ -95,13 +95,13 @@ def test_another_version_is_refused(other_mitsuba, variant, other):
     assert f"compiled for Mitsuba {COMPILED}, but is being loaded into {found}" in result.stderr
 
 
-def test_the_same_copy_with_its_own_version_is_accepted(other_mitsuba):
+def test_a_copy_with_its_own_version_is_accepted(other_mitsuba):
     result = run(LOAD, str(PLUGIN_FOLDER), "scalar_rgb", path=other_mitsuba(COMPILED))
     assert result.returncode == 0, result.stderr
     assert "Diffraction[" in result.stdout
 
 
-# Stands in for a Mitsuba built without AVX2: same function, same result, but returned as a plain structure.
+# Imitates a Mitsuba built without AVX2, whose function returns its result as a plain structure.
 OTHER_FLAGS = """
 #include <dlfcn.h>
 #include <immintrin.h>
@@ -133,9 +133,9 @@ def test_the_pinned_version_is_installed():
 
 
 def test_build_refuses_other_packages(tmp_path):
-    """With an interpreter that lacks Mitsuba, building says what it wants.
+    """With an interpreter without Mitsuba, the build names the required release.
 
-    Runs the build script itself, since Cargo would compile everything again afterwards.
+    The build script runs without Cargo, which would compile everything again afterwards.
     """
     python = tmp_path / "python"
     python.write_text(f'#!/bin/sh\nexec "{sys.executable}" -I -S "$@"\n')

@@ -1,4 +1,4 @@
-"""The BSDF interface keeps its promises, whatever the diffracted lobe is."""
+"""The plugin fulfils the contract of Mitsuba's BSDF interface."""
 
 import drjit as dr
 import mitsuba as mi
@@ -8,12 +8,12 @@ from batches import direction, is_scalar
 from conftest import built
 from surfaces import QUICK
 
-# Both sides come from one routine in single precision, fused differently by the JIT.
+# Relative difference between calls of one routine in single precision, which the JIT fuses differently.
 RTOL = 1e-5
 
 
 def opaque(value):
-    """No literal of a kernel, so that one kernel serves every value."""
+    """Makes the value an input of the kernel, so that one kernel serves every value."""
     if not is_scalar():
         dr.make_opaque(value)
     return value
@@ -30,14 +30,14 @@ def interaction(wi):
 
 
 def together(*answers):
-    """Of one kernel: each array that is asked for alone would have its own."""
+    """Evaluates all answers in one kernel."""
     if not is_scalar():
         dr.eval(answers)
     return answers
 
 
 def first_entry(spectrum):
-    """The intensity part of a value as an array, than which no other part may be larger."""
+    """The intensity of a value as an array; other Stokes elements must not exceed it."""
     together(spectrum)
     if mi.is_polarized:
         intensity = np.array(spectrum[0, 0])
@@ -72,7 +72,7 @@ def test_weight_is_value_over_density(variant, parameters, sample1):
     np.testing.assert_allclose(bs.pdf, pdf, rtol=RTOL)
     if np.all(np.array(bs.pdf) > 0):
         np.testing.assert_allclose(first_entry(weight), first_entry(value) / np.array(pdf), rtol=RTOL)
-    else:  # an order beyond the horizon
+    else:  # The order is beyond the horizon.
         assert np.all(first_entry(weight) == 0)
 
 
@@ -123,8 +123,8 @@ def test_components_add_up(variant):
     assert np.all(parts[1] > 0)
 
 
-def test_the_pigment_keeps_what_the_surface_leaves(variant):
-    """Nothing below a perfect reflector; below a dielectric, what both crossings let through."""
+def test_the_pigment_reflects_transmitted_light(variant):
+    """The pigment is black below a perfect reflector, and below a dielectric has Fresnel's transmission twice."""
     si, wo = interaction(direction(40, 0)), mi.Vector3f(direction(20, 90))
     ctx = mi.BSDFContext()
     ctx.component = 1

@@ -1,4 +1,4 @@
-"""Parameters that change while a scene lives, and derivatives by them."""
+"""Parameters can change in a loaded scene, and be differentiated by."""
 
 import drjit as dr
 import mitsuba as mi
@@ -7,13 +7,13 @@ import pytest
 from batches import direction
 from conftest import use_variant
 
-# Tables that are built at once, wide orders, and light in every direction.
+# A surface with quick tables and wide orders, with light in every direction.
 QUICK = {"preset": "blazed", "period": 2.0, "coherence_length": 6.0, "tolerance": 0.01, "conserve_energy": False}
 PIGMENTED = {**QUICK, "eta": 1.56, "k": 0.3, "diffuse_reflectance": 0.4, "rotation": 10.0}
-# On the slope of the first order, which is 5 degrees wide, so that every parameter counts.
+# Direction on the slope of the first order, 5° wide, where every parameter matters.
 IN, OUT = direction(40, 20), direction(20, 200)
-# Central differences in single precision: rounding of 1e-7 over steps of about 1e-2 of the value, and the slope's own
-# change over the step. The derivative by directions is off by up to 1e-3 itself (cpp_shim/src/bridge.rs).
+# Relative error of central differences in single precision: rounding of 1e-7 over steps of 1e-2, and the change of the
+# slope over the step. The derivative by directions has an error of 1e-3 itself (cpp_shim/src/bridge.rs).
 DERIVATIVE_RTOL = 1e-2
 
 
@@ -30,7 +30,7 @@ def evaluated(bsdf):
 
 
 def scene(**parameters):
-    """A plate under a small lamp, lit directly, so that pictures have no noise but that of the pixels."""
+    """A plate under a small lamp, lit directly, so that noise stems from the pixels alone."""
     return mi.load_dict(
         {
             "type": "scene",
@@ -58,30 +58,30 @@ def scene(**parameters):
         ("rotation.value", "rotation", -35.0),
     ],
 )
-def test_a_changed_bsdf_is_as_one_made_so(typical_variant, make_bsdf, key, parameter, value):
+def test_a_changed_bsdf_equals_a_new_one(typical_variant, make_bsdf, key, parameter, value):
     bsdf, made = make_bsdf(**PIGMENTED), make_bsdf(**{**PIGMENTED, parameter: value})
     before = np.array(evaluated(bsdf))
     params = mi.traverse(bsdf)
     params[key] = value
     params.update()
     after, expected = np.array(evaluated(bsdf)), np.array(evaluated(made))
-    # The same code on the same numbers; colours may pass through textures that round differently.
+    # Equal code and numbers; colours may pass through textures that round differently.
     np.testing.assert_allclose(after, expected, rtol=1e-5)
     assert np.any(np.abs(after - before) > 1e-3 * np.abs(before))
 
 
-def test_a_changed_coherence_length_tells_what_it_is(scalar_rgb, make_bsdf):
+def test_a_changed_coherence_length_is_described(scalar_rgb, make_bsdf):
     bsdf = make_bsdf(**QUICK)
     params = mi.traverse(bsdf)
     assert params["coherence_length"] == 6.0
     params["coherence_length"] = 0.1
     params.update()
-    # Not 0.10000000149, the neighbour in single precision: the tables of that would be others.
+    # The value is 0.1 and not 0.10000000149, its rounding to single precision, which has other tables.
     assert "over 0.1 µm" in str(bsdf)
 
 
 @pytest.mark.parametrize("value", [-1.0, 0.0, 1e9, float("nan")])
-def test_a_refused_coherence_length_leaves_the_bsdf_as_it_was(typical_variant, make_bsdf, value):
+def test_a_refused_coherence_length_changes_nothing(typical_variant, make_bsdf, value):
     bsdf = make_bsdf(**QUICK)
     before = np.array(evaluated(bsdf))
     params = mi.traverse(bsdf)
@@ -93,7 +93,7 @@ def test_a_refused_coherence_length_leaves_the_bsdf_as_it_was(typical_variant, m
 
 
 @pytest.mark.parametrize("name", ["scalar_rgb", "llvm_ad_spectral"])
-def test_a_scene_renders_as_changed(name):
+def test_a_render_follows_a_changed_parameter(name):
     use_variant(name)
     changed, made = scene(**PIGMENTED), scene(**{**PIGMENTED, "coherence_length": 12.0, "rotation": 40.0})
     before = np.array(mi.render(changed, spp=4, seed=1))
@@ -144,7 +144,7 @@ def test_derivatives_agree_with_finite_differences(make_bsdf, name, key, step):
 
 @pytest.mark.parametrize("of", ["wi", "wo"])
 def test_derivatives_by_directions_agree_with_finite_differences(make_bsdf, of):
-    """Along the sphere, in a direction that moves all three components: what normal maps and moving shapes need."""
+    """Directions move along the sphere with all three components, as with normal maps and moving shapes."""
     use_variant("llvm_ad_spectral")
     bsdf = make_bsdf(**QUICK)
     angle, step = 40.0, 0.05
@@ -177,7 +177,7 @@ def test_the_derivative_of_a_picture_agrees_with_finite_differences(key, step):
         params.update()
         return mi.render(lit, params, spp=16384, seed=seed)
 
-    # As in fitting the parameter to a picture: over the whole of it, what turns in and what turns out would cancel.
+    # Weights as in a fit to a picture; without them light that turns into and out of view would cancel.
     weights = dr.detach(picture(value + 20 * step, seed=2) - picture(value, seed=2))
 
     def brightness(at):
@@ -187,6 +187,6 @@ def test_the_derivative_of_a_picture_agrees_with_finite_differences(key, step):
     at = mi.Float(value)
     dr.enable_grad(at)
     dr.backward(brightness(at))
-    # The derivative has random numbers of its own: with a million samples either side deviates by 1.3 %, so this is
-    # four standard deviations of the difference.
+    # The derivative uses other random numbers. With a million samples either side has a standard deviation of 1.3 %, so
+    # the tolerance is four standard deviations of the difference.
     assert float(dr.grad(at)[0]) == pytest.approx(expected, rel=0.08)

@@ -1,4 +1,4 @@
-"""Polarised variants: the diffracted light is polarised as the interface does it, and none of it is depolarised."""
+"""Polarised variants: diffracted light is polarised by the interface, and not depolarised."""
 
 import drjit as dr
 import mitsuba as mi
@@ -22,7 +22,7 @@ from mueller import (
 from perturbation import first_order, mueller
 
 POLARISED = ["scalar_spectral_polarized", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized"]
-# An order is so wide that light is found in all directions.
+# A window so short that an order's light is in all directions.
 EVERYWHERE = {"preset": "blazed", "coherence_length": 1.0, "conserve_energy": False}
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
 GOLD = {"eta": 0.2, "k": 3.4}
@@ -41,7 +41,7 @@ SURFACES = [
 @pytest.mark.parametrize("surface", SURFACES, ids=str)
 @pytest.mark.parametrize("variant", POLARISED)
 def test_a_flat_relief_polarises_as_a_mirror_does(variant, surface):
-    """At every azimuth, against Mitsuba's `conductor`."""
+    """Mueller matrices at every azimuth equal those of Mitsuba's `conductor`."""
     use_variant(variant)
     rng = np.random.default_rng(3)
     wi = random_directions(rng, 40 if is_scalar() else 400)
@@ -53,17 +53,17 @@ def test_a_flat_relief_polarises_as_a_mirror_does(variant, surface):
     found, expected = evaluated(flat, wi, wo), mirrored(judge, wi)
     np.testing.assert_allclose(normalised(found), normalised(expected), atol=ROUNDING)
     if mi.is_spectral:
-        # Its power is Fresnel's times what a perfect reflector's relief reflects.
+        # The power is Fresnel's reflectance times the power of a perfect reflector's relief.
         relief = evaluated(built(variant, preset="flat", conserve_energy=False, obliquity="unit"), wi, wo)[..., 0, 0]
         np.testing.assert_allclose(found[..., 0, 0] / relief, expected[..., 0, 0], rtol=1e-4)
-    # The mirror's answer for another direction is told apart.
+    # The mirror's matrix for another direction differs.
     another = np.roll(normalised(expected), 1, axis=0)
     assert np.abs(normalised(found) - another).max() > 100 * ROUNDING
 
 
 @pytest.mark.parametrize("optics", [KERATIN, GOLD, ALUMINIUM], ids=str)
-def test_amplitudes_are_those_of_maxwells_equations_to_first_order(optics):
-    """The matrix of any pair of directions, with the phases and what is crossed, and the grating turned."""
+def test_amplitudes_agree_with_first_order_maxwell(optics):
+    """Matrices of random pairs have the right phases and crossed elements, also on a rotated grating."""
     bsdf = built("llvm_ad_spectral_polarized", obliquity="small_slope", rotation=33.0, **EVERYWHERE, **optics)
     wi, wo = pairs(4000)
     found = evaluated(bsdf, wi, wo)[:, :1]
@@ -75,7 +75,7 @@ def test_amplitudes_are_those_of_maxwells_equations_to_first_order(optics):
     expected = normalised(expected)
     error = np.abs(found - expected).max(axis=(1, 2, 3))
     assert np.quantile(error, 0.999) < FORMULA, np.quantile(error, 0.999)
-    # The signs of what is crossed matter, and of the phases.
+    # Wrong signs of crossed elements and of phases are noticed.
     for i, j in ((0, 2), (2, 0), (1, 2), (2, 3)):
         wrong = expected.copy()
         wrong[..., i, j] *= -1
@@ -83,12 +83,12 @@ def test_amplitudes_are_those_of_maxwells_equations_to_first_order(optics):
 
 
 @pytest.mark.parametrize("surface", SURFACES[:4], ids=str)
-def test_intensity_is_that_of_variants_without_polarisation(surface):
+def test_intensity_equals_unpolarised_variants(surface):
     wi, wo = pairs(2000)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
     plain = eval_alone(built("llvm_ad_spectral", **EVERYWHERE, **surface), wi, wo, nm)
     polarised = eval_alone(built("llvm_ad_spectral_polarized", **EVERYWHERE, **surface), wi, wo, nm)
-    # Two forms of the same formula; the second knows the azimuth better.
+    # Two forms of one formula; the second has a smaller error in the azimuth.
     np.testing.assert_allclose(polarised, plain, rtol=FORMULA, atol=1e-7)
 
 
@@ -102,16 +102,16 @@ def test_matrices_are_physical(surface):
     assert len(values) > 25_000
     assert values.min() > -1e-6
     if "diffuse_reflectance" not in surface:
-        # All in one Jones matrix: nothing is depolarised.
+        # A single Jones matrix does not depolarise.
         assert values[:, :3].max() < 1e-6
-        # A matrix that is a thousandth off would show.
+        # An error of a thousandth is noticed.
         found[:, 1, 1] += 1e-3
         assert np.linalg.eigvalsh(coherency(found[:1000])).min() < -1e-4
 
 
 @pytest.mark.parametrize("surface", [SURFACES[0], SURFACES[3]], ids=str)
-def test_light_that_returns_is_treated_alike(surface):
-    """Reciprocity of both transverse states: a matrix is the other's transpose, in frames seen from behind."""
+def test_matrices_are_reciprocal(surface):
+    """The matrix of the reversed path is the transpose, in frames seen from behind."""
     bsdf = built("llvm_ad_spectral_polarized", **EVERYWHERE, **surface)
     wi, wo = pairs(2000)
     there, back = evaluated(bsdf, wi, wo), evaluated(bsdf, wo, wi)
@@ -134,7 +134,7 @@ def test_weight_is_value_over_density(variant):
         value, pdf = bsdf.eval_pdf(ctx, si, bs.wo)
         np.testing.assert_allclose(elements(weight) * np.array(pdf).ravel()[0], elements(value), rtol=1e-4, atol=1e-7)
         assert np.array(pdf).ravel()[0] > 0
-    # Alone, the pigment depolarises.
+    # The pigment alone depolarises.
     ctx.component = 1
     below = elements(bsdf.eval(ctx, si, mi.Vector3f(direction(30, 100)))).reshape(-1, 4, 4)
     assert np.all(below[:, 0, 0] > 0)
@@ -142,8 +142,8 @@ def test_weight_is_value_over_density(variant):
     assert np.all(below == 0)
 
 
-def test_light_from_the_camera_is_treated_as_light_to_it():
-    """Importance travels the other way, so that both directions change places."""
+def test_transport_modes_agree():
+    """Importance travels backwards, so the matrix is that of exchanged directions."""
     bsdf = built("llvm_ad_spectral_polarized", **EVERYWHERE, eta=1.56)
     wi, wo = pairs(500)
     radiance = evaluated(bsdf, wi, wo) / wo[:, 2, None, None, None]
@@ -165,7 +165,7 @@ def test_both_sides_of_twosided_polarise_as_a_mirrors():
 
 
 def stokes_of(bsdf):
-    """Stokes components of a sphere under an even sky, `[row, column, component]` of one channel."""
+    """Stokes components of a sphere under a uniform sky, `[row, column, component]` of one channel."""
     scene = mi.load_dict(
         {
             "type": "scene",
@@ -182,21 +182,21 @@ def stokes_of(bsdf):
         }
     )
     image = np.array(mi.render(scene, spp=1024, seed=3))
-    # Red, green and blue of the picture, and of each component.
+    # The channels are red, green and blue of the picture, then of each component.
     return image[..., 3:].reshape(8, 8, 4, 3)[..., 1]
 
 
 @pytest.mark.parametrize("obliquity", ["stam", "small_slope"])
 def test_a_smooth_sphere_is_as_polarised_as_a_mirrors(obliquity):
-    """Rendered by the integrator `stokes`: narrow orders of a flat relief against `conductor`.
+    """The integrator `stokes` renders narrow orders of a flat relief like `conductor`.
 
-    In a scalar variant, since compiling the renderer takes longer than the picture.
+    The variant is scalar, since compiling the renderer would take longer than the picture.
     """
     use_variant("scalar_spectral_polarized")
     optics = {"eta": 1.56, "k": 0.0}
     flat = {"type": "diffraction", "preset": "flat", "obliquity": obliquity, "conserve_energy": False, **optics}
     found, expected = stokes_of(flat), stokes_of({"type": "conductor", **optics})
-    # Inside, where a pixel sees the sphere alone. 256 samples of weights that deviate by a few per cent.
+    # Pixels that see the sphere alone, with 256 samples of weights that deviate by a few per cent.
     inside = (slice(2, 6), slice(2, 6))
     brightest = expected[inside][..., 0].max()
     np.testing.assert_allclose(found[inside], expected[inside], atol=0.03 * brightest)

@@ -1,4 +1,4 @@
-"""Random questions through Mitsuba break nothing; `make figures PAGES=stability` asks ten million."""
+"""Random evaluations through Mitsuba; `make figures PAGES=stability` has ten million."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from docs.figures.questions import one_surface, questions
 RECIPROCITY = 1e-5
 
 
-def test_random_questions_break_nothing():
+def test_random_evaluations_are_finite_and_not_negative():
     use_variant("llvm_ad_spectral")
     found = questions(160_000, 4, seed=7)
     assert found["asked"] == 160_000
@@ -21,7 +21,7 @@ def test_random_questions_break_nothing():
 
 
 @pytest.mark.parametrize(("break_it", "key"), [(lambda f: f * np.nan, "not_finite"), (lambda f: -f, "negative")])
-def test_what_is_broken_would_be_counted(make_bsdf, break_it, key):
+def test_broken_values_are_counted(make_bsdf, break_it, key):
     use_variant("llvm_ad_spectral")
     bsdf = make_bsdf(preset="flat", coherence_length=2.0, conserve_energy=False)
 

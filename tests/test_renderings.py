@@ -1,4 +1,4 @@
-"""What the pages of renderings measure and draw onto pictures, against closed forms."""
+"""Measurements and marks of the renderings, against closed forms."""
 
 import math
 
@@ -20,7 +20,7 @@ def variant():
     use_variant()
 
 
-def test_the_camera_of_marks_is_that_of_the_view():
+def test_marks_are_projected_by_the_camera():
     from docs.figures.marks import project
 
     view = View(400, 200, origin_cm=(0, -10, 0), target_cm=(0, 0, 0), fov_deg=40)
@@ -33,7 +33,7 @@ def test_the_camera_of_marks_is_that_of_the_view():
     assert project(view, (edge, 10, 0)) == pytest.approx((300, 100), abs=ROUNDING)
 
 
-def test_chroma_is_that_of_the_cie_inside_the_mask_alone(tmp_path):
+def test_chroma_is_cielab_within_the_mask(tmp_path):
     from docs.figures.appearance import mean_chroma
     from mitsuba_scenes.render import EXPOSURE_STOPS
 
@@ -45,7 +45,7 @@ def test_chroma_is_that_of_the_cie_inside_the_mask_alone(tmp_path):
     assert found == pytest.approx(104.55 / 3, rel=CIE)
 
 
-def test_a_picture_without_its_colour_is_as_bright():
+def test_greyed_pictures_keep_their_lightness():
     from docs.figures.appearance import greyed
     from docs.figures.rgb_against_spectral import lab
 
@@ -56,7 +56,7 @@ def test_a_picture_without_its_colour_is_as_bright():
     assert np.abs(after[..., 1:]).max() < CIE
 
 
-def test_the_captions_of_the_moving_sun_are_directions_in_equal_steps():
+def test_directions_of_the_moving_sun_have_equal_steps():
     from docs.figures.renderings import SOUTH_TO_NORTH, SOUTHEAST_TO_WEST, sun_of
 
     for column in (SOUTH_TO_NORTH, SOUTHEAST_TO_WEST):
@@ -68,7 +68,7 @@ def test_the_captions_of_the_moving_sun_are_directions_in_equal_steps():
         assert steps == pytest.approx(0.2, abs=2e-3)
 
 
-def test_equal_scenes_are_those_that_differ_in_words_and_method_alone():
+def test_scene_keys_ignore_caption_mark_and_method():
     from docs.figures.studio import Shot
 
     shot = Shot("a", {"preset": "blazed"}, "flss")

@@ -1,4 +1,4 @@
-"""The numbers of the page `renderings-methods`, on pictures and surfaces of which they are known."""
+"""Measurements of the part `renderings-methods`, on pictures and surfaces with known values."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def waves(shift_um) -> np.ndarray:
     return 0.1 * np.cos(2 * np.pi * (x - shift_um(y)) / PERIOD_UM)
 
 
-def test_straight_lines_do_not_wander_and_shifted_ones_are_followed():
+def test_wander_is_zero_for_straight_lines_and_follows_shifts():
     """A slow sine is flattened by the Gaussian to exp(−2π²σ²/L²) of its amplitude, 0.94 here, and by the plane that is
     taken off by a few per cent more. Windows cut at two deviations leave 2 nm of straight lines."""
     inside = alignment.inside(PERIOD_UM, PIXEL_UM)
@@ -48,7 +48,7 @@ def test_peaks_are_found_between_pixels():
     assert stam_maps.peaks(pixels, spacing_um, (0.38, 0.78)).sines == pytest.approx(tops, abs=1e-9)
 
 
-def test_gems_peaks_are_where_the_chapter_puts_them(tmp_path):
+def test_gems_peaks_match_the_chapter(tmp_path):
     """sin θ = top/d for tops at 0.875, 0.75 and 0.625 um, to single precision; and the map is symmetric."""
     use_variant("scalar_rgb")
     pixels = stam_maps.brdf_map(tmp_path, {"preset": "blazed"}, 151, {**stam_maps.GEMS, "period_um": 2.0})
@@ -57,7 +57,7 @@ def test_gems_peaks_are_where_the_chapter_puts_them(tmp_path):
     assert stam_maps.right_over_left(pixels) == pytest.approx(1, abs=1e-5)
 
 
-def test_right_over_left_is_of_luminance_without_the_middle():
+def test_right_over_left_excludes_the_middle_column():
     pixels = np.ones((5, 5, 3))
     pixels[:, 2] = 100
     pixels[:, 3:] *= 3
@@ -71,7 +71,7 @@ def test_effective_hues_count_equally_full_bins():
     assert hues.effective_hues(np.array([0.5, 0.5, 0])) == pytest.approx(2)
 
 
-def test_hues_are_those_of_the_primaries():
+def test_hues_of_the_primaries():
     """sRGB's primaries in CIELAB are at 40.0°, 136.0° and 306.3°, to a tenth; grey and dark pixels do not count."""
     primaries = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0.5], [1e-3, 0, 0]], dtype=float)
     shares = hues.histogram(primaries)
@@ -89,7 +89,7 @@ def test_dark_pixels_are_counted_after_exposure():
         assert hues.dark_share(factor * pixels, among) == 0.5
 
 
-def test_a_shift_towards_purple_is_seen_in_what_was_blue():
+def test_a_shift_of_blue_towards_purple_is_measured():
     """Red added to blue pixels raises their a*; pixels that were not blue stay out of it."""
     blue, green = np.tile([0.1, 0.3, 1.0], (50, 1)), np.tile([0.1, 1.0, 0.1], (50, 1))
     before = np.concatenate([blue, green])
@@ -100,7 +100,7 @@ def test_a_shift_towards_purple_is_seen_in_what_was_blue():
     assert shifted["hue_deg"] > same["hue_deg"] + 5
 
 
-def test_pixels_near_a_highlight_are_those_with_a_tilted_half_vector():
+def test_pixels_near_a_highlight_have_a_tilted_half_vector():
     """Light along the normal: the half vector's angle is half of the view's. What is not lit does not count."""
     pairs = np.zeros((5, 8))
     for row, (view_deg, lit) in enumerate([(2, 1), (10, 1), (10, 0), (18, 1), (30, 1)]):

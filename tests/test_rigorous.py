@@ -1,4 +1,4 @@
-"""Gratings by Maxwell's equations in Mitsuba: samples, energy, reciprocity, and that every interface answers alike."""
+"""Gratings by Maxwell's equations in Mitsuba: samples, energy, reciprocity, and agreement of the interfaces."""
 
 import json
 import os
@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from batches import direction, eval_pdf
 from conftest import PLUGIN_FOLDER, REPOSITORY, built, use_variant
-from test_chi2 import SIGNIFICANCE, vectorised
+from test_chi2 import ANGLES, SIGNIFICANCE, vectorised
 
-# Of the tests of samples below.
-ANGLES = [(0, 0), (0, 70), (30, 0), (30, 70), (60, 0), (60, 70), (80, 0), (80, 70)]
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
-# Small periods are quick to solve; a short coherence length makes orders wide enough for the test's cells.
+# Number of χ² tests: of these variants, and of the polarised one in test_polarised_orders.py.
+TEST_COUNT = len(ANGLES) * (len(VARIANTS) + 1)
+# A small period is quick to solve; a short coherence length makes orders wide against the cells of the χ² test.
 METAL = {
     "preset": "sinusoidal",
     "period": 0.9,
@@ -27,7 +27,8 @@ METAL = {
     "coherence_length": 8.0,
 }
 PERFECT = {"preset": "lamellar", "period": 0.9, "theory": "rigorous", "coherence_length": 8.0}
-# Interpolation of the tables in single precision beside the square roots at passing-off lines.
+# Error of interpolation in single precision, relative to the largest value, beside the square roots at passing-off
+# lines.
 SINGLE = 2e-3
 
 
@@ -37,21 +38,21 @@ def arguments(parameters):
 
 
 def asked(*words, lines=""):
-    """What the command answers."""
+    """Output of the command."""
     tool = REPOSITORY / "target" / "release" / "sunbeam"
     return subprocess.run([tool, *map(str, words)], input=lines, capture_output=True, text=True, check=True).stdout
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("angles", ANGLES)
-def test_samples_have_the_density_that_is_told(variant, angles):
+def test_samples_follow_the_density(variant, angles):
     bsdf = built(variant, **METAL)
     test = vectorised(bsdf, direction(*angles))
-    assert test.run(SIGNIFICANCE, len(ANGLES) * len(VARIANTS), quiet=True), test.messages
+    assert test.run(SIGNIFICANCE, TEST_COUNT, quiet=True), test.messages
 
 
 def pairs(count, seed):
-    """Directions over the hemisphere and, for each, one near an order of the grating at a random wavelength."""
+    """Random directions and wavelengths, each with a direction near an order of the grating."""
     rng = np.random.default_rng(seed)
     xy = np.sqrt(rng.random((2, count))) * [np.cos(t := 2 * np.pi * rng.random(count)), np.sin(t)]
     wi = np.stack([*xy, np.sqrt(np.maximum(1 - (xy**2).sum(0), 1e-4))], axis=-1)
@@ -65,7 +66,7 @@ def pairs(count, seed):
 
 
 @pytest.mark.parametrize("variant", VARIANTS)
-def test_exchanging_the_directions_changes_nothing(variant):
+def test_values_are_reciprocal(variant):
     bsdf = built(variant, **METAL)
     wi, wo, nm = pairs(4000, 1)
     there, _ = eval_pdf(bsdf, wi, wo, nm)
@@ -76,7 +77,7 @@ def test_exchanging_the_directions_changes_nothing(variant):
     assert np.abs(there - back).max() < SINGLE * np.abs(there).max()
 
 
-def test_the_plugin_the_command_and_the_oracle_answer_alike():
+def test_plugin_command_and_oracle_agree():
     bsdf = built("scalar_spectral", **METAL)
     wi, wo, nm = pairs(60, 2)
     plugin, _ = eval_pdf(bsdf, wi, wo, nm)
@@ -92,8 +93,8 @@ def test_the_plugin_the_command_and_the_oracle_answer_alike():
     largest = exact.max()
     assert largest > 1
     assert np.abs(plugin / wo[:, 2:] - table).max() < SINGLE * largest
-    # In units of an order that has all of the light, at its middle: 4πs²/λ². Of the efficiencies 99 % are off by less
-    # than 0.015, and the rest lies beside a plasmon.
+    # Errors of efficiencies: differences relative to the peak of an order with all of the light, 4πs²/λ². Beside
+    # plasmons one in a hundred exceeds 0.015.
     off = np.abs(table - exact) * (nm * 1e-3) ** 2 / (4 * np.pi * (METAL["coherence_length"] / 4) ** 2)
     assert np.quantile(off, 0.98) < 0.015
     assert off.max() < 0.06
@@ -101,8 +102,8 @@ def test_the_plugin_the_command_and_the_oracle_answer_alike():
 
 
 @pytest.mark.parametrize("grating", [PERFECT, METAL])
-def test_what_is_reflected_is_the_sum_of_the_orders(grating):
-    # Of a sum of orders: what the table is off by, and what changes over an order's width beside a plasmon.
+def test_the_albedo_is_the_sum_of_the_orders(grating):
+    # Error of a sum of orders: the table's, and the change over an order's width beside a plasmon.
     absolute = 0.02
     narrow = {**grating, "coherence_length": 65.0}
     bsdf = built("llvm_ad_spectral", **narrow)
@@ -128,7 +129,7 @@ def test_what_is_reflected_is_the_sum_of_the_orders(grating):
         ({"preset": "blazed", "model": "patch"}, "model"),
         ({"preset": "blazed", "obliquity": "stam"}, "obliquity"),
         ({"preset": "blazed", "period": 20.0}, "building the tables"),
-        # Whatever a build may take: no time would do.
+        # Refused with any build limit.
         ({"preset": "blazed", "period": 900.0, "build_limit": 1e6}, "2500.0 wavelengths of 360 nm in air.*at most 108"),
         ({"preset": "lamellar", "period": 30.0, "eta": 1.5, "build_limit": 1e6}, "in the medium below.*at most 108"),
         (
@@ -138,13 +139,13 @@ def test_what_is_reflected_is_the_sum_of_the_orders(grating):
         ({"preset": "blazed", "eta": {"type": "checkerboard"}}, "theory"),
     ],
 )
-def test_what_it_cannot_do_is_said_in_one_line(parameters, named):
+def test_unsupported_parameters_are_refused_in_one_line(parameters, named):
     use_variant("scalar_rgb")
     with pytest.raises(RuntimeError, match=named):
         mi.load_dict({"type": "diffraction", "theory": "rigorous", **parameters})
 
 
-def test_the_material_stays_as_it_is():
+def test_the_material_cannot_change():
     use_variant("llvm_ad_rgb")
     bsdf = mi.load_dict({"type": "diffraction", **METAL})
     parameters = mi.traverse(bsdf)
@@ -154,7 +155,7 @@ def test_the_material_stays_as_it_is():
     assert "Maxwell" in str(mi.load_dict({"type": "diffraction", **METAL}))
 
 
-# A process of its own: the threads that make tables are started by the first to need one.
+# Runs in its own process, in which the first scene starts the threads that build tables.
 IN_A_SCENE = """
 import json, sys
 import mitsuba as mi
@@ -168,9 +169,9 @@ print(scene.shapes()[0].bsdf().eval(mi.BSDFContext(), si, wo)[0] / wo[2])
 """
 
 
-def test_the_threads_of_a_renderer_solve_it_too(tmp_path):
-    # They flush subnormal numbers to zero, and load the parts of a scene side by side. This grating is quick, and its
-    # systems have pivots between 1 and √2, which faer inverts by way of such numbers.
+def test_renderer_threads_solve_gratings(tmp_path):
+    # Mitsuba's threads flush subnormal numbers to zero and load parts of a scene in parallel. This grating's systems
+    # have pivots between 1 and √2, which the library faer inverts through subnormal numbers.
     grating = {"preset": "sinusoidal", "period": 0.3, "height": 0.1, "theory": "rigorous", "eta": 2.5}
     bsdfs = [{"type": "diffraction", **grating}, {"type": "diffuse"}]
     wi, wo, nm = direction(15, 10), direction(15, 190.2), [500] * 4
@@ -181,5 +182,5 @@ def test_the_threads_of_a_renderer_solve_it_too(tmp_path):
     line = json.dumps({"wi": wi, "wo": wo, "wavelength": nm})
     exact = json.loads(asked("eval", "--method", "exact", *arguments(grating), lines=line))["f"][0]
     assert exact > 0.1
-    # What a table of efficiencies may be off by, of an order of some tenths.
+    # Error of the table of efficiencies, for an order of some tenths.
     assert float(done.stdout) == pytest.approx(exact, rel=0.05)

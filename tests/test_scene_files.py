@@ -1,4 +1,4 @@
-"""The XML scenes load beside what `make scenes` writes, show what the Python scenes do, and suit the stock command."""
+"""The XML scenes of `make scenes` load, equal the Python scenes, and render with the command `mitsuba`."""
 
 import subprocess
 import sys
@@ -16,14 +16,14 @@ from mitsuba_scenes.scene import View, snake_scene
 from mitsuba_scenes.skin import skin_bsdf
 from mitsuba_scenes.snake import snake_files
 
-# Small pictures; of the presets the one whose tables are made fastest.
+# Small pictures, with the preset whose tables are built fastest.
 SMALL = {
     "snake": {"width": 48, "height": 32, "spp": 16, "preset": "blazed"},
     "disc": {"width": 48, "height": 32, "spp": 16},
     "laboratory": {"width": 40, "height": 36, "crop_height": 30, "spp": 64, "preset": "blazed"},
     "scan": {"width": 32, "height": 32, "spp": 16},
 }
-# The files have the same numbers as the Python scenes, to five digits, and draw the same samples.
+# The files hold the Python scenes' numbers to five digits, and samples are equal.
 SAME_SCENE_RTOL = 2e-3
 
 
@@ -40,7 +40,7 @@ def rendered(scene):
 
 
 def loaded(folder, name):
-    """The scene of a file, small."""
+    """Loads the scene of a file at a small size."""
     return mi.load_file(str(folder / f"{name}.xml"), **{key: str(value) for key, value in SMALL[name].items()})
 
 
@@ -55,7 +55,7 @@ def test_each_file_renders(folder, variant, name):
 
 
 @pytest.mark.parametrize("name", ["snake", "laboratory"])
-def test_the_file_is_the_python_scene(folder, name):
+def test_files_equal_the_python_scene(folder, name):
     use_variant("llvm_ad_rgb")
     small = SMALL[name]
     if name == "snake":
@@ -71,7 +71,7 @@ def test_the_file_is_the_python_scene(folder, name):
     np.testing.assert_allclose(found, expected, rtol=SAME_SCENE_RTOL)
 
 
-def test_the_stock_command_renders_a_scan_of_one_s_own(folder, tmp_path):
+def test_the_mitsuba_command_renders_a_users_scan(folder, tmp_path):
     y, x = np.mgrid[:64, :64] * 0.1
     rows = "\n".join(" ".join(f"{h:.5f}" for h in row) for row in 0.1 * np.sin(2 * np.pi * x / 1.6) + 0 * y)
     (tmp_path / "ridges.txt").write_text(rows)

@@ -1,4 +1,4 @@
-"""Outputs of the commands of `mitsuba_scenes` are checked before anything is rendered."""
+"""Commands of `mitsuba_scenes` check their outputs before rendering."""
 
 import argparse
 import os
@@ -12,7 +12,7 @@ from mitsuba_scenes.outputs import output_file, output_folder
 
 
 def refusal(convert, path):
-    """The reason for which a path is refused."""
+    """The message that refuses a path."""
     with pytest.raises(argparse.ArgumentTypeError) as refused:
         convert(str(path))
     return str(refused.value)
@@ -20,7 +20,7 @@ def refusal(convert, path):
 
 @pytest.fixture
 def taken(tmp_path):
-    """A folder that holds a file, and folders that are called as files are."""
+    """A folder that holds a file, and folders with names of files."""
     (tmp_path / "file").write_text("years of work")
     (tmp_path / "a.exr").mkdir()
     (tmp_path / "b.png").mkdir()
@@ -31,7 +31,7 @@ def contents(folder):
     return sorted((path.name, path.is_file() and path.read_bytes()) for path in folder.iterdir())
 
 
-def test_files_that_cannot_be_written_are_refused_and_nothing_is_changed(taken):
+def test_unwritable_files_are_refused_unchanged(taken):
     before = contents(taken)
     picture = output_file(".exr", beside=(".png",))
     for name, reason in [
@@ -50,7 +50,7 @@ def test_files_that_cannot_be_written_are_refused_and_nothing_is_changed(taken):
     assert contents(taken) == before
 
 
-def test_folders_that_cannot_be_written_are_refused_and_none_is_made(taken):
+def test_unwritable_folders_are_refused_and_not_made(taken):
     before = contents(taken)
     for name, reason in [("file", "file is no folder"), ("file/new", "file is no folder"), ("/proc/new", "cannot")]:
         assert reason in refusal(output_folder, taken / name), name

@@ -1,4 +1,4 @@
-"""The snake's scenes render in the variants that they are made for, and the command line says what is wrong."""
+"""The snake's scenes render in their variants, and the command line reports errors."""
 
 import os
 import subprocess
@@ -34,7 +34,7 @@ def scene_variant(request):
 
 @cache
 def made_skin(variant, files, parameters):
-    """A skin in the current variant; the tables are made once per variant."""
+    """A skin in the current variant, built once for each variant."""
     return mi.load_dict(skin_bsdf(dict(parameters), files.pigment))
 
 
@@ -59,8 +59,8 @@ def test_every_skin_renders(scene_variant, files, skin):
 
 
 @pytest.mark.parametrize("sun", ["directional", "disc"])
-def test_the_sun_gives_what_its_documentation_says(scene_variant, files, sun):
-    """A white ground alone, facing the sun, has radiance 1."""
+def test_the_sun_has_its_documented_radiance(scene_variant, files, sun):
+    """A white ground facing the sun has radiance 1, and 0.25 from the sky."""
     light = Light(azimuth_deg=30, elevation_deg=90, sun=sun, sky=0.25)
     ground = {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": 1.0}}
     view = View(16, 16, origin_cm=(0, -0.1, 5), target_cm=(0, 0, 0), fov_deg=10)
@@ -68,7 +68,7 @@ def test_the_sun_gives_what_its_documentation_says(scene_variant, files, sun):
         {"type": "scene", "integrator": {"type": "path"}, "sensor": view.sensor(64), "g": ground, **light.emitters()}
     )
     mean = np.array(mi.render(scene)).mean(axis=(0, 1))
-    # 256 pixels of 64 samples with some 10 % of noise each, and no bias.
+    # 256 pixels of 64 samples, each with a noise of 10 %.
     np.testing.assert_allclose(mean, 1.25, rtol=0.01)
 
 
@@ -149,7 +149,7 @@ def test_a_missing_tool_is_named_with_its_remedy(tmp_path):
         snake.snake_files(tool=tmp_path / "sunbeam")
 
 
-def test_without_llvm_the_scalar_variant_is_used_and_said(files, tmp_path):
+def test_without_llvm_the_scalar_variant_is_used(files, tmp_path):
     words = ["--resolution", "16", "12", "--spp", "1", "--mesh", files.mesh, "--pigment", files.pigment]
     done = subprocess.run(
         [sys.executable, "-m", "mitsuba_scenes.render", *map(str, words), "-o", str(tmp_path / "a.exr")],

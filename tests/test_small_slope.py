@@ -1,4 +1,4 @@
-"""The small-slope factor through the interfaces, against first-order perturbation theory."""
+"""The small-slope factor of plugin and command, against first-order perturbation theory."""
 
 import json
 
@@ -11,12 +11,12 @@ from perturbation import first_order
 
 from mitsuba_scenes.tool import sunbeam
 
-# An order is so wide that light is found in all directions.
+# A window so short that an order's light is in all directions.
 EVERYWHERE = {"preset": "blazed", "coherence_length": 1.0, "conserve_energy": False}
 WAVELENGTHS = [450.0, 520.0, 590.0, 660.0]
-# Single precision, in which cosines are subtracted; a quotient of two of its values.
+# Relative error of a quotient of two values in single precision, in which cosines are subtracted.
 SINGLE = 5e-4
-# A relief of 4 nm at κ of up to 0.028 /nm: the second order is (κh/2)² ≈ 3e-3 of the first.
+# For a relief of 4 nm and κ up to 0.028 /nm, the second order is (κh/2)² ≈ 3e-3 of the first.
 SHALLOW = {"preset": "sinusoidal", "period": 1.3, "height": 0.004, "coherence_length": 65, "conserve_energy": "false"}
 SECOND_ORDER = 4e-3
 INDICES = [{"eta": 1.56}, {"eta": 0.2, "k": 3.4}]
@@ -29,7 +29,7 @@ def factor(wi, wo, n):
 
 
 def perfect(wi, wo):
-    """Rice's kernel of a perfect conductor."""
+    """Rice's kernel for a perfect conductor."""
     k, k0 = (np.hypot(w[:, 0], w[:, 1]) for w in (wo, wi))
     q, q0 = wo[:, 2], wi[:, 2]
     cos = -(wi[:, :2] * wo[:, :2]).sum(-1) / (k * k0)
@@ -49,7 +49,7 @@ def pairs(count, seed=4, lowest=0.05):
 @pytest.mark.parametrize(
     "variant", ["scalar_rgb", "scalar_spectral", "llvm_ad_rgb", "llvm_ad_mono", "llvm_ad_spectral"]
 )
-def test_the_factor_is_that_of_perturbation_theory(variant, optics):
+def test_the_factor_agrees_with_perturbation_theory(variant, optics):
     count = 300 if variant.startswith("scalar") else 3000
     wi, wo = pairs(count)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
@@ -91,8 +91,8 @@ def test_shallow_sinusoids_have_rices_first_orders(optics):
     np.testing.assert_allclose(found, expected, rtol=SECOND_ORDER)
 
 
-def test_auto_is_by_the_index():
-    """A dielectric has the small slope, a metal and what reflects everything Stam's factor, as `str` says."""
+def test_auto_depends_on_the_index():
+    """Dielectrics get the small-slope factor, metals and perfect reflectors Stam's, as `str` shows."""
     for variant in ("scalar_rgb", "llvm_ad_spectral"):
         for optics, name in [
             ({"eta": 1.56}, "small_slope"),
@@ -106,7 +106,7 @@ def test_auto_is_by_the_index():
 
 
 def test_changing_the_index_changes_the_factor():
-    """Through `mi.traverse`, in colours and at wavelengths; the choice of the factor stays."""
+    """An index changed through `mi.traverse` changes the values, but not the choice of the factor."""
     wi, wo = pairs(200)
     nm = np.broadcast_to(np.float32(WAVELENGTHS), (len(wi), 4))
     for variant in ("llvm_ad_rgb", "llvm_ad_spectral"):

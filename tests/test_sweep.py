@@ -1,4 +1,4 @@
-"""A sweep from the command line: what comes out, and that it is the same however it was computed."""
+"""Results of a sweep from the command line, and their independence of the number of workers."""
 
 import json
 import re
@@ -11,7 +11,7 @@ import pytest
 from sweeps import QUICK, REPOSITORY, SPEC, begin, environment, one_line, results, sweep, wait_for, write_spec
 
 TOOL = REPOSITORY / "target" / "release" / "sunbeam"
-# A file that cannot be read among good ones, a skin among gratings, and all kinds of figures.
+# A corrupt and a good file, two gratings, and all kinds of figures.
 EVERYTHING = f"""
 output = "out"
 
@@ -59,7 +59,7 @@ BALL = """
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A sweep with two workers, and the same with one beside it."""
+    """The folder of a sweep with two workers (`out`) and with one (`one`)."""
     folder = tmp_path_factory.mktemp("sweep")
     (folder / "scans").mkdir()
     y, x = np.mgrid[:40, :40] * 0.05
@@ -83,17 +83,17 @@ def rows(folder):
 def test_one_and_two_workers_give_the_same_bytes(folder):
     for name in ("sweep.parquet", "index.html"):
         one, two = (folder / "one" / name).read_bytes(), (folder / "out" / name).read_bytes()
-        # The page is named for its folder.
+        # The page's title is its folder's name.
         assert one.replace(b"<title>one", b"<title>out").replace(b"<h1>one", b"<h1>out") == two, name
     pictures = sorted((folder / "out" / "pictures").glob("*/*"))
-    # A strip and two files of the map and of the render, of three cases.
+    # Three cases, each with a strip, two files of the map and two of the render.
     assert len(pictures) == 3 * 5
     for picture in pictures:
         other = folder / "one" / picture.relative_to(folder / "out")
         assert picture.read_bytes() == other.read_bytes(), picture.name
 
 
-def test_a_corrupt_file_is_a_row_and_the_others_go_on(rows):
+def test_a_corrupt_file_becomes_a_failed_row(rows):
     assert [(row["surface"], row["filename"], row["status"]) for row in rows] == [
         ("scans", "scans/corrupt.npy", "failed"),
         ("scans", "scans/good.npy", "failed"),
@@ -104,7 +104,7 @@ def test_a_corrupt_file_is_a_row_and_the_others_go_on(rows):
     assert "corrupt.npy" in bad["error"]
     assert "\n" not in bad["error"]
     assert bad["map_png"] is None
-    # A relief that varies along y has no orders of a grating, and everything else.
+    # A relief that varies along y has all figures except a grating's orders.
     assert re.match(r"orders: the relief varies along y", skin["error"])
     assert skin["orders_list"] is None
     assert skin["statistics_period_x_um"] == pytest.approx(0.5, rel=0.02)
@@ -112,11 +112,11 @@ def test_a_corrupt_file_is_a_row_and_the_others_go_on(rows):
     assert len(skin["input_sha256"]) == 64
 
 
-def test_statistics_and_peaks_are_those_of_the_surface(rows):
+def test_statistics_and_peaks_match_the_surface(rows):
     for row, height in zip(rows[2:], (0.1, 0.2)):
         assert row["statistics_rms_um"] == pytest.approx(height / np.sqrt(8), rel=1e-3)
         assert row["statistics_period_x_um"] == pytest.approx(1.6, rel=1e-3)
-        # Orders of 10 µm of coherent light are some degrees wide, which moves their peaks a little.
+        # With a window of 10 µm orders are some degrees wide, which shifts their peaks slightly.
         assert row["peaks_spacing_nm"] == pytest.approx(1600, rel=3e-3)
         assert row["peaks_rms_error_deg"] < 0.2
         for angle in row["peaks_angles"]:
@@ -124,7 +124,7 @@ def test_statistics_and_peaks_are_those_of_the_surface(rows):
             assert angle["grating_deg"] == pytest.approx(np.degrees(np.arcsin(sine)), abs=1e-9)
 
 
-def test_orders_are_those_of_the_command(rows):
+def test_orders_equal_the_commands(rows):
     words = ["orders", "--json", "--preset=sinusoidal", "--period=1.6", "--height=0.2", "--eta=1.5", "--theta-i=30"]
     for theory in ("scalar", "rigorous"):
         more = ["--obliquity=stam"] if theory == "scalar" else []
@@ -143,7 +143,7 @@ def linear(path):
     return np.array(mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, False))
 
 
-def test_maps_are_those_of_the_command(rows, folder, tmp_path):
+def test_maps_equal_the_commands(rows, folder, tmp_path):
     words = [
         "--preset=sinusoidal",
         "--period=1.6",
@@ -155,28 +155,28 @@ def test_maps_are_those_of_the_command(rows, folder, tmp_path):
     words += ["--conserve-energy=false", "--tolerance=0.01", "--obliquity=stam", "--size=48"]
     subprocess.run([TOOL, "brdf-map", "-o", tmp_path / "map.exr", *words], check=True, capture_output=True)
     theirs, ours = linear(tmp_path / "map.exr"), linear(folder / "out" / rows[3]["map_exr"])
-    # Mitsuba's table of the observer has steps of 5 nm where the command's has 1 nm.
+    # Mitsuba's table of the observer has steps of 5 nm, the command's of 1 nm.
     np.testing.assert_allclose(ours, theirs, rtol=0.02, atol=0.003 * theirs.max())
     assert ours.max() > 0.1
 
 
-def test_the_mean_colour_is_the_light_that_all_orders_have(rows):
+def test_the_mean_colour_is_the_power_of_all_orders(rows):
     for row in rows[2:]:
-        # At 550 nm, near the middle of what the eye sees.
+        # The orders are at 550 nm, near the peak of luminance.
         assert row["colour_luminance"] == pytest.approx(row["orders_scalar_reflected"], rel=0.05)
         assert row["colour_gamut_area"] > 0.05
         assert all(abs(corner["view_deg"] - 30) > 3 for corner in row["colour_gamut"])
 
 
-def test_renders_have_the_surface_in_them(rows, folder):
+def test_renders_show_the_surface(rows, folder):
     pictures = [linear(folder / "out" / row["render_exr"]) for row in rows[1:]]
     assert all(picture.shape == (12, 16, 3) for picture in pictures)
-    # The sky is 1, and the ball before it reflects some percent of it.
+    # The sky's radiance is 1, and the ball reflects some per cent.
     assert all(picture[0, 0].min() > 0.9 and 0 < picture[6, 8].max() < 0.3 for picture in pictures)
     assert not np.array_equal(pictures[1], pictures[2])
 
 
-def test_the_sheet_is_whole_in_itself(folder, rows):
+def test_the_sheet_is_self_contained(folder, rows):
     page = (folder / "out" / "index.html").read_text(encoding="utf-8")
     assert page.count('<img src="data:image/png;base64,') == 3 * 3
     assert not re.search(r"(?:src|href)=\"(?:https?:)?//", page)
@@ -188,7 +188,7 @@ def test_the_sheet_is_whole_in_itself(folder, rows):
     assert page.count("<tr") == 1 + len(rows)
 
 
-def test_the_summary_says_what_the_columns_hold(folder, rows):
+def test_the_summary_describes_the_columns(folder, rows):
     summary = json.loads((folder / "out" / "sweep.json").read_text())
     assert (summary["state"], summary["cases"], summary["failed"]) == ("finished", 4, 2)
     assert set(summary["columns"]) == set(rows[0])
@@ -199,7 +199,7 @@ def test_the_summary_says_what_the_columns_hold(folder, rows):
     assert all(row["seconds"] > 0 for row in times)
 
 
-def test_a_finished_sweep_is_not_computed_again_but_what_changed_is(folder, tmp_path):
+def test_only_changed_cases_are_computed_again(folder, tmp_path):
     before = {path: path.stat().st_mtime_ns for path in results(folder / "out")}
     table = (folder / "out" / "sweep.parquet").read_bytes()
     done = sweep(folder / "spec.toml")
@@ -207,7 +207,7 @@ def test_a_finished_sweep_is_not_computed_again_but_what_changed_is(folder, tmp_
     assert "cases to do" not in done.stderr
     assert {path: path.stat().st_mtime_ns for path in results(folder / "out")} == before
     assert (folder / "out" / "sweep.parquet").read_bytes() == table
-    # Another time alone changes nothing; other heights do.
+    # A new modification time changes nothing; new heights do.
     (folder / "scans" / "good.npy").touch()
     np.save(folder / "scans" / "corrupt.npy", np.zeros((8, 8)))
     done = sweep(folder / "spec.toml")
@@ -224,20 +224,20 @@ def test_a_plan_computes_nothing(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_scheduler_that_is_not_there_is_one_line(tmp_path):
+def test_a_missing_scheduler_is_one_line(tmp_path):
     line = one_line(sweep(write_spec(tmp_path), "--scheduler", "tcp://127.0.0.1:1"))
     assert "the scheduler tcp://127.0.0.1:1 does not answer" in line
     assert "the scheduler nowhere does not answer" in one_line(sweep(write_spec(tmp_path), "--scheduler", "nowhere"))
 
 
-def test_a_command_that_is_not_there_is_one_line(tmp_path):
+def test_a_missing_command_is_one_line(tmp_path):
     spec = write_spec(tmp_path, SPEC + "[want.statistics]\n")
     line = one_line(sweep(spec, SUNBEAM_COMMAND=str(tmp_path / "none")))
     assert "SUNBEAM_COMMAND names" in line
     assert not (tmp_path / "out").exists()
 
 
-def test_other_people_s_folders_are_left_alone(tmp_path):
+def test_folders_with_other_files_are_left_alone(tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "thesis.tex").write_text("years of work")
     line = one_line(sweep(write_spec(tmp_path), "--fresh"))
@@ -245,7 +245,7 @@ def test_other_people_s_folders_are_left_alone(tmp_path):
     assert (tmp_path / "out" / "thesis.tex").exists()
 
 
-def test_a_place_that_is_taken_is_told_before_anything_is_computed(tmp_path):
+def test_blocked_outputs_are_refused_before_the_work(tmp_path):
     place = tmp_path / "out" / "index.html"
     place.mkdir(parents=True)
     line = one_line(sweep(write_spec(tmp_path)))
@@ -254,7 +254,7 @@ def test_a_place_that_is_taken_is_told_before_anything_is_computed(tmp_path):
 
 
 @pytest.mark.parametrize("taken", ["", "results", "pictures", "sweep.json", "sweep.parquet", "times.parquet"])
-def test_files_are_in_no_folder_s_place_and_folders_in_no_file_s(sweep_package, tmp_path, taken):
+def test_misplaced_entries_are_refused(sweep_package, tmp_path, taken):
     from sunbeam_mitsuba.sweep.store import Store
 
     place = tmp_path / "out" / taken
@@ -268,7 +268,7 @@ def test_files_are_in_no_folder_s_place_and_folders_in_no_file_s(sweep_package, 
     assert place.is_dir() or place.read_text() == "years of work"
 
 
-def test_two_sweeps_into_one_folder_are_one_too_many(tmp_path):
+def test_a_second_sweep_into_a_folder_is_refused(tmp_path):
     spec = write_spec(tmp_path)
     first = begin(spec, "--workers", 1, slow=0.2)
     wait_for(lambda: (tmp_path / "out" / "sweep.json").exists())
@@ -278,7 +278,7 @@ def test_two_sweeps_into_one_folder_are_one_too_many(tmp_path):
     assert sweep(spec, "--fresh", "--workers", 1).returncode == 0
 
 
-def test_without_its_packages_the_error_names_what_to_install(tmp_path):
+def test_missing_packages_are_named_with_their_remedy(tmp_path):
     (tmp_path / "pyarrow.py").write_text("raise ImportError(name='pyarrow')")
     env = environment(tmp_path)
     env["PYTHONPATH"] = f"{tmp_path}:{env['PYTHONPATH']}"

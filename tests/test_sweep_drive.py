@@ -1,4 +1,4 @@
-"""How a sweep's driver takes what Dask tells of its batches, where the moment at which a worker dies is chosen."""
+"""The sweep's driver against a fake Dask client, whose workers die at chosen moments."""
 
 import pytest
 from distributed.comm.core import CommClosedError
@@ -8,7 +8,7 @@ CASES = 3
 
 
 class Result:
-    """What Dask holds of a batch; the first of `failures` happen to whoever asks for it."""
+    """A fake future of a batch; `result` raises the failures first, one a call."""
 
     status = "finished"
 
@@ -29,7 +29,7 @@ class Result:
 
 @pytest.fixture
 def drive(sweep_package):
-    """Drives three cases with one worker, and gives how many are done and how many of them failed."""
+    """A function that drives three cases with one worker and returns the numbers of finished and failed cases."""
     from sunbeam_mitsuba.sweep.drive import drive
     from sunbeam_mitsuba.sweep.spec import Case
     from sunbeam_mitsuba.sweep.work import Done, Job
@@ -57,21 +57,21 @@ def drive(sweep_package):
     return driven
 
 
-def test_a_result_that_died_with_its_worker_is_waited_for(drive):
-    """Dask has the batch done again, which may take longer than a result takes to come."""
+def test_lost_results_are_awaited_again(drive):
+    """Dask repeats the batch, which may take longer than the wait for a result."""
     assert drive(TimeoutError(), TimeoutError()) == (CASES, 0)
 
 
-def test_a_batch_that_kills_its_workers_the_second_time_is_tried_alone(drive):
+def test_cases_of_a_deadly_batch_are_tried_alone(drive):
     assert drive(KilledWorker("batch", "worker", 3)) == (CASES, 0)
 
 
 @pytest.mark.parametrize("failure", [TimeoutError(), ConnectionError()], ids=repr)
-def test_a_scheduler_that_is_gone_is_one_line(drive, sweep_package, failure):
+def test_a_lost_scheduler_is_one_line(drive, sweep_package, failure):
     with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
         drive(failure, status="closed")
 
 
-def test_a_scheduler_that_dies_while_its_threads_are_counted_is_one_line(drive, sweep_package):
+def test_a_scheduler_lost_while_counting_threads_is_one_line(drive, sweep_package):
     with pytest.raises(sweep_package.SweepError, match="the connection to the scheduler is lost"):
         drive(reset=True)

@@ -1,4 +1,4 @@
-"""Sweeps that are killed, interrupted, or run out of disk: the rest is done by the same command, to the same bytes."""
+"""Sweeps that are killed, interrupted or run out of disk resume with the same command, to equal bytes."""
 
 import contextlib
 import os
@@ -15,13 +15,13 @@ import pytest
 from sweeps import begin, environment, results, sweep, wait_for, write_spec
 
 CASES = 12
-# Long enough that there is a middle, short enough for twelve of them.
+# Seconds added to each of twelve cases, so that a kill meets a running sweep.
 SLOW = 0.8
 
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory):
-    """The table of a sweep that nothing happened to."""
+    """The table of a sweep without interruption."""
     folder = tmp_path_factory.mktemp("undisturbed")
     done = sweep(write_spec(folder), "--workers", 2)
     assert done.returncode == 0, done.stderr
@@ -34,7 +34,7 @@ def kill(process):
 
 
 def workers_of(driver):
-    """Processes below the driver that compute: those that the nannies spawned."""
+    """The driver's worker processes, spawned by Dask's nannies."""
     with contextlib.suppress(psutil.NoSuchProcess):
         children = psutil.Process(driver.pid).children(recursive=True)
         return [child for child in children if "spawn_main" in " ".join(child.cmdline())]
@@ -45,8 +45,8 @@ def in_the_middle(folder):
     wait_for(lambda: 3 <= len(results(folder / "out")) < CASES)
 
 
-def test_a_killed_driver_is_gone_on_from(tmp_path, undisturbed):
-    """The scheduler of a sweep on this machine is in the same process, so this kills both."""
+def test_a_killed_driver_resumes(tmp_path, undisturbed):
+    """Killing the driver also kills the scheduler, which is in its process on one machine."""
     spec = write_spec(tmp_path)
     driver = begin(spec, "--workers", 2, slow=SLOW)
     in_the_middle(tmp_path)
@@ -54,7 +54,7 @@ def test_a_killed_driver_is_gone_on_from(tmp_path, undisturbed):
     kill(driver)
     driver.wait()
     assert workers
-    # They notice by themselves.
+    # Workers end by themselves.
     wait_for(lambda: not any(worker.is_running() and worker.status() != "zombie" for worker in workers), 20)
     done_before = results(tmp_path / "out")
     assert 3 <= len(done_before) < CASES
@@ -67,7 +67,7 @@ def test_a_killed_driver_is_gone_on_from(tmp_path, undisturbed):
     assert (tmp_path / "out" / "sweep.parquet").read_bytes() == undisturbed
 
 
-def test_a_killed_worker_is_not_noticed_in_the_table(tmp_path, undisturbed):
+def test_a_killed_worker_does_not_change_the_table(tmp_path, undisturbed):
     driver = begin(write_spec(tmp_path), "--workers", 2, slow=SLOW)
     in_the_middle(tmp_path)
     kill(workers_of(driver)[0])
@@ -99,7 +99,7 @@ def start(folder, *words, slow=None):
 
 
 def cluster(folder, slow):
-    """A scheduler and two workers over TCP, as two machines would have them."""
+    """A scheduler and two workers over TCP, as on several machines."""
     file = folder / "scheduler.json"
     file.unlink(missing_ok=True)
     words = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", file]
@@ -110,7 +110,7 @@ def cluster(folder, slow):
     return address, scheduler, [start(folder, "worker", *words, slow=slow) for _ in range(2)]
 
 
-def test_a_killed_scheduler_is_one_line_and_a_new_one_goes_on(tmp_path, undisturbed):
+def test_a_killed_scheduler_is_one_line_and_resumes(tmp_path, undisturbed):
     spec = write_spec(tmp_path)
     processes = []
     try:
@@ -134,7 +134,7 @@ def test_a_killed_scheduler_is_one_line_and_a_new_one_goes_on(tmp_path, undistur
         again = sweep(spec, "--scheduler", address)
         assert again.returncode == 0, again.stderr
         assert (tmp_path / "out" / "sweep.parquet").read_bytes() == undisturbed
-        # They stay for the next sweep.
+        # The cluster stays for the next sweep.
         assert all(process.poll() is None for process in (scheduler, *workers))
     finally:
         for process in processes:
@@ -142,13 +142,13 @@ def test_a_killed_scheduler_is_one_line_and_a_new_one_goes_on(tmp_path, undistur
             process.wait()
 
 
-def test_ctrl_c_ends_soon_and_says_how_to_go_on(tmp_path, undisturbed):
+def test_ctrl_c_ends_soon_and_resumes(tmp_path, undisturbed):
     spec = write_spec(tmp_path)
     driver = begin(spec, "--workers", 2, slow=SLOW, group=True)
     in_the_middle(tmp_path)
     workers = workers_of(driver)
     begun = time.monotonic()
-    # As a terminal does: to the whole group.
+    # A terminal interrupts the whole process group.
     os.killpg(driver.pid, signal.SIGINT)
     _, err = driver.communicate(timeout=30)
     assert time.monotonic() - begun < 5
@@ -162,7 +162,7 @@ def test_ctrl_c_ends_soon_and_says_how_to_go_on(tmp_path, undisturbed):
 
 @pytest.fixture
 def small_disk(tmp_path):
-    """A file system of 40 kB, with room for some of the results."""
+    """A file system of 40 kB, with room for a part of the results."""
     place = tmp_path / "out"
     place.mkdir()
     words = ["mount", "-t", "tmpfs", "-o", "size=40k", "tmpfs", str(place)]
@@ -173,7 +173,7 @@ def small_disk(tmp_path):
     subprocess.run(["umount", str(place)], check=True)
 
 
-def test_a_full_disk_is_one_line_and_more_room_goes_on(tmp_path, small_disk, undisturbed):
+def test_a_full_disk_is_one_line_and_resumes(tmp_path, small_disk, undisturbed):
     spec = write_spec(tmp_path)
     done = sweep(spec, "--workers", 2)
     assert done.returncode == 2, done.stderr

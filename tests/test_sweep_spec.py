@@ -1,4 +1,4 @@
-"""What a sweep is asked for: what is accepted, what is refused, and how values are combined."""
+"""Specifications of sweeps: accepted and refused ones, and combinations of values."""
 
 from pathlib import Path
 
@@ -47,10 +47,10 @@ def test_a_sample_is_the_same_for_its_seed(sweep_package, tmp_path):
     assert first != drawn(4)
     assert len(first) == 200
     assert all(10 <= one["theta_i_deg"] < 70 and 1 <= one["coherence_length"] < 100 for one in first)
-    # Evenly in the logarithm: half of them below 10.
+    # Uniform in the logarithm: half of the values are below 10.
     assert 70 < sum(one["coherence_length"] < 10 for one in first) < 130
     assert 70 < sum(one["model"] == "patch" for one in first) < 130
-    # What Python's generator gives for this seed, in every version.
+    # The number of Python's generator for this seed, equal in all versions.
     assert first[0]["coherence_length"] == pytest.approx(2.9925, abs=1e-3)
 
 
@@ -78,13 +78,13 @@ def test_globs_are_sorted_and_relative(sweep_package, tmp_path):
     assert [one["filename"] for one in found] == ["scans/a.txt", "scans/b.txt", "scans/c.npy"]
 
 
-def test_cases_that_are_alike_are_one(sweep_package, tmp_path):
+def test_equal_cases_are_merged(sweep_package, tmp_path):
     spec = read(sweep_package, tmp_path, with_surface('preset = ["flat", "flat"]', "theta_i_deg = [0, 0.0, 10]"))
     assert spec.count == 6
     assert [case.parameters["theta_i_deg"] for case in spec.cases("1")] == [0, 10]
 
 
-def test_an_identity_depends_on_all_that_decides_the_result(sweep_package, tmp_path):
+def test_an_identity_depends_on_every_input(sweep_package, tmp_path):
     def identity(version="1", settings="eta = 1.5", want="[want.colour]"):
         (case,) = read(sweep_package, tmp_path, with_surface('preset = "flat"', settings, want)).cases(version)
         return case.identity
@@ -138,14 +138,14 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("text", "mentioned"), REFUSED, ids=[mentioned[:40] for _, mentioned in REFUSED])
-def test_what_is_wrong_is_named_in_one_line(sweep_package, tmp_path, text, mentioned):
+def test_refusals_are_one_line(sweep_package, tmp_path, text, mentioned):
     with pytest.raises(sweep_package.SweepError) as error:
         read(sweep_package, tmp_path, text)
     assert mentioned in str(error.value)
     assert "\n" not in str(error.value)
 
 
-def test_a_file_that_is_not_there_is_named(sweep_package, tmp_path):
+def test_a_missing_file_is_named(sweep_package, tmp_path):
     with pytest.raises(sweep_package.SweepError, match=r"none\.toml cannot be read"):
         sweep_package.read_spec(tmp_path / "none.toml")
 
@@ -156,8 +156,8 @@ def refusal(package, **given):
     return str(error.value)
 
 
-def test_limits_are_those_of_the_library(sweep_package):
-    """What is outside is refused by the library, too, by name; what is at the ends is not what it refuses."""
+def test_limits_equal_the_librarys(sweep_package):
+    """The library refuses values outside of the limits by name, and accepts the ends."""
     import sunbeam_mitsuba
     from sunbeam_mitsuba.sweep.limits import SOURCE, SURFACE, Numbers, Text, Truth, Words
 
@@ -166,7 +166,7 @@ def test_limits_are_those_of_the_library(sweep_package):
     bases.update(region_spread=regions, k={"filename": "none.gsf", "eta": 1.5})
 
     def names_it(name, value):
-        # What is accepted gets as far as the next complaint: a file that is not there, or this contradiction.
+        # An accepted value leads to the next error: a missing file, or the contradiction of preset and max_height.
         base = bases.get(name, {"filename": "none.gsf"})
         given = {**base, name: value, **({"max_height": 1.0} if "preset" in base else {})}
         return f'parameter "{name}"' in refusal(sunbeam_mitsuba, **given)
@@ -197,7 +197,7 @@ def test_limits_are_those_of_the_library(sweep_package):
     assert checked > 25
 
 
-def test_the_parameters_are_those_of_the_plugin(sweep_package):
+def test_parameters_equal_the_plugins(sweep_package):
     import re
 
     from sunbeam_mitsuba.sweep.limits import SCENE, SOURCE, SURFACE
@@ -208,7 +208,7 @@ def test_the_parameters_are_those_of_the_plugin(sweep_package):
     assert {name for row in rows for name in re.findall(r"`([a-z_]+)`", row)} == {*SOURCE, *SURFACE, *SCENE}
 
 
-def test_the_workers_of_a_machine_follow_from_its_memory(sweep_package):
+def test_workers_follow_from_memory(sweep_package):
     from sunbeam_mitsuba.sweep.cluster import plan_workers
 
     assert plan_workers(3, 2e9, 0, 100) == (3, 2e9)
@@ -218,7 +218,7 @@ def test_the_workers_of_a_machine_follow_from_its_memory(sweep_package):
     assert memory > 0
 
 
-def test_surfaces_are_given_up_where_memory_is_short(sweep_package, monkeypatch):
+def test_surfaces_are_dropped_where_memory_is_short(sweep_package, monkeypatch):
     from sunbeam_mitsuba.sweep import tables
 
     class Reflector:
@@ -229,7 +229,7 @@ def test_surfaces_are_given_up_where_memory_is_short(sweep_package, monkeypatch)
     held = tables.HeldSurfaces(2 * 2.5e9 + tables.WORKER_BYTES)
     for eta in (1, 2, 1, 3, 1, 2):
         held.get({"preset": "flat", "eta": eta, "theta_i_deg": 10 * eta})
-    # Two fit: 3 pushes 2 out, which was used longer ago than 1.
+    # Two surfaces fit: 3 replaces 2, which was used before 1.
     assert built == [1, 2, 3, 2]
     assert len(held) == 2
     monkeypatch.setattr(tables, "estimated_bytes", lambda parameters: 7e9)

@@ -1,4 +1,4 @@
-"""A relief as a microscope's tip sees it, against closed forms."""
+"""A relief imaged by a microscope's tip, against closed forms."""
 
 import numpy as np
 import pytest
@@ -75,6 +75,6 @@ def test_a_tilted_plane_is_raised_by_the_flank():
     np.testing.assert_allclose((seen - heights)[middle], 0.03 * (np.hypot(1, 0.5) - 1), rtol=0, atol=5e-6)
 
 
-def test_of_mirrored_orders_one_is_told():
+def test_one_of_two_mirrored_orders_is_reported():
     assert two_strongest({0: 0.1, 1: 0.4, -1: 0.4, 3: 0.05, -3: 0.05}) in ([1, 0], [-1, 0])
     assert two_strongest({-1: 0.8, 0: 0.1, 1: 0.2}) == [-1, 1]

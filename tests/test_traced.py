@@ -1,4 +1,4 @@
-"""What Rust traces into Dr.Jit's kernels: many at a time, frozen, cached, masked, failing, in every mode of loops."""
+"""Kernels that Rust traces into Dr.Jit: several BSDFs, frozen, cached, masked, failing, in all modes of loops."""
 
 import gc
 import re
@@ -17,12 +17,12 @@ SURFACES = [
     {"preset": "cd"},
     {"preset": "lamellar", "model": "patch"},
 ]
-# Kernels of different shape fuse and round differently; relative to the largest.
+# Largest difference between kernels that fuse differently, relative to the largest value.
 SINGLE = 1e-5
 
 
 def question(count=COUNT, seed=17):
-    """A surface interaction with random directions and wavelengths, an outgoing direction, and random numbers."""
+    """A surface interaction with random direction and wavelengths, an outgoing direction, and random numbers."""
     rng = np.random.default_rng(seed)
     si = dr.zeros(mi.SurfaceInteraction3f, count)
     si.wi = mi.Vector3f(random_directions(rng, count).T)
@@ -35,7 +35,7 @@ def question(count=COUNT, seed=17):
 
 
 def answers(bsdf, si, wo, numbers, active=True):
-    """All that a BSDF tells: value, density, both, and a sample's direction and weight."""
+    """All answers of a BSDF: value, density, both, and a sample's direction and weight."""
     ctx = mi.BSDFContext()
     sample, weight = bsdf.sample(ctx, si, numbers.x, mi.Point2f(numbers.y, numbers.z), active)
     return (
@@ -94,7 +94,7 @@ MODES = [
 
 
 @pytest.mark.parametrize("flag", MODES)
-def test_modes_of_tracing_give_the_same(traced, flags, flag):
+def test_tracing_modes_agree(traced, flags, flag):
     flag = getattr(dr.JitFlag, flag)
     bsdf = built(traced, **SURFACES[0])
     usual = as_numbers(answers(bsdf, *question()))
@@ -161,12 +161,12 @@ def test_frozen_functions_replay(traced):
         si, wo, numbers = question(seed=seed)
         given = frozen(bsdf, si, wo, numbers)
         assert_same(as_numbers(given), as_numbers(answers(bsdf, si, wo, numbers)))
-    # Dr.Jit may record once more, with what turned out not to be constant.
+    # Dr.Jit may record a second time, with inputs that were not constant.
     assert frozen.n_recordings <= 2
 
 
 def variables():
-    """How many variables Dr.Jit has, and the references to them."""
+    """Numbers of Dr.Jit's variables and of references to them."""
     gc.collect()
     dr.sync_thread()
     return dr.whos(as_string=True)
@@ -180,7 +180,7 @@ def test_references_are_balanced(traced):
         as_numbers(answers(bsdf, si, wo, numbers))
 
     def fail():
-        # Arrays of three sizes.
+        # Arrays of three sizes do not match.
         wrong = question(COUNT + 1)[0]
         wrong.wi = si.wi
         with pytest.raises(RuntimeError, match="size"):
@@ -198,7 +198,7 @@ def test_references_are_balanced(traced):
         assert before == after
 
 
-def test_what_dr_jit_refuses_is_an_exception(traced):
+def test_refusals_of_dr_jit_are_exceptions(traced):
     if not mi.is_spectral:
         pytest.skip("without wavelengths Mitsuba meets the mismatch first")
     bsdf = built(traced, **SURFACES[0])
@@ -217,12 +217,12 @@ def test_what_dr_jit_refuses_is_an_exception(traced):
 
 
 def arrays_of_words():
-    """The references to each array of integers in Dr.Jit's memory that is as large as tables are."""
+    """References to each array of integers in Dr.Jit's memory of the size of tables."""
     rows = re.findall(r"^\s+\d+\s+LLVM\s+u32\s+LLVM\D+(\d+)\s+(\d+)\s", variables(), re.MULTILINE)
     return [int(references) for references, size in rows if int(size) > 100]
 
 
-def test_surfaces_of_the_same_tables_share_their_memory(traced):
+def test_equal_surfaces_share_their_tables(traced):
     parameters = {"type": "diffraction", "preset": "sinusoidal", "coherence_length": 33.0}
     first = mi.load_dict(parameters)
     alone = arrays_of_words()
@@ -232,7 +232,7 @@ def test_surfaces_of_the_same_tables_share_their_memory(traced):
     assert len(arrays_of_words()) == len(alone)
     other_tables = mi.load_dict({**parameters, "coherence_length": 34.0})
     assert len(arrays_of_words()) > len(alone)
-    # Whichever of them is left keeps it.
+    # The remaining surface keeps the tables.
     del first, other_tables, others[1:]
     assert arrays_of_words() == alone
     assert_same(as_numbers(answers(others[0], *question())), wanted)

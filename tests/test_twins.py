@@ -1,4 +1,4 @@
-"""The Rust core, which scalar variants ask ray by ray, and its twin in Dr.Jit give the same lobe."""
+"""The Rust core, which scalar variants call ray by ray, and its twin in Dr.Jit give equal lobes."""
 
 import mitsuba as mi
 import numpy as np
@@ -6,38 +6,36 @@ import pytest
 from batches import eval_pdf, random_directions, random_wavelengths, sample
 from conftest import built, use_variant
 
-# What the twins promise each other: relative, in single precision.
+# Largest relative difference between the twins, in single precision.
 RTOL = 1e-4
-# Below this share of the sampling density a value counts as this share: κ and the splines in it are single precision,
-# which leaves 1.5e-7 of an order's largest power. The density is made of the powers at nearly the κ asked for and is
-# the mean over four wavelengths: where an order passes through zero at one and the others are dim too, it is a
-# twentieth of that (sinusoid, zeroth order, J0² of 1e-4 at 627 nm and 0.09 at 813 nm). So such an order is known to
-# 3.3e-6 of the density, and no better relatively.
+# Fraction of the sampling density below which values are compared absolutely. Single precision in κ leaves errors of
+# 1.5e-7 of an order's largest power. The density is the mean over four wavelengths of the powers at nearly equal κ.
+# Where an order passes through zero at one wavelength and is dim at the others, the density is a twentieth of the
+# largest power (sinusoid, order 0: J0² is 1e-4 at 627 nm and 0.09 at 813 nm), so the error is 3.3e-6 of the density.
 FLOOR = 4e-2
-# Directions are differences of numbers up to 2 in single precision, with random numbers stretched over and over.
+# Largest difference of a direction's components. Random numbers are stretched to each interval that they fall into,
+# which costs digits of single precision.
 WO_ATOL = 1e-3
-# Share of samples whose random number falls on the edge of an interval, or into one so short that stretching it leaves
-# few digits, and which so land elsewhere.
-EDGE_SHARE = 2e-3
-# Orders are gone through one by one, and the random number is stretched at each. A window of 1 µm turns what digits
-# are lost into directions that are 1e-3 off (1 % of the samples).
-WIDE_EDGE_SHARE = {"1 µm": 2e-2}
-# Colours are sums of about a hundred wavelengths of both signs, whose steps may differ by one: the midpoint rule errs
-# by 2e-4 of the peak there. Relative to luminance, since the channels cancel.
-RGB_RTOL = 2e-3
-# Share of directions in which an order lies so far in the dark that its tail is all there is.
-RGB_SHARE = 5e-3
+# Fraction of samples that may differ: their random number lies on the edge of an interval, or in a very short one.
+EDGE_FRACTION = 2e-3
+# The fraction by surface, where it is larger: with a window of 1 µm the lost digits are 1e-3 of the direction.
+WIDE_EDGE_FRACTION = {"1 µm": 2e-2}
+# Largest difference of colours, relative to the luminance because channels cancel. Measured: 99.5 % of the directions
+# are within 1.3e-4 (blazed) and all within 2.6e-4.
+RGB_RTOL = 3e-4
+# Fraction of directions beyond RGB_RTOL, where only the tail of an order's Gaussian is left.
+RGB_FRACTION = 5e-3
+# Largest difference between a monochromatic value and the luminance of the colour, relative to the largest channel. One
+# sum in another order; measured 1.2e-7.
+MONO_RTOL = 1e-6
 
 QUERIES = 2000
 QUERIES_RGB = 500
 
 SURFACES = {
     "flat": {"preset": "flat"},
-    "sinusoidal": {"preset": "sinusoidal"},
     "blazed": {"preset": "blazed"},
-    "lamellar": {"preset": "lamellar"},
     "cd": {"preset": "cd"},
-    "elaphe": {"preset": "elaphe"},
     "xenopeltis": {"preset": "xenopeltis"},
     "unscaled": {"preset": "sinusoidal", "conserve_energy": False},
     "unit": {"preset": "sinusoidal", "obliquity": "unit", "period": 1.25, "height": 0.15},
@@ -50,7 +48,6 @@ SURFACES = {
     "patch skin": {"preset": "elaphe", "model": "patch", "coherence_length": 20.0},
     "1 µm": {"preset": "blazed", "coherence_length": 1.0, "conserve_energy": False},
     "10 µm": {"preset": "blazed", "coherence_length": 10.0, "conserve_energy": False},
-    "1 mm": {"preset": "blazed", "coherence_length": 1e3, "conserve_energy": False},
     "10 mm": {"preset": "blazed", "coherence_length": 1e4, "conserve_energy": False},
     "tolerance": {"preset": "blazed", "tolerance": 1e-5, "conserve_energy": False},
     "file": {"filename": "rough.npy", "pixel_size": 0.1, "coherence_length": 20.0},
@@ -62,7 +59,7 @@ IN_COLOUR = ["blazed", "unit", "small slope", "small slope of everything", "10 �
 
 @pytest.fixture(scope="module")
 def parameters_of(tmp_path_factory):
-    """Parameters of a surface by its name; the file is a small, smooth, random relief that is no square."""
+    """Parameters of a surface by its name. The file holds a small, smooth, random relief, longer than wide."""
     path = tmp_path_factory.mktemp("reliefs") / "rough.npy"
     rng = np.random.default_rng(5)
     waves = np.fft.rfft2(rng.normal(size=(36, 50)))
@@ -80,7 +77,7 @@ def parameters_of(tmp_path_factory):
 
 
 def queries(parameters, variant, count):
-    """Random incidence, wavelengths and random numbers, and outgoing directions: most of them where orders are."""
+    """Random incidence, outgoing directions, wavelengths and random numbers; most directions lie in orders."""
     rng = np.random.default_rng(11)
     wi, nm = random_directions(rng, count), random_wavelengths(rng, count)
     u = rng.random((count, 3)).astype(np.float32)
@@ -95,7 +92,7 @@ def evaluated(variant, parameters, wi, wo, nm):
 
 
 def worst(ours, theirs):
-    """The largest error of values and densities, relative as `RTOL` is."""
+    """The largest error of values and densities: relative, with `FLOOR`."""
     (value, pdf), (other_value, other_pdf) = ours, theirs
     scale = np.maximum(np.maximum(np.abs(value), np.abs(other_value)), FLOOR * np.maximum(pdf, other_pdf)[:, None])
     of_value = np.max(np.abs(value - other_value) / np.maximum(scale, 1e-30))
@@ -125,8 +122,8 @@ def test_samples_agree(parameters_of, name):
     wo, pdf, weight = sample(built("llvm_ad_spectral", **parameters), wi, nm, u)
     core_wo, core_pdf, core_weight = sample(built("scalar_spectral", **parameters), wi, nm, u)
     together = np.abs(wo - core_wo).max(axis=1) <= WO_ATOL
-    assert together.mean() >= 1 - WIDE_EDGE_SHARE.get(name, EDGE_SHARE)
-    # Where a sample lies in its order moves its density, so that is judged at the same place.
+    assert together.mean() >= 1 - WIDE_EDGE_FRACTION.get(name, EDGE_FRACTION)
+    # The density varies within an order, so both are evaluated at one direction.
     value, density = evaluated("scalar_spectral", parameters, wi, wo.astype(np.float32), nm)
     kept = pdf > 0
     assert worst((value[kept], density[kept]), (weight[kept] * pdf[kept, None], pdf[kept])) <= RTOL
@@ -145,7 +142,7 @@ WRONG = {
 
 
 @pytest.mark.parametrize("wrong", WRONG)
-def test_another_surface_is_told_apart(wrong):
+def test_another_surface_disagrees(wrong):
     parameters = {"preset": "blazed"}
     wi, wo, nm, _ = queries(parameters, "llvm_ad_spectral", QUERIES)
     core = evaluated("scalar_spectral", parameters, wi, wo, nm)
@@ -153,7 +150,7 @@ def test_another_surface_is_told_apart(wrong):
 
 
 @pytest.mark.parametrize("flip", [[-1, 1, 1], [1, -1, 1]], ids=str)
-def test_a_flipped_sign_is_told_apart(flip):
+def test_a_flipped_sign_disagrees(flip):
     parameters = {"preset": "elaphe"}
     wi, wo, nm, _ = queries(parameters, "llvm_ad_spectral", QUERIES)
     core = evaluated("scalar_spectral", parameters, wi, wo, nm)
@@ -162,7 +159,7 @@ def test_a_flipped_sign_is_told_apart(flip):
 
 
 def test_the_blaze_leans_the_right_way():
-    """Both could be wrong together: a facet that rises along +x throws light from the normal to −x."""
+    """A facet that rises along +x reflects light from the normal to −x; both twins could have the other sign."""
     tilt = 2 * np.arctan(0.1)
     wo = np.array([[-np.sin(tilt), 0, np.cos(tilt)], [np.sin(tilt), 0, np.cos(tilt)]], dtype=np.float32)
     wi, nm = np.array([[0, 0, 1]] * 2, dtype=np.float32), np.full((2, 4), 2.5e3 * np.sin(tilt), dtype=np.float32)
@@ -175,14 +172,14 @@ LUMINANCE = np.array([0.2126729, 0.7151522, 0.072175])
 
 
 def desaturated(rgb):
-    """As much grey of the same luminance mixed in as leaves no channel negative, which scalar variants do."""
+    """The colour mixed with grey of its luminance until no channel is negative, as scalar variants do."""
     grey, least = np.maximum(rgb @ LUMINANCE, 0)[:, None], rgb.min(axis=1, keepdims=True)
-    share = np.where(least < 0, grey / np.maximum(grey - least, 1e-30), 1)
-    return np.maximum(grey + share * (rgb - grey), 0)
+    saturation = np.where(least < 0, grey / np.maximum(grey - least, 1e-30), 1)
+    return np.maximum(grey + saturation * (rgb - grey), 0)
 
 
-def worst_share(rgb, other):
-    """The share of colours that differ by more than `RGB_RTOL` of the luminance."""
+def fraction_off(rgb, other):
+    """Fraction of the colours that differ by more than `RGB_RTOL` of the luminance."""
     luminance = np.maximum(rgb @ LUMINANCE, 1e-30)
     return np.mean(np.abs(rgb - other).max(axis=1) > RGB_RTOL * luminance)
 
@@ -194,14 +191,14 @@ def test_colours_agree(parameters_of, name):
     twin, twin_pdf = evaluated("llvm_ad_rgb", parameters, wi, wo, None)
     core, core_pdf = evaluated("scalar_rgb", parameters, wi, wo, None)
     assert is_sane(core, core_pdf)
-    # What lies outside sRGB is kept in kernels.
+    # Kernels keep colours outside sRGB.
     assert np.any(twin < 0)
     twin = desaturated(twin)
     assert is_sane(twin, twin_pdf)
-    assert worst_share(core, twin) <= RGB_SHARE
-    assert np.mean(np.abs(core_pdf - twin_pdf) > RGB_RTOL * core_pdf) <= RGB_SHARE
+    assert fraction_off(core, twin) <= RGB_FRACTION
+    np.testing.assert_allclose(twin_pdf, core_pdf, rtol=RTOL)
     turned = evaluated("llvm_ad_rgb", {**parameters, "rotation": 1.0}, wi, wo, None)[0]
-    assert worst_share(core, desaturated(turned)) > 10 * RGB_SHARE
+    assert fraction_off(core, desaturated(turned)) > 10 * RGB_FRACTION
 
 
 @pytest.mark.parametrize("name", IN_COLOUR)
@@ -210,13 +207,11 @@ def test_mono_is_the_luminance(parameters_of, name):
     wi, wo, _, _ = queries(parameters, "llvm_ad_rgb", QUERIES_RGB)
     rgb = evaluated("llvm_ad_rgb", parameters, wi, wo, None)[0]
     mono = evaluated("llvm_ad_mono", parameters, wi, wo, None)[0][:, 0]
-    # Where channels cancel, luminance is known as well as they are.
-    off = np.abs(mono - rgb @ LUMINANCE)
-    assert np.all(off <= RGB_RTOL * np.abs(rgb).max(axis=1))
+    assert np.all(np.abs(mono - rgb @ LUMINANCE) <= MONO_RTOL * np.abs(rgb).max(axis=1))
 
 
 def test_hero_wavelengths_share_one_density():
-    """The density of four wavelengths is the mean of each one's own."""
+    """The density for four wavelengths is the mean of the densities for each."""
     parameters = {"preset": "blazed"}
     wi, wo, nm, _ = queries(parameters, "llvm_ad_spectral", QUERIES)
     for variant in ["llvm_ad_spectral", "scalar_spectral"]:

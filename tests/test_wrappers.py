@@ -1,4 +1,4 @@
-"""Inside other BSDFs and in rendered scenes the lobe is what it is alone."""
+"""The lobe keeps its values inside other BSDFs and in rendered scenes."""
 
 import time
 
@@ -10,13 +10,13 @@ from conftest import built, use_variant
 from surfaces import QUICK
 
 SKIN = {**QUICK, "eta": 1.56, "diffuse_reflectance": 0.3}
-# The same arithmetic in another kernel.
+# Relative difference of equal arithmetic in another kernel.
 RTOL = 1e-4
-# Frames perturbed by maps come from normalised differences of texels in half or single precision.
+# Relative error with maps, whose frames are normalised differences of texels in half or single precision.
 FRAME_RTOL = 2e-2
-# Of the largest luminance, where a table of colours has a peak as splines.
+# Ripple of the colour table's splines beside a peak, relative to the largest luminance.
 RIPPLE = 2e-3
-# Mean of 16 pixels with 64 samples each of a lobe whose weights deviate by about their mean: 1/32, thrice.
+# Three standard errors of the mean of 16 pixels with 64 samples, for weights with a relative deviation of 1.
 NOISE = 0.1
 
 
@@ -26,7 +26,7 @@ def skin(typical_variant):
 
 
 def pixels(values):
-    """A texture of these values, as they are."""
+    """A raw texture of the values."""
     return {"type": "bitmap", "bitmap": mi.Bitmap(np.array(values, dtype=np.float32)), "raw": True}
 
 
@@ -37,7 +37,7 @@ def pairs(count=200):
 
 
 def on_a_plane(bsdf, wi, wo, nm):
-    """Values with the derivatives of positions that bump and normal maps need."""
+    """Values on a plane with the derivatives of positions that bump and normal maps need."""
 
     def complete(si):
         si.sh_frame = mi.Frame3f(mi.Normal3f(0, 0, 1))
@@ -99,7 +99,7 @@ def test_maps_turn_the_frame(skin, kind, flat, tilted):
     np.testing.assert_allclose(unchanged, bare, rtol=FRAME_RTOL, atol=FRAME_RTOL * bare.max())
     turned = on_a_plane(mapped(kind, skin, tilted), wi, wo, nm)
     assert np.all(np.isfinite(turned))
-    # Colours outside sRGB have negative channels, and splines ripple about zero beside a peak.
+    # Colours outside sRGB have negative channels; the luminance is negative by the splines' ripple at most.
     light = turned if mi.is_spectral else turned @ [0.2126729, 0.7151522, 0.072175]
     assert light.min() >= (0 if mi.is_spectral else -RIPPLE * light.max())
     assert np.median(np.abs(turned - bare) / np.maximum(bare, 1e-3)) > FRAME_RTOL
@@ -129,14 +129,14 @@ def rendered(bsdf, spp=64):
     return image[2:6, 2:6].mean()
 
 
-def test_renders_inside_each(skin):
+def test_renders_inside_wrappers(skin):
     sky, alone = rendered({"type": "null"}), rendered(skin)
     white = {"type": "diffuse", "reflectance": 1.0}
     assert 0 < alone < 0.9 * sky
     expected = {
         "twosided": ({"type": "twosided", "nested": skin}, alone),
         "blendbsdf": ({"type": "blendbsdf", "weight": 0.5, "a": skin, "b": white}, (alone + sky) / 2),
-        # What passes meets the inside of the sphere, which is black, unless it passes there as well.
+        # Light through the mask meets the sphere's inside, which is black, or passes there as well.
         "mask": ({"type": "mask", "opacity": 0.5, "nested": skin}, alone / 2 + sky / 4),
         "normalmap": (mapped("normalmap", skin, [0.5, 0.5, 1]), alone),
         "bumpmap": (mapped("bumpmap", skin, 0), alone),
@@ -150,10 +150,10 @@ def test_renders_inside_each(skin):
     ["llvm_ad_rgb", "llvm_ad_mono", "llvm_ad_spectral", "llvm_ad_mono_polarized", "llvm_ad_spectral_polarized"],
 )
 def test_the_first_render_completes(variant, capsys):
-    """Tells the time, in which a kernel is compiled; a wall-clock limit would fail on busy machines."""
+    """Prints the time, which includes compiling a kernel; a time limit would fail on busy machines."""
     use_variant(variant)
     start = time.perf_counter()
-    # Energy is scaled where that surface is built for other tests, too.
+    # Energy is conserved in variants whose tables other tests share.
     scaled = variant in ("llvm_ad_spectral", "llvm_ad_mono")
     options = {} if scaled else {"conserve_energy": False, "tolerance": 1e-2}
     bsdf = built(variant, preset="xenopeltis", **options)

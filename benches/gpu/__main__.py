@@ -19,7 +19,7 @@ from .supervisor import Run
 RESULTS = REPOSITORY / "docs" / "data" / "gpu.json"
 DRY_RESULTS = REPOSITORY / "out" / "bench" / "gpu-dry-run.json"
 PICTURES = REPOSITORY / "out" / "bench" / "gpu"
-# Seconds of a whole run.
+# Time limit of a whole run in seconds: a card that is lent for 15 minutes allows two runs less their start.
 TIME_S = 480.0
 
 
@@ -30,14 +30,20 @@ def arguments(words: list[str] | None) -> tuple[argparse.ArgumentParser, argpars
         epilog="Exit status: 0 where everything passed, 1 where a part failed or was not run, 2 for a wrong argument.",
     )
     add = parser.add_argument
-    add("parts", nargs="*", metavar="PART", help="all of them unless some are named; --list tells them")
-    add("--dry-run", action="store_true", help="llvm_ad_* and the software adapter at small sizes, card or not")
-    add("--compare", action="store_true", help="hold pictures that a card drew elsewhere against the software adapter")
-    add("--list", action="store_true", help="tell the parts with their limits, and end")
-    add("--json", type=Path, help=f"the results (docs/data/{RESULTS.name}, or out/bench/{DRY_RESULTS.name})")
-    add("--pictures", type=Path, default=PICTURES, help="folder of the card's pictures, which are kept")
-    add("--seconds", type=float, default=TIME_S, help="time of the whole run (%(default).0f)")
-    # Given by the supervisor to the process of a part.
+    add("parts", nargs="*", metavar="PART", help="part to run, all by default; --list shows their names")
+    add(
+        "--dry-run", action="store_true", help="run llvm_ad_* and the software adapter at small sizes, even with a card"
+    )
+    add(
+        "--compare",
+        action="store_true",
+        help="compare pictures that a card has drawn on another machine with the software adapter",
+    )
+    add("--list", action="store_true", help="print the parts with their time limits")
+    add("--json", type=Path, help=f"file for the results (docs/data/{RESULTS.name}, or out/bench/{DRY_RESULTS.name})")
+    add("--pictures", type=Path, default=PICTURES, help="folder for the card's pictures")
+    add("--seconds", type=float, default=TIME_S, help="time limit of the whole run in s (%(default).0f)")
+    # File for a part's results; the supervisor passes it to the part's process.
     add("--rows", type=Path, help=argparse.SUPPRESS)
     return parser, parser.parse_args(words)
 
@@ -46,9 +52,9 @@ def main(words: list[str] | None = None) -> int:
     parser, options = arguments(words)
     for name in options.parts:
         if name not in PARTS:
-            parser.error(f"unknown part {name!r}; there are {', '.join(PARTS)}")
+            parser.error(f"unknown part {name!r}; available: {', '.join(PARTS)}")
     if options.compare and (options.dry_run or options.parts not in ([], ["pictures"])):
-        parser.error("--compare is of the part pictures alone, and no dry run")
+        parser.error("--compare runs the part pictures alone, and is no dry run")
     if options.list:
         print("\n".join(listed()))
         return 0
@@ -62,7 +68,7 @@ def main(words: list[str] | None = None) -> int:
 
 
 def listed() -> list[str]:
-    """A line for each part, and the sums."""
+    """A line for each part, and one for their sum."""
     lines = [
         f"{name:16} {part.estimate_s:4} s expected, {part.limit_s:4} s at most  {part.title}"
         for name, part in PARTS.items()
@@ -72,14 +78,15 @@ def listed() -> list[str]:
 
 
 def run_child(options: argparse.Namespace) -> int:
-    """The process of one part."""
+    """Runs one part in this process; returns the exit status."""
     plan = DRY_RUN if options.dry_run else replace(CARD, draws=not options.compare)
     name = options.parts[0]
     return 0 if checks.run(PARTS[name].checks(plan, options.pictures), options.rows) else checks.FAILED
 
 
 def run(options: argparse.Namespace) -> int:
-    # Pictures that were drawn elsewhere are compared on a machine without a card.
+    """Runs the parts in their own processes and writes the results; returns the exit status."""
+    # The machine that compares pictures drawn elsewhere needs no card.
     card = None if options.compare else machine.card()
     dry = options.dry_run or (card is None and not options.compare)
     if dry and not options.dry_run:
@@ -102,7 +109,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def provide_scan(folder: Path) -> None:
-    """Writes a synthetic scan where there is no measured one, and names its folder to this process and its children."""
+    """Writes a synthetic scan if the measured one is missing, and sets `SUNBEAM_DATA` to its folder."""
     from mitsuba_scenes.crosscheck import cases
 
     from .surfaces import write_synthetic_scan

@@ -1,4 +1,4 @@
-"""The graphics adapter: every shader compiles on it, and work on a lost device is an error."""
+"""Checks of the graphics adapter: every shader compiles, and work on a lost device is an error."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def described(plan: Plan) -> dict:
-    """The report of `sunbeam adapter`; an error where a shader does not compile or a lost device still answers."""
+    """The report of `sunbeam adapter`; an error if a shader does not compile or a lost device still answers."""
     found = json.loads(sunbeam("adapter", "--adapter", plan.adapter))
     return {
-        # A run of a card must not measure a program in its place.
+        # A run with a card must not measure the software adapter.
         "passed": found["software"] == plan.dry and bool(found["lost_device"]),
         **{name: found[name] for name in ("adapter", "backend", "driver", "software", "clock", "lost_device")},
         "shader_ms": {shader["name"]: shader["ms"] for shader in found["shaders"]},

@@ -1,8 +1,8 @@
-"""Answers of the checked variant beside those of its reference, on the same questions.
+"""Comparison of the checked variant's answers with those of its reference, on the same questions.
 
-Errors of a question: values relative to the larger of both, densities likewise, sampled directions by their largest
-component. A sample's weight times its density is held against the reference's value in the sampled direction, since
-where a sample lies in its order moves its density.
+Errors of values and densities are relative to the larger of both. The error of a sampled direction is the largest of
+its components. A sample's weight times its density is compared with the reference's value in the sampled direction,
+because the density varies strongly within an order.
 """
 
 from __future__ import annotations
@@ -23,24 +23,26 @@ from .surfaces import surface
 from .variants import is_scalar, reference, use
 
 SEED = 11
-# Questions of a chunk: Mueller matrices of a million questions at a time would fill the host's memory.
+# Questions in a chunk: the Mueller matrices of a million questions would fill the host's memory.
 CHUNK = 1 << 18
-# Fraction of outgoing directions that are drawn anywhere; the others are samples, which lie where orders are.
-ANYWHERE = 0.2
-# Below this fraction of the density a value counts as this fraction: positions between orders are single precision,
-# which leaves 1.5e-7 of an order's largest power, and an order near its zero is known no better (tests/test_twins.py).
+# Fraction of outgoing directions that are uniform over the hemisphere; the others are sampled, so they lie in orders.
+UNIFORM = 0.2
+# Floor of the scale of value errors, as a fraction of the density. Positions between orders are in single precision,
+# with an error of 1.5e-7 of an order's largest power, which an order near its zero has as well (tests/test_twins.py).
 VALUE_FLOOR = 4e-2
-# Linear sRGB to luminance.
+# Weights of linear sRGB in the luminance.
 LUMINANCE = np.array([0.2126729, 0.7151522, 0.072175])
-
-
-# Largest relative error of values and densities, and the fraction of questions that may exceed it. The twins promise
-# each other 1e-4 in single precision; the scalar and LLVM variants were within 1e-5 in spectral variants and 5e-5 in
-# colours (4096 questions). Among a million questions, a thousandth may lie where digits cancel.
-RELATIVE, EXCEEDING = 1e-4, 1e-3
-# Directions are differences of numbers up to 2 in single precision, out of random numbers that are stretched at each
-# choice. A sample whose random number falls on the edge of an interval lands elsewhere; 0.02 % of them were seen to.
-DIRECTION, STRAY = 1e-3, 2e-3
+# Largest relative error of values and densities. Both implementations keep 1e-4 in single precision; 4096 questions to
+# the scalar and LLVM variants gave at most 1e-5 in spectral variants and 5e-5 in colours.
+RELATIVE = 1e-4
+# Fraction of questions that may exceed RELATIVE: those whose digits cancel.
+EXCEEDING = 1e-3
+# Largest error of a component of a sampled direction: the rounding of differences of numbers up to 2, amplified by each
+# reuse of a random number.
+DIRECTION = 1e-3
+# Fraction of samples that may exceed DIRECTION: a random number at the edge of an interval selects another order. 2e-4
+# of the samples were measured to do so.
+STRAY = 2e-3
 
 
 def checks(plan: Plan, folder: Path, kind: str) -> Iterator[Check]:
@@ -49,7 +51,7 @@ def checks(plan: Plan, folder: Path, kind: str) -> Iterator[Check]:
 
 
 def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None) -> dict:
-    """Figures of each call. `perturbed` are parameters that only the checked variant gets, for proofs of the check."""
+    """The figures of each call. `perturbed` are extra parameters of the checked variant, for tests of the check."""
     variants = Pair(plan.variant(kind), reference(plan, kind))
     use(variants.reference)
     count = plan.scalar_questions if is_scalar() else plan.questions
@@ -61,7 +63,7 @@ def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None
     for start in range(0, count, CHUNK):
         asked = drawn(rng, min(CHUNK, count - start))
         errors.append(chunk_errors(variants, true, found, asked, rng))
-    # BSDFs that stay alive would be part of every kernel that follows.
+    # Every BSDF that is alive becomes part of the following kernels.
     del true, found
     gc.collect()
     figures = judged({name: np.concatenate([each[name] for each in errors]) for name in errors[0]})
@@ -70,17 +72,17 @@ def agree(plan: Plan, kind: str, parameters: dict, perturbed: dict | None = None
 
 @dataclass(frozen=True)
 class Pair:
-    """The variant that is checked, and the one that is taken for true."""
+    """The names of the checked variant and of its reference."""
 
     checked: str
     reference: str
 
 
 def chunk_errors(variants: Pair, true: mi.BSDF, found: mi.BSDF, asked: Questions, rng: np.random.Generator) -> dict:
-    """The errors of each call, arrays (n,) by name."""
+    """The errors of a chunk of questions by call, arrays (n,)."""
     use(variants.reference)
     sampled = ask(true, asked)
-    elsewhere = (sampled.sampled_pdf == 0) | (rng.random(asked.count) < ANYWHERE)
+    elsewhere = (sampled.sampled_pdf == 0) | (rng.random(asked.count) < UNIFORM)
     wo = np.where(elsewhere, asked.wo, sampled.sampled_wo).astype(np.float32)
     asked = replace(asked, wo=wo)
     expected = ask(true, asked)
@@ -93,9 +95,9 @@ def chunk_errors(variants: Pair, true: mi.BSDF, found: mi.BSDF, asked: Questions
 
 
 def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparable: Callable) -> dict:
-    """Errors of each call. `at_sample` are the reference's answers in the directions that were sampled.
+    """The errors by call, arrays (n,). `at_sample` are the reference's answers in the sampled directions.
 
-    `comparable(ours, theirs)` brings values to what both can be held to, with the scale that errors are relative to.
+    `comparable(ours, theirs)` returns both values in comparable form, and the scale of their error.
     """
     kept = answered.sampled_pdf > 0
     seen = relative(*comparable(answered.weight * answered.sampled_pdf, at_sample.value), at_sample.pdf)
@@ -109,16 +111,16 @@ def errors_of(answered: Answers, expected: Answers, at_sample: Answers, comparab
         ),
         "sample": np.where(kept, np.maximum(seen, density), largest(np.abs(answered.weight))),
         "direction": largest(np.abs(answered.sampled_wo - expected.sampled_wo)),
-        # How much of what was compared is light: an answer of nothing agrees with everything.
+        # The density, by which `judged` rejects comparisons of darkness with darkness.
         "light": expected.pdf,
     }
 
 
 def in_kind(variants: Pair) -> Callable:
-    """How values of the two variants are made comparable: (ours, theirs, scale), arrays (…, channels, n)."""
+    """The function that makes values of both variants comparable: (ours, theirs, scale), arrays (…, channels, n)."""
     if variants.checked.endswith("_mono"):
         if variants.reference.endswith("_rgb"):
-            # Where channels cancel, the luminance is known as well as they are.
+            # Where channels cancel, the luminance has the absolute error of the channels.
             return lambda mono, rgb: (mono, (LUMINANCE @ rgb)[None], largest(np.abs(rgb))[None])
         return lambda ours, theirs: (ours, theirs, larger(ours, theirs))
     if variants.reference == "scalar_rgb":
@@ -131,24 +133,25 @@ def in_kind(variants: Pair) -> Callable:
 
 
 def largest(errors: np.ndarray) -> np.ndarray:
-    """The largest of each question (n,); NaN becomes infinity."""
+    """The largest error of each question (n,); NaN becomes infinity."""
     return np.nan_to_num(errors.reshape(-1, errors.shape[-1]).max(axis=0), nan=np.inf, posinf=np.inf)
 
 
 def larger(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """The larger of both magnitudes."""
     return np.maximum(np.abs(ours), np.abs(theirs))
 
 
 def scaled_by_colour(ours: np.ndarray, theirs: np.ndarray) -> tuple:
-    """Colours relative to their largest channel: channels cancel in out-of-gamut colours."""
+    """Colours with their largest channel as the scale: channels cancel in out-of-gamut colours."""
     return ours, theirs, largest(larger(ours, theirs))[None]
 
 
 def desaturated(rgb: np.ndarray) -> np.ndarray:
-    """Colours (3, n) with grey of their luminance mixed in until no channel is negative, as in scalar variants."""
+    """Colours (3, n), mixed with grey of their luminance until no channel is negative, as scalar variants do."""
     grey, least = np.maximum(LUMINANCE @ rgb, 0), rgb.min(axis=0)
-    share = np.where(least < 0, grey / np.maximum(grey - least, 1e-30), 1)
-    return np.maximum(grey + share * (rgb - grey), 0)
+    saturation = np.where(least < 0, grey / np.maximum(grey - least, 1e-30), 1)
+    return np.maximum(grey + saturation * (rgb - grey), 0)
 
 
 def relative(ours: np.ndarray, theirs: np.ndarray, scale: np.ndarray, pdf: np.ndarray) -> np.ndarray:
@@ -157,11 +160,12 @@ def relative(ours: np.ndarray, theirs: np.ndarray, scale: np.ndarray, pdf: np.nd
 
 
 def relative_density(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """The error of each density, relative to the larger of both."""
     return largest(np.abs(ours - theirs) / np.maximum(np.maximum(ours, theirs), 1e-30))
 
 
 def judged(errors: dict[str, np.ndarray]) -> dict:
-    """Quantiles of each call's errors, the fraction that exceeds what is allowed, and whether all of that passes."""
+    """The quantiles of each call's errors, the fraction above RELATIVE, and whether all limits are kept."""
     figures: dict = {"passed": bool(np.mean(errors["light"] > 0) > 0.5)}
     for name in ("eval", "pdf", "eval_pdf", "sample"):
         exceeding = float(np.mean(errors[name] > RELATIVE))

@@ -1,4 +1,4 @@
-"""Nanoseconds of one call beside `roughconductor`, on big wavefronts whose neighbours have nothing in common."""
+"""Nanoseconds per call, compared with `roughconductor`, on large wavefronts of independent random queries."""
 
 from __future__ import annotations
 
@@ -24,12 +24,13 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def timed(plan: Plan, kind: str, call: str) -> dict:
+    """Nanoseconds of a call by material, and ratios to those of REFERENCE."""
     use(plan.variant(kind))
-    known = bsdf_calls.bsdfs()
-    bsdfs = {name: mi.load_dict(known[name]) for name in plan.materials}
+    parameters = bsdf_calls.bsdfs()
+    bsdfs = {name: mi.load_dict(parameters[name]) for name in plan.materials}
     ns = bsdf_calls.call_ns(bsdfs, call, plan.wavefront)
     del bsdfs
     gc.collect()
-    # The density of the rough conductor alone takes next to nothing, by which nothing can be divided.
+    # The density of the rough conductor takes too little time for a ratio.
     ratios = {} if call == "pdf" else {name: ns[name] / ns[REFERENCE] for name in ns if name != REFERENCE}
     return {"kind": kind, "call": call, "elements": plan.wavefront, "ns": ns, "ratio": ratios}

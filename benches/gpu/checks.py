@@ -1,4 +1,4 @@
-"""Runs the checks of a part, prints each result as it comes, and keeps it as a line of JSON."""
+"""Runs the checks of a part; prints each result at once and appends it to a file as a line of JSON."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pathlib import Path
 
 from .parts import Check
 
-# Exit status of a part's process in which a check failed; Python has 1 and 2 for errors of its own.
+# Exit status of a part's process with a failed check; 1 and 2 are Python's own errors.
 FAILED = 3
 
 
 def run(checks: Iterable[Check], results: Path) -> bool:
-    """Whether every check passed. An exception fails the check that raised it, and the others go on."""
+    """Runs all checks; returns whether every check passed. An exception fails its check alone."""
     passed = True
     with results.open("a", encoding="utf-8") as lines:
         for name, check in checks:
@@ -28,7 +28,7 @@ def run(checks: Iterable[Check], results: Path) -> bool:
             row = without_nan(row)
             lines.write(json.dumps(row, allow_nan=False) + "\n")
             lines.flush()
-            print(f"  {told(row)}", flush=True)
+            print(f"  {summary(row)}", flush=True)
             passed = passed and row.get("passed") is not False
     return passed
 
@@ -39,7 +39,7 @@ def one_line(error: Exception) -> str:
 
 
 def without_nan(value):
-    """The value with every number that JSON has no word for, NaN or infinity, as a string."""
+    """The value with NaN and infinity as strings, since JSON cannot represent them."""
     if isinstance(value, dict):
         return {key: without_nan(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):
@@ -49,8 +49,8 @@ def without_nan(value):
     return value
 
 
-def told(row: dict) -> str:
-    """A row as one line for people."""
+def summary(row: dict) -> str:
+    """A row as one line of text."""
     mark = {True: "ok    ", False: "FAILED", None: "      "}[row.get("passed")]
     figures = ", ".join(flattened({k: v for k, v in row.items() if k not in ("check", "passed", "seconds")}))
     return f"{mark} {row['check']} ({row['seconds']:.1f} s): {figures}"

@@ -1,4 +1,4 @@
-"""Derivatives of a BSDF by its parameters, forwards and backwards, beside central differences."""
+"""Derivatives of a BSDF by its parameters, in forward and backward mode, compared with central differences."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .plan import Plan
 from .samples import direction
 from .variants import use
 
-# Tables that are made at once, wide orders, and light in every direction.
+# A surface with small tables, wide orders, and light in every direction.
 SURFACE = {
     "preset": "blazed",
     "period": 2.0,
@@ -27,12 +27,13 @@ SURFACE = {
     "specular_reflectance": 0.8,
     "rotation": 10.0,
 }
-# On the slope of the first order, which is 5 degrees wide, so that every parameter counts.
+# Directions on the slope of the first order, which is 5 degrees wide: every parameter has an effect there.
 INCIDENT, OUTGOING = direction(40, 20), direction(20, 200)
+# Wavelengths in nm.
 WAVELENGTHS = [430, 520, 580, 650]
-# Half the step of the difference: degrees of rotation, else the parameter's own unit.
+# Half the step of the central difference in the parameter's unit, and in degrees for the rotation.
 STEP, STEP_DEG = 1e-2, 5e-2
-# Rounding of 1e-7 over steps of about 1e-2 of the value, and the slope's own change over the step; as in
+# Largest relative error: rounding of 1e-7 over steps of 1e-2, and the curvature over the step; the same as in
 # tests/test_plugin_live.py.
 RELATIVE = 1e-2
 
@@ -44,6 +45,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def compared(variant: str, parameter: str) -> dict:
+    """The derivative by a parameter, as a central difference and in both modes."""
     use(variant)
     bsdf = mi.load_dict({"type": "diffraction", **SURFACE})
     parameters, key = mi.traverse(bsdf), f"{parameter}.value"

@@ -1,4 +1,4 @@
-"""A frozen render of a scene whose coherence length is changed between calls: Dr.Jit must notice the new tables."""
+"""A frozen render whose scene gets other coherence lengths between calls: Dr.Jit must use the new tables."""
 
 from __future__ import annotations
 
@@ -18,12 +18,13 @@ from .variants import use
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
-    # Each may end the process: the supervisor tells so, and those before it are kept.
+    # A crash ends the process; the supervisor reports it and keeps the earlier results.
     for kind in plan.kinds:
         yield plan.variant(kind), partial(rendered, plan.variant(kind))
 
 
 def rendered(variant: str) -> dict:
+    """Differences between frozen and plain renders at each coherence length."""
     use(variant)
     scene = ball({"type": "diffraction", **CHANGED})
     parameters = mi.traverse(scene)

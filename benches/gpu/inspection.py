@@ -1,7 +1,7 @@
 """Registers, stack and operations of the BSDFs' kernels, and the memory of their tables.
 
-Registers and stack are in Dr.Jit's log at its most talkative level, where the CUDA driver reports them for each kernel
-that it compiles; kernels out of a cache are not compiled. Other backends report none.
+The CUDA driver reports registers and stack of each kernel that it compiles, in Dr.Jit's log at the level Trace. Cached
+kernels are not compiled, and other backends report nothing.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ from .surfaces import surface
 from .variants import use
 
 CALLS = ("eval_pdf", "sample")
+# Size of the wavefront.
 COUNT = 1 << 12
-# Lines of the driver's compiler, for instance "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
+# Patterns of the compiler's report, such as "Used 56 registers, 4096 bytes cmem[0]" and "8 bytes stack frame, 4 bytes
 # spill stores, 4 bytes spill loads".
 REPORTED = {
     "registers": re.compile(r"Used (\d+) registers"),
@@ -36,6 +37,7 @@ REPORTED = {
     "spill_store_bytes": re.compile(r"(\d+) bytes spill stores"),
     "spill_load_bytes": re.compile(r"(\d+) bytes spill loads"),
 }
+# Bytes by the units of Dr.Jit's report.
 UNITS = {"B": 1, "KiB": 1 << 10, "MiB": 1 << 20, "GiB": 1 << 30}
 
 
@@ -46,6 +48,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def inspected(variant: str, name: str) -> dict:
+    """Memory of a surface's tables in MB, and the figures of each call's kernel."""
     use(variant)
     asked = drawn(np.random.default_rng(3), COUNT)
     before = storage_bytes()
@@ -55,6 +58,7 @@ def inspected(variant: str, name: str) -> dict:
 
 
 def answer(bsdf: mi.BSDF, call: str, asked: Questions) -> list:
+    """The unevaluated result of a call."""
     ctx, si = mi.BSDFContext(), interactions(asked)
     if call == "eval_pdf":
         return list(bsdf.eval_pdf(ctx, si, mi.Vector3f(asked.wo)))
@@ -63,7 +67,7 @@ def answer(bsdf: mi.BSDF, call: str, asked: Questions) -> list:
 
 
 def kernel(call: Callable[[], list]) -> dict:
-    """Operations, size and compilation time of the largest kernel of a call, and what the driver reports of it."""
+    """Operations, size and compilation time of the largest kernel of a call, and the driver's report."""
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
         with logged() as log:
@@ -82,8 +86,8 @@ def kernel(call: Callable[[], list]) -> dict:
 
 @contextmanager
 def logged() -> Iterator[Callable[[], str]]:
-    """Has Dr.Jit log everything, and gives what it wrote to the process's standard output and standard error."""
-    said, level, streams = "", dr.log_level(), (sys.stdout, sys.stderr)
+    """Captures the process's standard output and standard error while Dr.Jit logs everything."""
+    captured, level, streams = "", dr.log_level(), (sys.stdout, sys.stderr)
     with TemporaryFile() as file:
         kept = [os.dup(stream.fileno()) for stream in streams]
         for stream in streams:
@@ -91,7 +95,7 @@ def logged() -> Iterator[Callable[[], str]]:
             os.dup2(file.fileno(), stream.fileno())
         dr.set_log_level(dr.LogLevel.Trace)
         try:
-            yield lambda: said
+            yield lambda: captured
         finally:
             dr.set_log_level(level)
             for stream, own in zip(streams, kept):
@@ -99,11 +103,11 @@ def logged() -> Iterator[Callable[[], str]]:
                 os.dup2(own, stream.fileno())
                 os.close(own)
             file.seek(0)
-            said = file.read().decode(errors="replace")
+            captured = file.read().decode(errors="replace")
 
 
 def reported(log: str) -> dict:
-    """The largest of each figure that the driver's compiler reports; `None` where it reports nothing."""
+    """The largest value of each figure in the compiler's report; `None` if it is missing."""
     found = {name: [int(number) for number in pattern.findall(log)] for name, pattern in REPORTED.items()}
     return {name: max(numbers, default=None) for name, numbers in found.items()}
 

@@ -1,4 +1,4 @@
-"""BSDFs in one kernel, changed, frozen, and scenes beside each other: each answers as it does alone."""
+"""BSDFs that share a kernel, change, or are frozen, and two scenes in a process: answers equal those of each alone."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .questions import Questions, drawn, interactions, random_numbers
 from .scenes import STRAY, ball, differing, picture
 from .variants import use
 
-# Questions of each check.
+# Number of questions of each check.
 COUNT = 300
-# Kernels of different shape fuse and round differently; relative to the largest answer.
+# Largest error relative to the largest answer: kernels of different structure round differently.
 ROUNDING = 1e-5
-# Three reliefs, whose tables are made in a second or two each, in materials that trace different code.
+# Three reliefs whose tables take a second or two, with materials that trace different code.
 PLAIN = {"conserve_energy": False, "tolerance": 0.01}
 CHANGED = {"preset": "blazed", "coherence_length": 6.0, **PLAIN}
 OTHER = {"preset": "sinusoidal", "coherence_length": 10.0, **PLAIN}
@@ -35,7 +35,9 @@ EIGHT = (
     {**OTHER, "material": "Al"},
     {**OTHER, "specular_reflectance": 0.5},
 )
+# Coherence lengths in µm that a BSDF gets in turn.
 LENGTHS = (10.0, 6.0, 20.0, 10.0)
+# Calls of a frozen function.
 REPLAYS = 4
 
 
@@ -53,26 +55,27 @@ def load(parameters: dict) -> mi.BSDF:
 
 
 def answers(bsdf: mi.BSDF | mi.BSDFPtr, asked: Questions) -> list:
-    """Values, densities, and sampled directions with their weights; of a BSDF, or of pointers to several."""
+    """Values, densities, sampled directions and weights of a BSDF, or of an array of pointers to BSDFs."""
     ctx, si = mi.BSDFContext(), interactions(asked)
     value, pdf = bsdf.eval_pdf(ctx, si, mi.Vector3f(asked.wo))
     sample, weight = bsdf.sample(ctx, si, *random_numbers(asked))
     return [value, pdf, sample.wo, weight]
 
 
-def numbers(given: list) -> list[np.ndarray]:
-    dr.eval(given)
-    return [np.array(each) for each in given]
+def numbers(unevaluated: list) -> list[np.ndarray]:
+    """Evaluates Dr.Jit arrays in one kernel."""
+    dr.eval(unevaluated)
+    return [np.array(each) for each in unevaluated]
 
 
 def largest_error(ours: list[np.ndarray], theirs: list[np.ndarray]) -> float:
-    """The largest difference over the largest answer of each kind; NaN is infinite."""
+    """The largest difference over the largest answer of its kind; NaN counts as infinity."""
     errors = [np.abs(a - b).max() / max(np.abs(b).max(), 1e-30) for a, b in zip(ours, theirs)]
     return float(np.nan_to_num(max(errors), nan=np.inf))
 
 
 def eight(variant: str) -> dict:
-    """All of them behind one array of pointers, beside each alone."""
+    """Compares all BSDFs behind one array of pointers with each alone."""
     use(variant)
     bsdfs, asked = [load(parameters) for parameters in EIGHT], drawn(np.random.default_rng(17), COUNT)
     which = np.arange(COUNT) % len(bsdfs)
@@ -89,7 +92,7 @@ def eight(variant: str) -> dict:
 
 
 def changed(variant: str) -> dict:
-    """A BSDF whose coherence length is changed answers as one that was made so, and not as before."""
+    """Compares a BSDF with a changed coherence length with a new one of that length."""
     use(variant)
     bsdf, asked = load(CHANGED), drawn(np.random.default_rng(18), COUNT)
     before, parameters, errors = numbers(answers(bsdf, asked)), mi.traverse(bsdf), []
@@ -104,7 +107,7 @@ def changed(variant: str) -> dict:
 
 
 def frozen(variant: str) -> dict:
-    """A frozen call replays on other questions."""
+    """Compares replays of a frozen call with plain calls, on other questions."""
     use(variant)
     bsdf = load({**CHANGED, "coherence_length": 65.0})
 
@@ -120,13 +123,13 @@ def frozen(variant: str) -> dict:
         si, wo, u = interactions(asked), mi.Vector3f(asked.wo), mi.Vector3f(asked.u)
         dr.eval(si, wo, u)
         errors.append(largest_error(numbers(replayed(bsdf, si, wo, u)), numbers(answers(bsdf, asked))))
-    # Dr.Jit may record once more, with what turned out not to be constant.
+    # Dr.Jit records a second time if a value of the first recording is not constant.
     recordings = int(replayed.n_recordings)
     return {"passed": max(errors) <= ROUNDING and recordings <= 2, "error": max(errors), "recordings": recordings}
 
 
 def two_scenes(variant: str) -> dict:
-    """A scene is rendered alike before, beside and after another one."""
+    """Compares renders of two scenes alone with renders while both are alive."""
     use(variant)
     first = ball({"type": "diffraction", **EIGHT[0]})
     alone = picture(first)

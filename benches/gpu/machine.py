@@ -11,7 +11,7 @@ from pathlib import Path
 
 from mitsuba_scenes import tool
 
-# Fields of nvidia-smi, and what they are called in the results.
+# Fields of nvidia-smi and their keys in the results.
 CARD_FIELDS = {
     "name": "card",
     "driver_version": "driver",
@@ -21,7 +21,7 @@ CARD_FIELDS = {
 
 
 def card() -> dict | None:
-    """The first NVIDIA card as `nvidia-smi` describes it; `None` where there is none."""
+    """The first NVIDIA card by `nvidia-smi`, or `None`."""
     query = ["nvidia-smi", f"--query-gpu={','.join(CARD_FIELDS)}", "--format=csv,noheader"]
     try:
         done = subprocess.run(query, capture_output=True, text=True, timeout=30)
@@ -34,7 +34,7 @@ def card() -> dict | None:
 
 
 def described(found: dict | None) -> dict:
-    """The card, or its absence, with processor and versions."""
+    """The card or `None`, the processor, and the versions of the software."""
     return {
         "card": None,
         **(found or {}),
@@ -48,7 +48,7 @@ def described(found: dict | None) -> dict:
 
 
 def installed(package: str) -> str:
-    """The version of a package, `unknown` where it came without its description."""
+    """The version of a package; `unknown` without its metadata."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -56,7 +56,7 @@ def installed(package: str) -> str:
 
 
 def loads(library: str) -> bool:
-    """Whether the dynamic linker finds and opens a library."""
+    """Whether the dynamic linker can load a library."""
     try:
         ctypes.CDLL(library)
     except OSError:
@@ -65,7 +65,7 @@ def loads(library: str) -> bool:
 
 
 def processor() -> str:
-    """The model of the CPU, where the system says it."""
+    """The model of the CPU from /proc/cpuinfo, or `unknown CPU`."""
     file = Path("/proc/cpuinfo")
     lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")

@@ -1,4 +1,4 @@
-"""The parts of a run: what each is called, where it is, and how long it may take."""
+"""The parts of a run: name, module and time limit."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ from pathlib import Path
 
 from .plan import Plan
 
-# A check by name: it returns its figures, in which `passed` is false where it failed; a measurement has no `passed`.
+# Name and function of a check. The function returns figures; `passed` is among them unless it only measures.
 Check = tuple[str, Callable[[], dict]]
 
 
 @dataclass(frozen=True)
 class Part:
-    """`module` of this package has the function `checks(plan, folder, *arguments)`, which yields the part's checks.
+    """A part: the function `checks(plan, folder, *arguments)` of `module` yields its checks.
 
-    `estimate_s` is what the part is expected to take on an H100 with 16 cores, and `limit_s` the time after which it is
-    ended; both with tables to build and kernels to compile.
+    `estimate_s` is the time on an H100 with 16 cores and empty caches, `limit_s` the time limit, both in seconds.
     """
 
     title: str
@@ -28,11 +27,11 @@ class Part:
     limit_s: int
 
     def checks(self, plan: Plan, folder: Path) -> Iterator[Check]:
-        """The checks in their order. `folder` is where pictures are kept."""
+        """The checks in their order. `folder` is the folder for pictures."""
         return import_module(f".{self.module}", __package__).checks(plan, folder, *self.arguments)
 
 
-# In the order in which they run: what may be wrong first, what is only slow last.
+# The parts in the order of a run: checks first, timings last.
 PARTS: dict[str, Part] = {
     "adapter": Part("shaders compile, and a lost device is an error", "adapter", (), 8, 30),
     "agree-rgb": Part("answers of the RGB variant beside its reference", "agreement", ("rgb",), 25, 60),

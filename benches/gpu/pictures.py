@@ -1,8 +1,7 @@
-"""Maps and pictures of the realtime renderer on the card, beside those of the CPU and of the software adapter.
+"""Maps and pictures of the realtime renderer on the card, compared with the CPU and with the software adapter.
 
-Maps of the reflectance are held against the methods' twins in Rust, and pictures of the snake against those of the
-software adapter. The card's pictures are kept: where its machine has no software adapter, `--compare` holds them
-against one on another machine.
+Maps of the reflectance are compared with the methods in Rust, pictures of the snake with those of the software adapter.
+The card's pictures are kept: if its machine has no software adapter, `--compare` compares them on another machine.
 """
 
 from __future__ import annotations
@@ -19,10 +18,10 @@ from mitsuba_scenes.tool import sunbeam
 from .parts import Check
 from .plan import Plan
 
-# Limits of CIEDE2000 over the pixels that show the surface: rounding of two single-precision programs is invisible, but
-# for silhouettes, where a pixel's centre falls on another triangle. An eye just notices 1.
+# Largest median and 99th percentile of CIEDE2000 over the pixels of the surface. Rounding in single precision is
+# invisible except at silhouettes, where a pixel's centre may fall on another triangle. An observer just notices 1.
 MEDIAN, P99 = 0.1, 1.0
-# Degrees by which the relief is turned for the negative control.
+# Rotation of the relief in degrees for the negative control.
 WRONG_TURN = 1.0
 INCIDENCE = ("--theta-i", "30", "--phi-i", "20")
 
@@ -37,17 +36,17 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def map_beside_cpu(plan: Plan, folder: Path, method: str) -> dict:
-    """A BRDF map by the shader, and by its twin in Rust."""
+    """Compares the BRDF maps of a method's shader and of its Rust code."""
     words = ["brdf-map", "--size", plan.compared_side, *INCIDENCE, *surface_words(plan.skin)]
     card, cpu = folder / f"map-{method}.exr", folder / f"map-{method}-cpu.exr"
     sunbeam(*words, "-o", card, "--method", method, "--backend", "gpu", "--adapter", plan.adapter)
-    # On the CPU `table` is the spectral one.
+    # On the CPU, `table` is the spectral table.
     sunbeam(*words, "-o", cpu, "--method", "colour-table" if method == "table" else method)
     return judged(cpu, card)
 
 
 def picture_beside_software(plan: Plan, folder: Path, method: str) -> dict:
-    """The card's picture, drawn here or kept in the folder, and the software adapter's."""
+    """Compares the card's picture, drawn now or kept in the folder, with the software adapter's."""
     card, software = folder / f"{method}-card.exr", folder / f"{method}-software.exr"
     if plan.draws:
         draw(plan, card, method, plan.adapter)
@@ -61,7 +60,7 @@ def picture_beside_software(plan: Plan, folder: Path, method: str) -> dict:
 
 
 def draw(plan: Plan, path: Path, method: str, adapter: str, rotation: float = 0.0) -> None:
-    """The bare skin in the sun, on black."""
+    """Draws the skin in the sun without pigment and ground."""
     words = ["render", "-o", path, "--adapter", adapter, "--method", method, "--blend", "none"]
     words += [*surface_words(plan.skin), "--resolution", plan.mesh_resolution]
     words += ["--ground", "false", "--rotation", rotation, "--size", f"{plan.compared_side}x{plan.compared_side}"]
@@ -69,7 +68,7 @@ def draw(plan: Plan, path: Path, method: str, adapter: str, rotation: float = 0.
 
 
 def judged(reference: Path, path: Path) -> dict:
-    """CIEDE2000 over the pixels in which the reference shows something."""
+    """CIEDE2000 over the pixels that are not black in the reference."""
     found = json.loads(sunbeam("compare", reference, path, "--mask", reference))
     delta_e = found["delta_e_2000"]
     passed = found["pixels"] > 0 and delta_e["median"] <= MEDIAN and delta_e["p99"] <= P99
@@ -77,7 +76,7 @@ def judged(reference: Path, path: Path) -> dict:
 
 
 def turned(plan: Plan, folder: Path) -> dict:
-    """The negative control: the relief turned by a degree is not taken for the same."""
+    """The negative control: a rotated relief must fail the comparison."""
     method = plan.methods[-1]
     straight, other = folder / f"{method}-straight.exr", folder / f"{method}-turned.exr"
     draw(plan, straight, method, plan.adapter)

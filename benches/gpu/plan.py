@@ -1,4 +1,4 @@
-"""Sizes, variants and surfaces of a run: of a card, and of the dry run that proves the code without one."""
+"""Sizes, variants and surfaces of a run with a card, and of a dry run that tests the code without one."""
 
 from __future__ import annotations
 
@@ -13,41 +13,41 @@ class Plan:
     """Sizes, variants and surfaces of one run. Sizes of pictures are (width, height) in pixels."""
 
     dry: bool
-    # Backend of Dr.Jit: `cuda`, or `llvm` in its place.
+    # Backend of Dr.Jit: `cuda` or `llvm`.
     backend: str
-    # Value of `--adapter` for what the card draws.
+    # Value of `--adapter` for the card's pictures.
     adapter: str
-    # Whether the card's pictures are drawn here, or lie in the folder already.
+    # Whether the card's pictures are drawn; otherwise they are in the folder.
     draws: bool
-    # Questions of each BSDF, and of a scalar variant that answers them one by one.
+    # Number of questions to each BSDF, and to one of a scalar variant, which answers one by one.
     questions: int
     scalar_questions: int
-    # Surfaces by name (see `surfaces.py`): those held against the reference, and those whose samples are tested.
+    # Names of surfaces (see `surfaces.py`) that are compared with the reference, and whose samples are tested.
     surfaces: tuple[str, ...]
     sampled: tuple[str, ...]
-    # Kinds of variants that parts other than the agreement run in.
+    # Kinds of variants of all parts but the agreement.
     kinds: tuple[str, ...]
-    # Parameters by which is differentiated.
+    # Parameters of the derivatives.
     derivatives: tuple[str, ...]
-    # The snake's skin, as parameters that plugin and command share, and the resolution of its mesh.
+    # Parameters of the snake's skin, for plugin and command, and the resolution of its mesh.
     skin: dict
     mesh_resolution: float
-    # The snake beside its reference: size, samples a pixel, pictures of different seeds.
+    # The path-traced snake: size, samples per pixel, and number of pictures with different seeds.
     snake_size: tuple[int, int]
     snake_spp: int
     snake_pictures: int
-    # One call: elements of a wavefront, names in `bsdf_calls.bsdfs`, and the calls.
+    # Timings of calls: elements of a wavefront, names in `bsdf_calls.bsdfs`, and the calls.
     wavefront: int
     materials: tuple[str, ...]
     calls: tuple[str, ...]
-    # Benchmark scenes by name, size, samples a pixel, and renders after the first.
+    # Timings of renders: names of benchmark scenes, size, samples per pixel, and renders after the first.
     scenes: tuple[str, ...]
     render_size: tuple[int, int]
     render_spp: int
     renders: int
     # Surfaces whose kernels are inspected.
     inspected: tuple[str, ...]
-    # The realtime renderer: methods, sizes, frames of which the median counts; side of what is compared.
+    # The realtime renderer: methods, sizes, frames of a median, and the side of compared pictures in pixels.
     methods: tuple[str, ...]
     frame_sizes: tuple[tuple[int, int], ...]
     frames: int
@@ -99,7 +99,7 @@ DRY_RUN = Plan(
     sampled=("blazed",),
     kinds=("rgb",),
     derivatives=("eta", "rotation"),
-    # Wide orders: narrow ones are glints on few pixels of a small picture.
+    # Wide orders: narrow ones light too few pixels of a small picture.
     skin={"preset": "blazed", "coherence_length": 5.0},
     mesh_resolution=1.0,
     snake_size=(24, 16),

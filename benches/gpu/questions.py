@@ -1,6 +1,7 @@
-"""Questions to a BSDF as NumPy arrays, and its answers: the same from scalar and vectorised variants.
+"""Questions to a BSDF and its answers as NumPy arrays, for scalar and vectorised variants.
 
-The last axis of every array is the question, as Dr.Jit lays its own arrays out.
+A question is a pair of directions, wavelengths and random numbers. The last axis of every array is the question, as in
+Dr.Jit's arrays.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import numpy as np
 
 from .variants import is_scalar
 
+# Range of the wavelengths in nm.
 WAVELENGTH_NM = (360.0, 830.0)
+# Number of wavelengths of a question, as a spectral path carries.
 CARRIED = 4
 
 
@@ -33,10 +36,10 @@ class Questions:
 
 @dataclass(frozen=True)
 class Answers:
-    """Values (channels, n), or Mueller matrices (4, 4, channels, n); densities (n,); directions (3, n).
+    """Values (channels, n) or Mueller matrices (4, 4, channels, n), densities (n,) and directions (3, n).
 
-    `value` and `pdf` are those of `eval` and `pdf`, `both_value` and `both_pdf` those of `eval_pdf`; `weight`,
-    `sampled_wo` and `sampled_pdf` those of `sample`.
+    `value` and `pdf` are from `eval` and `pdf`, `both_value` and `both_pdf` from `eval_pdf`; `weight`, `sampled_wo` and
+    `sampled_pdf` are from `sample`.
     """
 
     value: np.ndarray
@@ -49,7 +52,7 @@ class Answers:
 
 
 def drawn(rng: np.random.Generator, count: int) -> Questions:
-    """Directions uniform in solid angle above the surface, and wavelengths over what Mitsuba draws."""
+    """Random questions: directions uniform in solid angle above the surface, wavelengths over Mitsuba's range."""
     nm = rng.uniform(*WAVELENGTH_NM, (CARRIED, count)).astype(np.float32)
     u = rng.random((3, count), dtype=np.float32)
     return Questions(directions(rng, count), directions(rng, count), nm, u)
@@ -63,7 +66,7 @@ def directions(rng: np.random.Generator, count: int) -> np.ndarray:
 
 
 def ask(bsdf: mi.BSDF, asked: Questions) -> Answers:
-    """All four calls of the variant in use; a vectorised one answers in one kernel."""
+    """The answers of the four calls in the current variant; a vectorised variant answers in one kernel."""
     return ask_one_by_one(bsdf, asked) if is_scalar() else ask_at_once(bsdf, asked)
 
 
@@ -108,7 +111,7 @@ def ask_one_by_one(bsdf: mi.BSDF, asked: Questions) -> Answers:
 
 
 def interactions(asked: Questions) -> mi.SurfaceInteraction3f:
-    """Surface interactions of a vectorised variant. Nothing is a literal, so that one kernel serves all questions."""
+    """Surface interactions of a vectorised variant. No value is a literal, so all questions share one kernel."""
     si = dr.zeros(mi.SurfaceInteraction3f, asked.count)
     si.wi = mi.Vector3f(asked.wi)
     if mi.is_spectral:

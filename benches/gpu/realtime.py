@@ -1,4 +1,4 @@
-"""Times of frames of the realtime renderer on the card, by each method."""
+"""Times of the realtime renderer's frames on the card, for each method."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mitsuba_scenes.tool import sunbeam
 from .parts import Check
 from .plan import Plan
 
-# Milliseconds of a frame of `table` at 1920 x 1080 that are aimed at.
+# Intended time of a frame in ms, by method and size.
 AIM_MS = {("table", (1920, 1080)): 4.0}
 
 
@@ -24,12 +24,12 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def frame(plan: Plan, folder: Path, method: str, size: tuple[int, int]) -> dict:
-    """Medians of the stages of a frame in ms. A frame that takes longer than is aimed at is told, not failed."""
+    """Medians of the stages of a frame in ms. A frame above the aim is reported, and does not fail."""
     picture = folder / "frame.exr"
     words = ["render", "-o", picture, "--adapter", plan.adapter, "--method", method]
     words += [*surface_words(plan.skin), "--resolution", plan.mesh_resolution]
     found = json.loads(sunbeam(*words, "--size", f"{size[0]}x{size[1]}", "--repeat", plan.frames))
-    # At 3840 x 2160 it is 100 MB.
+    # The picture has 100 MB at 3840 x 2160.
     picture.unlink()
     aim = AIM_MS.get((method, size))
     return {

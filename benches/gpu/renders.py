@@ -1,4 +1,4 @@
-"""Renders of the benchmark scenes beside `roughconductor`: the first with compilation, and those after it."""
+"""Times of the benchmark scenes compared with `roughconductor`: the first render with compilation, and later ones."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .parts import Check
 from .plan import Plan
 from .variants import use
 
-# Time over that of `roughconductor` in the same scene that is aimed at.
+# Intended ratio of a render's time to that of `roughconductor` in the same scene, by kind of variant.
 AIM = {"rgb": 2.0, "spectral": 3.0}
 
 
@@ -29,10 +29,10 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def timed(plan: Plan, kind: str, name: str) -> dict:
-    """Seconds of each material, and ratios of later renders to REFERENCE's. One above the aim is told, not failed."""
+    """Seconds by material, and ratios of later renders to REFERENCE. A ratio above the aim does not fail."""
     use(plan.variant(kind))
     scene = next(scene for scene in scenes() if scene.name == name)
-    # REFERENCE last: it is the fastest, and what starts the backend falls on the first.
+    # REFERENCE is the last of the materials: the first one includes the start of the backend.
     seconds = {material: of_material(plan, scene, bsdf) for material, bsdf in scene.bsdfs().items()}
     base = seconds[REFERENCE]
     ratios = {
@@ -54,10 +54,10 @@ def timed(plan: Plan, kind: str, name: str) -> dict:
 
 
 def of_material(plan: Plan, scene: BenchmarkScene, bsdf: dict) -> dict:
-    """Seconds of making the material, of the first render with its compilation, and medians of the later ones.
+    """Seconds to load the material, of the first render with its compilation, and medians of the later renders.
 
-    `kernels_s` is the time in kernels by Dr.Jit's own clock, without tracing. A kernel lists every BSDF that is alive,
-    so nothing is left of this one afterwards.
+    `kernels_s` is the time in kernels by Dr.Jit's clock, without tracing. The BSDF is freed at the end, because kernels
+    include every BSDF that is alive.
     """
     start = time.perf_counter()
     made = mi.load_dict(bsdf)

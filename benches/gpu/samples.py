@@ -1,4 +1,4 @@
-"""Samples follow the density that a BSDF reports, by Mitsuba's χ² test, and a wrong density is rejected."""
+"""Mitsuba's χ² test of samples against the BSDF's density, with a wrong density as the negative control."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ from .plan import Plan
 from .surfaces import surface
 from .variants import use
 
-# Level of all tests of a run together.
+# Significance level of all tests of a run together.
 SIGNIFICANCE = 0.01
 # Angle with the normal and azimuth of the incident light, in degrees.
 INCIDENCES = ((0, 70), (30, 70), (60, 70))
-# A density that is turned by so many degrees is wrong.
+# Rotation in degrees of the wrong density.
 WRONG_TURN = 1.0
-# More of them would see what the test's own quadrature is off by: with 200,000 the least p of 18 tests was 0.0015.
+# Samples of a test. More samples would detect the error of the test's quadrature: with 200,000 the smallest p of 18
+# tests was 0.0015.
 SAMPLES = 100_000
-# An RGB variant integrates over the wavelengths, which smears orders along the plane of incidence alone: they have to
-# be wide across it for the test's grid, which is as fine as spectral variants need.
+# Parameters of RGB variants. Their integral over wavelengths widens orders along the plane of incidence only. A short
+# coherence length makes them wide enough for the test's grid across it, too.
 WIDE = {"coherence_length": 10.0}
 
 
@@ -40,7 +41,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 @cache
 def made(variant: str, name: str, turned: float = 0.0) -> mi.BSDF:
-    """The BSDF, made once a process; `turned` by so many degrees."""
+    """The BSDF, cached; `turned` is its rotation in degrees."""
     use(variant)
     width = {} if mi.is_spectral else WIDE
     return mi.load_dict({"type": "diffraction", **surface(name), **width, "rotation": turned})
@@ -53,18 +54,19 @@ def direction(theta: float, phi: float) -> list[float]:
 
 
 def chi_square(variant: str, name: str, angles: tuple, turned: float = 0.0):
-    """The test of the samples against the density of the surface that is turned by so many degrees."""
+    """The test of the samples against the density of the surface rotated by `turned` degrees."""
     use(variant)
     bsdf, other = made(variant, name), made(variant, name, turned)
     return vectorised(bsdf, direction(*angles), pdf_of=other, sample_count=SAMPLES)
 
 
 def follows(variant: str, name: str, angles: tuple, count: int) -> dict:
+    """Tests the samples against the BSDF's density, as one of `count` tests."""
     test = chi_square(variant, name, angles)
     return {"passed": bool(test.run(SIGNIFICANCE, count, quiet=True)), "p": float(test.p_value)}
 
 
 def wrong(variant: str, name: str) -> dict:
-    """The negative control."""
+    """The negative control: a rotated density must be rejected."""
     test = chi_square(variant, name, INCIDENCES[1], turned=WRONG_TURN)
     return {"passed": not test.run(SIGNIFICANCE, 1, quiet=True), "p": float(test.p_value)}

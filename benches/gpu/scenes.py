@@ -1,16 +1,18 @@
-"""Small scenes that several parts render."""
+"""A small scene that several parts of the run (parts.py) render, and the difference of two pictures."""
 
 from __future__ import annotations
 
 import mitsuba as mi
 import numpy as np
 
-# Pixels along each side, and samples a pixel.
-SIZE, SPP = 16, 16
+# Pixels along each side. Chosen: small, because the parts test kernels, not pictures.
+SIZE = 16
+# Samples per pixel.
+SPP = 16
 
 
 def ball(bsdf: dict | mi.BSDF) -> mi.Scene:
-    """A ball under a constant sky and a small sun."""
+    """A unit sphere with the BSDF, under a constant sky and a directional sun."""
     return mi.load_dict(
         {
             "type": "scene",
@@ -29,16 +31,18 @@ def ball(bsdf: dict | mi.BSDF) -> mi.Scene:
 
 
 def picture(scene: mi.Scene, seed: int = 0) -> np.ndarray:
-    """Linear colours (rows, columns, 3)."""
+    """Renders in linear sRGB, (rows, columns, 3)."""
     return np.array(mi.render(scene, spp=SPP, seed=seed), dtype=float)[..., :3]
 
 
-# Kernels of different shape round differently, which sends single paths elsewhere: pixels that may differ by more than
-# RELATIVE of the brightest, out of all.
-RELATIVE, STRAY = 1e-3, 0.02
+# Largest difference of a pixel, relative to the brightest pixel, that passes as rounding.
+RELATIVE = 1e-3
+# Fraction of pixels that may differ by more. Chosen: kernels of different structure round differently, which sends
+# single paths elsewhere.
+STRAY = 0.02
 
 
 def differing(ours: np.ndarray, theirs: np.ndarray) -> float:
-    """Fraction of pixels that differ by more than RELATIVE of the brightest; NaN differs from everything."""
+    """The fraction of pixels that differ by more than RELATIVE of the brightest; NaN always differs."""
     close = np.abs(ours - theirs).max(axis=-1) <= RELATIVE * np.abs(theirs).max()
     return float(np.mean(~close))

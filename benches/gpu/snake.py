@@ -1,4 +1,9 @@
-"""The path-traced snake beside the pictures of the reference variant, judged by the spread of both."""
+"""The path-traced snake in the checked variant of Mitsuba, compared with a reference variant.
+
+Either variant renders the same scene several times with different seeds. The means of the two sets of pictures may
+differ by a few of their standard errors. The plan (plan.py) names the kinds of variants, such as `rgb`; variants.py
+chooses the reference of each.
+"""
 
 from __future__ import annotations
 
@@ -20,36 +25,42 @@ from .parts import Check
 from .plan import Plan
 from .variants import reference, use
 
-# Standard errors by which a pixel, and the sum over all pixels of a channel, may be apart. The spread of few pictures
-# is known to a fifth, so that of pixels one in a hundred may be further apart.
-ERRORS, EXCEEDING = 4.0, 0.01
-# Relative rounding: what all pictures have alike has no spread. A pixel that differs by less has the same paths.
+# Largest difference of a pixel, and of a channel's sum over all pixels, in standard errors. Chosen: four.
+ERRORS = 4.0
+# Fraction of pixels that may exceed ERRORS. Chosen: the standard deviation, estimated from few pictures, is itself
+# uncertain by about 20 %, so more pixels than those of a normal distribution exceed it.
+EXCEEDING = 0.01
+# Relative difference of the same paths in two variants, which round differently.
 ROUNDING = 1e-3
 
 
 def checks(plan: Plan, folder: Path) -> Iterator[Check]:
+    """One check per kind of variant."""
     for kind in plan.kinds:
         yield plan.variant(kind), partial(compared, plan, kind)
 
 
 def compared(plan: Plan, kind: str) -> dict:
-    variants = (plan.variant(kind), reference(plan, kind))
-    ours, theirs = (pictures(plan, variant) for variant in variants)
-    if variants[1] == "scalar_rgb":
-        # Scalar variants mix grey of the same luminance into colours with a negative channel.
+    """The figures of `judged` for the checked variant of a kind and its reference."""
+    checked_variant, reference_variant = plan.variant(kind), reference(plan, kind)
+    ours, theirs = pictures(plan, checked_variant), pictures(plan, reference_variant)
+    if reference_variant == "scalar_rgb":
+        # The plugin's scalar RGB variant removes negative channels by mixing a colour with grey of its luminance. The
+        # luminance alone is therefore the same in both variants.
         ours, theirs = ((each @ LUMINANCE)[..., None] for each in (ours, theirs))
-    return {"reference": variants[1], **judged(ours, theirs)}
+    return {"reference": reference_variant, **judged(ours, theirs)}
 
 
 def pictures(plan: Plan, variant: str) -> np.ndarray:
-    """Linear sRGB (pictures, rows, columns, 3), of one seed each."""
+    """Renders of one variant in linear sRGB with different seeds, (pictures, rows, columns, 3)."""
     use(variant)
     files, view = snake_files(plan.mesh_resolution), View(*plan.snake_size)
     bsdf = mi.load_dict(skin_bsdf(plan.skin, files.pigment))
-    # A sun without extent: no picture has a bright sample that others lack.
+    # A directional sun. With a sun of finite extent, rare bright samples would dominate the noise.
     light = Light(sun="directional")
     scene = mi.load_dict(snake_scene(bsdf, files, light, view, plan.snake_spp))
     made = np.array([np.array(mi.render(scene, seed=seed))[..., :3] for seed in range(plan.snake_pictures)])
+    # Frees the memory of this variant before the next one is selected.
     del scene, bsdf
     gc.collect()
     return made.astype(float)
@@ -58,10 +69,11 @@ def pictures(plan: Plan, variant: str) -> np.ndarray:
 def judged(ours: np.ndarray, theirs: np.ndarray) -> dict:
     """Differences of two sets of pictures (n, rows, columns, 3) in standard errors, by pixel and by channel.
 
-    A glint that one picture alone has moves a mean by one standard error, so rare ones do not count as a difference.
+    A glint in a single picture moves the mean by one standard error, so it does not count as a difference.
     """
-    pixels = apart(ours, theirs)
-    channels = apart(*(each.sum(axis=(1, 2)) for each in (ours, theirs)))
+    pixels = difference_in_errors(ours, theirs)
+    channels = difference_in_errors(*(each.sum(axis=(1, 2)) for each in (ours, theirs)))
+    # The negation counts NaN.
     exceeding = float(np.mean(~(pixels <= ERRORS)))
     alike = np.abs(ours - theirs).max(axis=-1) <= ROUNDING * np.abs(theirs).max(axis=-1)
     ratios = ours.sum(axis=(0, 1, 2)) / theirs.sum(axis=(0, 1, 2))
@@ -74,8 +86,11 @@ def judged(ours: np.ndarray, theirs: np.ndarray) -> dict:
     }
 
 
-def apart(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
-    """How far the means of two sets (n, …) are apart, in standard errors of the difference; NaN where one is NaN."""
+def difference_in_errors(ours: np.ndarray, theirs: np.ndarray) -> np.ndarray:
+    """The difference of the means of two sets (n, …) in its standard errors; NaN if one mean is NaN.
+
+    The error includes ROUNDING, and 1e-12 for pixels that are black in both sets.
+    """
     means = [each.mean(axis=0) for each in (ours, theirs)]
     errors = np.hypot(*(each.std(axis=0, ddof=1) / np.sqrt(len(each)) for each in (ours, theirs)))
     return np.abs(means[0] - means[1]) / (errors + ROUNDING * np.abs(means[1]) + 1e-12)

@@ -1,4 +1,4 @@
-"""Runs each part in a process of its own, ends it at its limit, and gathers the results into one file."""
+"""Runs each part in its own process with a time limit, and collects the results in one file."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from mitsuba_scenes.environment import REPOSITORY
 from .checks import FAILED
 from .parts import PARTS
 
-# Parts in which every kernel is compiled: neither Dr.Jit, nor OptiX, nor the CUDA driver has a cache.
+# Parts without the kernel caches of Dr.Jit, OptiX and the CUDA driver, so that every kernel is compiled.
 UNCACHED = ("renders", "inspection")
-# Seconds that must be left of the run for a part to begin.
+# Smallest remaining time in seconds at which a part starts.
 LEAST_S = 5.0
 
 
 @dataclass(frozen=True)
 class Run:
-    """`flags` are words of the command line that every part gets; `deadline` is a time of `time.monotonic`."""
+    """A run: command-line `flags` for every part, the folder for pictures, and the `deadline` by `time.monotonic`."""
 
     flags: tuple[str, ...]
     pictures: Path
@@ -34,7 +34,7 @@ class Run:
 
 
 def run_all(names: list[str], run: Run) -> dict[str, dict]:
-    """The result of each part: `status` is `passed`, `failed` or `not run`, `rows` are those of its checks."""
+    """Runs the parts. A result has the `status` `passed`, `failed` or `not run`, and the `rows` of its checks."""
     run.pictures.mkdir(parents=True, exist_ok=True)
     results = {}
     for name in names:
@@ -47,6 +47,7 @@ def run_all(names: list[str], run: Run) -> dict[str, dict]:
 
 
 def run_part(name: str, run: Run) -> dict:
+    """Runs one part and returns its result."""
     left = run.deadline - time.monotonic()
     if left < LEAST_S:
         return {"status": "not run", "error": "the time of the run was up", "seconds": 0.0, "rows": []}
@@ -56,13 +57,13 @@ def run_part(name: str, run: Run) -> dict:
         rows, log = folder / "rows", folder / "log"
         rows.touch()
         start = time.monotonic()
-        code = watched(child(name, run, rows), environment(name, folder), log, limit)
+        code = run_with_limit(child(name, run, rows), environment(name, folder), log, limit)
         seconds = round(time.monotonic() - start, 2)
         lines = [json.loads(line) for line in rows.read_text(encoding="utf-8").splitlines()]
-        said = log.read_text(encoding="utf-8", errors="replace").strip()
-    if said:
-        print(said, file=sys.stderr, flush=True)
-    error = None if code in (0, FAILED) else end_of(code, limit, said)
+        stderr = log.read_text(encoding="utf-8", errors="replace").strip()
+    if stderr:
+        print(stderr, file=sys.stderr, flush=True)
+    error = None if code in (0, FAILED) else failure(code, limit, stderr)
     passed = code == 0 and bool(lines)
     return {"status": "passed" if passed else "failed", "error": error, "seconds": seconds, "rows": lines}
 
@@ -74,7 +75,7 @@ def child(name: str, run: Run, rows: Path) -> list[str]:
 
 
 def environment(name: str, folder: Path) -> dict[str, str]:
-    """The process's own, without caches of kernels where everything is to be compiled."""
+    """The environment of a part's process; parts in UNCACHED get empty kernel caches."""
     caches = {
         "DRJIT_CACHE_DIR": str(folder / "kernels"),
         "OPTIX_CACHE_PATH": str(folder / "optix"),
@@ -87,10 +88,10 @@ def environment(name: str, folder: Path) -> dict[str, str]:
     return {**os.environ, **caches}
 
 
-def watched(words: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
-    """The exit status of a process, below zero for a signal; `None` where it and its children were ended at a limit."""
-    with log.open("wb") as said:
-        process = subprocess.Popen(words, env=environment, cwd=REPOSITORY, stderr=said, start_new_session=True)
+def run_with_limit(words: list[str], environment: dict[str, str], log: Path, limit: float) -> int | None:
+    """Runs a process with a time limit and returns its exit status, negative for a signal, `None` at the limit."""
+    with log.open("wb") as stderr:
+        process = subprocess.Popen(words, env=environment, cwd=REPOSITORY, stderr=stderr, start_new_session=True)
         try:
             return process.wait(timeout=limit)
         except subprocess.TimeoutExpired:
@@ -100,7 +101,7 @@ def watched(words: list[str], environment: dict[str, str], log: Path, limit: flo
 
 
 def end_group(process: subprocess.Popen) -> None:
-    """Ends a process that leads a session, and whatever it started."""
+    """Kills a session leader and its children."""
     try:
         os.killpg(process.pid, signal.SIGKILL)
     except ProcessLookupError:
@@ -108,17 +109,17 @@ def end_group(process: subprocess.Popen) -> None:
     process.wait()
 
 
-def end_of(code: int | None, limit: float, said: str) -> str:
-    """How a process ended that gave no verdict."""
+def failure(code: int | None, limit: float, stderr: str) -> str:
+    """A message for a process that ended without a result."""
     if code is None:
         return f"ended at its limit of {limit:.0f} s"
     if code < 0:
         return f"ended by {signal.Signals(-code).name}"
-    return said.splitlines()[-1] if said else f"exit status {code}"
+    return stderr.splitlines()[-1] if stderr else f"exit status {code}"
 
 
 def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:
-    """The results, with those that the file holds of other parts if they are of the same card or there is none here."""
+    """The results, merged with the file's if these are from the same card or this machine has none."""
     before = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
     if before is None or not (machine["card"] is None or before["machine"]["card"] == machine["card"]):
         return {"machine": machine, "parts": results}
@@ -127,7 +128,7 @@ def gathered(results: dict[str, dict], machine: dict, file: Path) -> dict:
 
 
 def write(results: dict, file: Path) -> None:
-    """Writes the file in one step: a run that is ended meanwhile leaves the one before."""
+    """Replaces the file in one step, so that an interrupted run leaves the old file."""
     file.parent.mkdir(parents=True, exist_ok=True)
     new = file.with_suffix(".new")
     new.write_text(json.dumps(results, indent=1, allow_nan=False) + "\n", encoding="utf-8")

@@ -1,4 +1,4 @@
-"""The surfaces that are checked, as parameters of `diffraction`, and a scan where no measured one is at hand."""
+"""The surfaces of the checks as parameters of `diffraction`, and a synthetic scan in place of a measured one."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ import numpy as np
 from mitsuba_scenes.crosscheck import cases
 from mitsuba_scenes.skin import KERATIN
 
-# Solving the metal takes half a minute of one core, the perfect conductor of a shorter period two seconds.
+# A grating in a metal, whose rigorous solution takes 30 s on one core.
 GRATING = {"preset": "blazed", "period": 0.8, "height": 0.1, "material": "Al"}
+# A grating in a perfect conductor, with a shorter period: 2 s.
 PERFECT_GRATING = {"preset": "sinusoidal", "period": 0.5, "height": 0.05}
-# The synthetic scan: pixels of the published scans, 65 nm, and heights of a skin.
+# The synthetic scan: pixels along each side, their edge, as of the published scans, and the range of heights of a skin.
 SCAN_PIXELS, SCAN_PIXEL_UM, SCAN_RANGE_UM = 100, 0.065, 0.4
 SEED = 5
 
 
 def surface(name: str) -> dict:
-    """The parameters of a surface by name. The scan is the one of `cases.SCAN`."""
+    """The parameters of a surface by name. The scan is `cases.SCAN`."""
     return {
         "blazed": {"preset": "blazed"},
         "xenopeltis": {"preset": "xenopeltis", "eta": KERATIN},
-        # The obliquity factor of the benchmark scenes, which so share its tables.
+        # The obliquity factor of the benchmark scenes, so that both use the same cached tables.
         "scan": {"filename": str(cases.SCAN), "eta": KERATIN, "obliquity": "stam"},
         "aluminium grating": GRATING,
         "rigorous grating": {**GRATING, "theory": "rigorous"},
@@ -31,7 +32,7 @@ def surface(name: str) -> dict:
 
 
 def write_synthetic_scan(folder: Path) -> None:
-    """Writes a smooth random relief under the name of the scan that is missing: `xenopeltis.gsf`, in metres."""
+    """Writes a smooth random relief in metres under the name of the measured scan, `xenopeltis.gsf`."""
     rng = np.random.default_rng(SEED)
     waves = np.fft.rfft2(rng.normal(size=(SCAN_PIXELS, SCAN_PIXELS)))
     waves[8:-8], waves[:, 10:] = 0, 0

@@ -1,4 +1,4 @@
-"""Variants of Mitsuba: the one that is checked, and the one that it is held against."""
+"""The variants of Mitsuba: selection, and the reference of the checked variant."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .plan import Plan
 
 
 def use(name: str) -> None:
-    """Selects a variant, or raises SetupError with the reason why it does not run here."""
+    """Selects a variant; raises SetupError with the reason if it does not run here."""
     use_variant(name, fall_back=False)
 
 
@@ -24,11 +24,11 @@ def has_llvm() -> bool:
 
 
 def reference(plan: Plan, kind: str) -> str:
-    """The variant whose answers are taken for true.
+    """The reference variant.
 
-    A card is held against LLVM, which runs the same traced code. Where LLVM is missing, and in the dry run, which
-    checks LLVM, it is the scalar variant: the Rust core, asked ray by ray. No variant is both scalar and mono, so a
-    mono variant is held against the luminance of the RGB variant of its backend.
+    The reference of a card is LLVM, which runs the same traced code. Without LLVM, and in the dry run, which checks
+    LLVM, it is the scalar variant: the Rust core, called ray by ray. No variant is both scalar and mono, so a mono
+    variant is compared with the luminance of the RGB variant of its backend.
     """
     if not plan.dry and has_llvm():
         return f"llvm_ad_{kind}"

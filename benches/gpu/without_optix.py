@@ -1,6 +1,6 @@
-"""A process in which OptiX cannot be loaded: calls of a BSDF work, and what a render says is told.
+"""Calls of a BSDF without OptiX, which must work, and a render, whose message is reported.
 
-`python -m benches.gpu.without_optix VARIANT` is that process; it prints a line of JSON for each step.
+`python -m benches.gpu.without_optix VARIANT` is the process without OptiX; it prints a line of JSON for each step.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mitsuba_scenes.environment import REPOSITORY
 from .parts import Check
 from .plan import Plan
 
-# Where Dr.Jit looks for OptiX, and a place where it is not.
+# Environment variable with the path of OptiX for Dr.Jit, and a path without OptiX.
 VARIABLE, NOWHERE = "DRJIT_LIBOPTIX_PATH", "/nonexistent/libnvoptix.so.1"
 
 
@@ -28,7 +28,7 @@ def checks(plan: Plan, folder: Path) -> Iterator[Check]:
 
 
 def without(variant: str) -> dict:
-    """Whether the calls worked, and how the render ended. The latter is told and not judged."""
+    """Runs the process without OptiX; `passed` is whether the calls work, however the render ends."""
     child = [sys.executable, "-m", __name__, variant]
     done = subprocess.run(
         child, env={**os.environ, VARIABLE: NOWHERE}, cwd=REPOSITORY, capture_output=True, text=True, timeout=60
@@ -37,12 +37,12 @@ def without(variant: str) -> dict:
     found = {key: value for step in steps for key, value in step.items()}
     if "render" not in found:
         lines = done.stderr.strip().splitlines()
-        found["render"] = f"{ended(done.returncode)}: {lines[-1] if lines else 'no message'}"
+        found["render"] = f"{exit_text(done.returncode)}: {lines[-1] if lines else 'no message'}"
     return {"passed": found.get("value", 0) > 0, **found}
 
 
-def ended(code: int) -> str:
-    """How a process ended, by its exit status."""
+def exit_text(code: int) -> str:
+    """A message for an exit status."""
     return f"ended by {signal.Signals(-code).name}" if code < 0 else f"exit status {code}"
 
 

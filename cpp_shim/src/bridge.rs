@@ -19,6 +19,7 @@ use sunbeam::table::WAVELENGTH_MIN_NM;
 use sunbeam_guard::{Panic, guard};
 use surface::{Recipe, Surface, Tables};
 
+#[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
     /// Part of an evaluation that is computed; the other is zero.

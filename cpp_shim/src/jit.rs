@@ -8,6 +8,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 pub use ffi::*;
 
+#[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam::jit")]
 mod ffi {
     unsafe extern "C++" {

@@ -2,6 +2,7 @@
 
 pub use ffi::*;
 
+#[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam::jit")]
 mod ffi {
     unsafe extern "C++" {

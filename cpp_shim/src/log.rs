@@ -11,6 +11,7 @@ use std::thread;
 use std::time::Duration;
 use sunbeam::table::Progress;
 
+#[allow(unreachable_pub, reason = "cxx declares all functions public")]
 #[cxx::bridge(namespace = "sunbeam")]
 mod ffi {
     // SAFETY: the functions take a line by value and keep nothing of it.

@@ -1,1 +1,1 @@
-"""Single 2014's evaluation, reproduced: each page of figures in `docs/` from one command that computes its numbers."""
+"""Generators of the documentation's measured text, tables and pictures; `python -m docs.figures` runs them."""

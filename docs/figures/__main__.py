@@ -1,4 +1,7 @@
-"""Makes pages of figures: `python -m docs.figures [PAGE ...]`, all of them unless some are named."""
+"""Measures the figures of the documentation and writes them into its pages.
+
+`python -m docs.figures [PART ...]` runs all parts unless some are named; `make figures PAGES=…` calls it.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,12 @@ from importlib import import_module
 from mitsuba_scenes.environment import SetupError
 from mitsuba_scenes.picture import PictureError
 
-from .page import DOCS, write_page
+from .page import DOCS, write_part
 
-# Each is a module of this package with a function `figures() -> dict`, and a template of the same name in
-# docs/templates, with hyphens; where they are `None`, the page is left as it is. Those that measure times come first:
-# the machine need be left alone for no longer.
-PAGES = (
+# A part is a module of this package (with underscores for hyphens) whose function `figures() -> dict | None` measures;
+# None leaves the page as it is. The parts that measure times come first, so that the machine has to be idle for them
+# alone.
+PARTS = (
     "speed-error",
     "realtime",
     "tables",
@@ -25,7 +28,6 @@ PAGES = (
     "sweeps-scale",
     "renderings",
     "renderings-methods",
-    "snake-mesh",
     "brdf-maps",
     "slits",
     "periodicity",
@@ -36,33 +38,32 @@ PAGES = (
     "validity",
     "skins-validity",
     "stability",
-    "peers",
-    "formats",
+    "instruments",
     "tour-scan",
-    # Gathers numbers of those before it.
+    # Reads the data of other parts.
     "published-figures",
 )
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, or 2 with one line that says what is wrong."""
+    """The command line; returns 0, or 2 after printing one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog="python -m docs.figures", description=__doc__)
-    parser.add_argument("pages", nargs="*", metavar="PAGE", help=f"one of {', '.join(PAGES)}")
+    parser.add_argument("parts", nargs="*", metavar="PART", help=f"one of {', '.join(PARTS)}")
     parser.add_argument("--from-data", action="store_true", help="measure nothing: write pages anew from docs/data")
     options = parser.parse_args(words)
     try:
-        for page in options.pages or PAGES:
-            if page not in PAGES:
-                raise SetupError(f"unknown page {page!r}; there are {', '.join(PAGES)}")
+        for part in options.parts or PARTS:
+            if part not in PARTS:
+                raise SetupError(f"unknown part {part!r}; there are {', '.join(PARTS)}")
             start = time.perf_counter()
             if options.from_data:
-                made = json.loads((DOCS / "data" / f"{page}.json").read_text(encoding="utf-8"))
+                made = json.loads((DOCS / "data" / f"{part}.json").read_text(encoding="utf-8"))
             else:
-                made = import_module(f".{page.replace('-', '_')}", __package__).figures()
+                made = import_module(f".{part.replace('-', '_')}", __package__).figures()
             if made is None:
-                # What it needs is not here; it has said so.
+                # Its requirements are missing; the module has printed which.
                 continue
-            written = write_page(page, made)
+            written = write_part(part, made)
             print(f"{written} ({time.perf_counter() - start:.0f} s)", flush=True)
     except (SetupError, PictureError) as error:
         print(f"{parser.prog}: error: {error}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""How regularly a surface's structures are aligned: lines of one phase of its dominant period, and how they wander."""
+"""Alignment of a surface's structures: lines of constant phase of its dominant period, and their deviation."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from matplotlib.patheffects import withStroke
 from mitsuba_scenes.crosscheck.realtime import surface_words
 from mitsuba_scenes.tool import sunbeam
 
-# Edge of a cut-out: that of the scans.
+# Edge of a cut-out, that of the scans.
 EDGE_UM = 6.5
-# Standard deviation of the window in which a phase is taken, in periods.
+# Standard deviation of the phase's averaging window, in periods.
 WINDOW_PERIODS = 0.5
 SCALE_UM = 1.0
-# So that what is drawn in white shows on white.
+# A black outline keeps white drawing visible on white.
 OUTLINE = [withStroke(linewidth=3, foreground="black")]
 
 
 @dataclass(frozen=True)
 class CutOut:
-    """Heights in um, (rows, columns) with y = 0 first, and the lines of one phase of the waves along `axis`."""
+    """Heights in µm, (rows, columns) with y = 0 first, and the phase of their waves along `axis`."""
 
     heights: np.ndarray
     pixel_um: float
     axis: str
     period_um: float
-    # Where the waves are ahead of a plane wave that fits them best, in um.
+    # Shift in µm of the waves against the best-fitting plane wave, at each pixel.
     ahead_um: np.ndarray
 
     @property
     def wander_um(self) -> float:
-        """Root mean square of how far the lines of one phase are from straight ones, a period from the edges."""
+        """Rms distance of lines of constant phase from straight ones, at least a period from the edges."""
         return float(np.sqrt(np.mean(self.ahead_um[inside(self.period_um, self.pixel_um)] ** 2)))
 
 
@@ -53,10 +53,10 @@ def cut_out(skin: dict, axis: str) -> CutOut:
 
 
 def ahead_um(heights: np.ndarray, pixel_um: float, axis: str, period_um: float) -> np.ndarray:
-    """How far the waves of this period along an axis are ahead, in um, of the plane wave that fits them best.
+    """Shift in µm of the waves of this period along `axis` against the best-fitting plane wave.
 
     The phase is that of the heights times exp(−2πi x/period), averaged under a Gaussian; the plane that fits it best a
-    period from the edges is taken off.
+    period from the edges is subtracted.
     """
     across = heights if axis == "x" else heights.T
     x = np.arange(across.shape[1]) * pixel_um
@@ -67,26 +67,26 @@ def ahead_um(heights: np.ndarray, pixel_um: float, axis: str, period_um: float) 
     place = np.stack([np.ones(phase.shape), *np.indices(phase.shape)], axis=-1)
     fitted = inside(period_um, pixel_um)
     plane, *_ = np.linalg.lstsq(place[fitted].reshape(-1, 3), phase[fitted].ravel(), rcond=None)
-    # h(x − s) has its phase less by 2πs/period.
+    # h(x − s) has a phase smaller by 2πs/period.
     ahead = -(phase - place @ plane) * period_um / (2 * np.pi)
     return ahead if axis == "x" else ahead.T
 
 
 def inside(period_um: float, pixel_um: float) -> tuple[slice, slice]:
-    """Rows and columns a period or more from the edges, whose windows are whole but for two of their deviations."""
+    """Rows and columns at least a period from the edges, where the window is complete to two standard deviations."""
     edge = round(period_um / pixel_um)
     return slice(edge, -edge), slice(edge, -edge)
 
 
 def blurred(values: np.ndarray, deviation: float) -> np.ndarray:
-    """Averages along the last axis under a Gaussian of this deviation in pixels, of what is there at the edges."""
+    """Averages along the last axis under a Gaussian with this standard deviation in pixels, truncated at the edges."""
     distance = np.subtract.outer(np.arange(values.shape[-1]), np.arange(values.shape[-1]))
     weights = np.exp(-0.5 * (distance / deviation) ** 2)
     return values @ (weights / weights.sum(axis=0))
 
 
 def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
-    """Writes the cut-outs side by side, each with lines of one phase in red and a scale bar."""
+    """Writes the cut-outs side by side, with red lines of constant phase and a scale bar."""
     figure = Figure(figsize=(2.6 * len(cut_outs), 2.9), layout="constrained")
     for axes, (title, cut) in zip(np.atleast_1d(figure.subplots(1, len(cut_outs))), cut_outs.items()):
         rows, columns = cut.heights.shape
@@ -106,7 +106,7 @@ def draw(cut_outs: dict[str, CutOut], file: Path) -> None:
 
 
 def lines(cut: CutOut) -> list[tuple[float, np.ndarray]]:
-    """Two lines of one phase, a period apart: where they are on average, and how far they are ahead there, in um."""
+    """Two lines of constant phase, a period apart: mean position and shift along the line, in µm."""
     ahead = cut.ahead_um if cut.axis == "x" else cut.ahead_um.T
     found = []
     for place in (0.5 * EDGE_UM - 0.5 * cut.period_um, 0.5 * EDGE_UM + 0.5 * cut.period_um):

@@ -1,4 +1,4 @@
-"""How colourful what is seen in a picture is."""
+"""Chroma and colour differences of pictures as shown."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def mean_chroma(linear: np.ndarray, mask: Path) -> float:
 
 
 def greyed(linear: np.ndarray) -> np.ndarray:
-    """The picture without its colour: every pixel as bright as before."""
+    """The picture in grey, with the luminance of every pixel unchanged."""
     return np.repeat((linear @ XYZ_OF_SRGB[1])[..., None], 3, axis=-1)
 
 

@@ -1,4 +1,4 @@
-"""How many evaluations a second the C ABI's batches give, on one core and on all."""
+"""The part `batch`: evaluations a second of the C ABI's batches, on one core and on all."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SOURCE = REPOSITORY / "benches" / "batch.c"
 
 
 def figures() -> dict:
-    """What the program prints, with the processor's name."""
+    """The output of `benches/batch.c`, with the processor's name."""
     if not (LIBRARY / "lib" / "libsunbeam.so").exists():
         raise SetupError("the C library is missing: run `make library`")
     with TemporaryDirectory() as folder:

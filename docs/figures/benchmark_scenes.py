@@ -1,4 +1,4 @@
-"""The scenes on which the BSDF's cost is measured: what wears it, its light, and Mitsuba's own to hold beside it."""
+"""Scenes for the cost of the BSDF: shape, light, and Mitsuba's `roughconductor` for comparison."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from mitsuba_scenes.snake import FOLDER, SnakeFiles, snake_files
 from .disc import write_disc
 
 MAX_DEPTH = 6
-# Samples a pixel: a square number, which the snake's sampler needs, but for the sphere, whose sampler is Mitsuba's
-# default.
+# Samples a pixel, a square number as the snake's sampler requires; the sphere has Mitsuba's default sampler.
 SPP, SPHERE_SPP = 64, 32
 ALUMINIUM = {"material": "Al"}
 SKIN = {"eta": KERATIN, "k": 0.0}
-# Roughness of the microfacet material that stands beside the diffraction.
+# Roughness of the microfacet material.
 ALPHA = 0.1
 REFERENCE = "roughconductor"
 
@@ -34,8 +33,11 @@ SCAN_VIEW = View(48, 32, origin_cm=(0, -0.7, 1.0), target_cm=(0, 0, 0), fov_deg=
 
 @dataclass(frozen=True)
 class BenchmarkScene:
-    """`surfaces` are the reliefs by name, as parameters of `diffraction`; `optics` what they are made of, as parameters
-    of both it and `roughconductor`; `parts` makes the dictionary of the scene around a BSDF that is made already."""
+    """A scene for several materials.
+
+    `surfaces` has reliefs by name, as parameters of `diffraction`; `optics` the medium, as parameters of both
+    `diffraction` and `roughconductor`. `parts` makes the scene's dictionary for a BSDF object.
+    """
 
     name: str
     title: str
@@ -44,11 +46,11 @@ class BenchmarkScene:
     view: View
     spp: int
     parts: Callable[[mi.BSDF, View, int], dict]
-    # Parameters of `diffraction` alone, made for the variant in use.
+    # Further parameters of `diffraction`, made in the selected variant.
     extra: Callable[[], dict] = dict
 
     def bsdfs(self) -> dict[str, dict]:
-        """The diffraction by the relief's name, and Mitsuba's rough conductor of the same material."""
+        """Dictionaries of the diffraction BSDFs by relief, and of Mitsuba's rough conductor in the same medium."""
         made = {name: self.diffraction(surface) for name, surface in self.surfaces.items()}
         return {**made, REFERENCE: {"type": "roughconductor", "alpha": ALPHA, **self.optics}}
 
@@ -57,7 +59,7 @@ class BenchmarkScene:
         return {"type": "diffraction", "obliquity": "stam", **surface, **self.optics, **self.extra()}
 
     def worn(self, surfaces: dict[str, dict], optics: dict) -> BenchmarkScene:
-        """The same scene wearing something else, with nothing under it."""
+        """The scene with other reliefs and another medium, without pigment."""
         return replace(self, surfaces=surfaces, optics=optics, extra=dict)
 
     def load(self, bsdf: mi.BSDF, size: tuple[int, int], spp: int | None = None) -> mi.Scene:
@@ -97,7 +99,7 @@ def scenes() -> list[BenchmarkScene]:
 
 
 def scanned_surface() -> tuple[dict, str]:
-    """The AFM scan of Xenopeltis, or its preset where there is no scan, and what to call it."""
+    """The AFM scan of Xenopeltis, or without it the preset, and its name."""
     if SCAN.exists():
         return scanned_skin(SCAN), "an AFM scan of Xenopeltis"
     print(f"no scan at {SCAN}: the preset stands in for it", flush=True)
@@ -123,7 +125,7 @@ def floor(half_width: float, reflectance: tuple = (0.5, 0.5, 0.5)) -> dict:
 
 
 def sphere_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
-    """A ball of radius 1 that rests on a grey floor."""
+    """A ball of radius 1 on a grey floor."""
     sensor = view.sensor(spp)
     sensor["sampler"] = {"type": "independent", "sample_count": spp}
     return {
@@ -144,7 +146,7 @@ def snake_parts(bsdf: mi.BSDF, view: View, spp: int) -> dict:
 
 @cache
 def disc_files() -> SnakeFiles:
-    """The disc as a mesh, made once a process."""
+    """The disc as a mesh, written once a process."""
     return SnakeFiles(write_disc(made_folder() / "disc.ply"), made_folder() / "none.png")
 
 

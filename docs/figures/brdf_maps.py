@@ -1,4 +1,4 @@
-"""The BRDF maps of Single 2014 (figures 2.2 to 2.13) as sheets, each panel with its error, and what they show."""
+"""The part `brdf-maps`: figures 2.2 to 2.13 of Single 2014 as sheets, with errors of each panel and checks."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .page import images
 from .taylor_sums import CONVERGED, WAVELENGTH_UM, pictures, plot, sums
 
 PAGE = "brdf-maps"
-# The first order of the blazed grating, and the mirror direction, in direction sines.
+# Boxes about the blazed grating's first order and the mirror direction: x from, to, y from, to, in direction sines.
 FIRST_ORDER, CENTRE = (-0.36, -0.10, -0.065, 0.065), (-0.05, 0.05, -0.05, 0.05)
 STEPS_NM = (1, 5, 10, 25, 50, 100)
-# What figure 2.10 calls the window's deviation.
+# Values of σs in figure 2.10.
 SIGMAS_UM = (3.25, 6.5, 15, 30, 45, 65)
-# Those of figures 2.11 and 2.12, and the 7 and 9 of the text; of the presets where they differ from the scans.
+# Numbers of terms in figures 2.11 and 2.12, and the 7 and 9 of the text, by surface.
 TERMS = {
     "blazed": (1, 2, 4, 7, 9, 24, 26, 40),
     "xenopeltis-scan": (1, 2, 4, 24, 26, 40),
@@ -30,7 +30,7 @@ TERMS = {
 THETA_I_DEG = (0, 10, 20, 30)
 # The cut-outs of figure 2.2 in um: edge and bar.
 CUT_OUTS_UM = {"blazed": (17.5, 2.5), "elaphe": (6.5, 3.27), "xenopeltis": (6.5, 3.21)}
-# The small tile of figure 2.9, and how often it repeats.
+# Edge in µm of the small tile of figure 2.9, and its repeats along each axis.
 SMALL_UM, SMALL_REPEATS = 3.25, 20
 
 
@@ -42,7 +42,7 @@ FLSS, PQ = method("flss"), method("pq")
 
 
 def sheets(surfaces: Surfaces) -> list[Sheet]:
-    """The figures with maps, in their order; scans come before presets."""
+    """The sheets of maps in the order of their figures, scans before presets."""
     blazed, elaphe, xenopeltis = surfaces.blazed, surfaces.skin("elaphe"), surfaces.skin("xenopeltis")
     skins = [*elaphe, *xenopeltis]
 
@@ -57,7 +57,7 @@ def sheets(surfaces: Surfaces) -> list[Sheet]:
         Panel("(b) NMM, centre", surfaces.blazed_row, method("nmm", "--weighted", "false"), box=CENTRE, fine=5),
         first_order("NMM, weighted", method("nmm"), surfaces.blazed_row, 5),
         first_order("(c) PQ", PQ, fine=5),
-        # A colour as a screen shows it, not a reflectance.
+        # A display colour, which cannot be compared with reflectances.
         Panel("(d) Stam, GPU Gems", blazed, gems, box=FIRST_ORDER, fine=5, exposure=1, compared=False),
         first_order("Stam, spacing alone", method("stam"), fine=5),
     ]
@@ -100,7 +100,7 @@ def sheets(surfaces: Surfaces) -> list[Sheet]:
 
 
 def key(surface: Surface) -> str:
-    """The surface's name in names of files and data."""
+    """The surface's name in file names and data."""
     return surface.name.lower().replace(", ", "-")
 
 
@@ -135,7 +135,7 @@ def cut_outs(surfaces: Surfaces) -> list[tuple]:
 
 
 def figures() -> dict:
-    """Draws the sheets, and returns the errors of every panel and what the page says of them."""
+    """Draws the sheets; returns the errors of every panel and the numbers of the checks."""
     folder = images(PAGE)
     with TemporaryDirectory() as scratch:
         surfaces, maps = Surfaces(Path(scratch)), Maps(Path(scratch))

@@ -1,4 +1,4 @@
-"""What one call of a BSDF costs in nanoseconds: big wavefronts by the Python API, less what an empty kernel takes."""
+"""Time of one BSDF call in nanoseconds: large wavefronts through the Python API, minus an empty kernel."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from .benchmark_scenes import ALPHA, ALUMINIUM, REFERENCE
 VARIANTS = ("llvm_ad_spectral", "llvm_ad_rgb")
 RELIEFS = ("blazed", "xenopeltis")
 CALLS = ("eval", "pdf", "eval_pdf", "sample")
-# Elements of a wavefront: the first tells how many more fit into the time.
+# Smallest and largest number of elements of a wavefront; the smallest gives a first estimate of the time.
 FEWEST, MOST = 1 << 10, 1 << 21
-# Seconds that a kernel should take, and how often each has its turn.
+# Target time of a kernel in seconds, and the number of turns of each material.
 KERNEL_S, TURNS = 0.1, 7
 SEED = 1
 
 
 def bsdfs() -> dict[str, dict]:
-    """Two reliefs in aluminium, with the albedo that keeps energy and bare, and Mitsuba's own."""
+    """Two reliefs in aluminium, with and without energy conservation (*bare*), and Mitsuba's `roughconductor`."""
     diffraction = {name: {"type": "diffraction", **preset_skin(name), **ALUMINIUM} for name in RELIEFS}
     return {
         **diffraction,
@@ -34,7 +34,7 @@ def bsdfs() -> dict[str, dict]:
 
 
 def figures(variants: tuple = VARIANTS) -> list[dict]:
-    """Rows of {variant, name, threads, ns, ratio}; `ns` is by call, per element, `ratio` that to REFERENCE's."""
+    """Rows of {variant, name, threads, ns, ratio}; `ns` is per element by call, `ratio` relative to REFERENCE."""
     rows = []
     for variant in variants:
         use_variant(variant, fall_back=False)
@@ -47,7 +47,7 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
                     "name": name,
                     "threads": dr.thread_count(),
                     "ns": {call: ns[call][name] for call in CALLS},
-                    # Its pdf alone takes next to nothing, by which nothing can be divided.
+                    # The reference's pdf alone takes too little time for a ratio.
                     "ratio": {call: ns[call][name] / ns[call][REFERENCE] for call in CALLS if call != "pdf"},
                 }
             )
@@ -55,10 +55,10 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
 
 
 def call_ns(bsdfs: dict[str, mi.BSDF], call: str, wavefront: int | None = None) -> dict[str, float]:
-    """Time per element of one call of each, less that of a kernel which only reads and writes as much.
+    """Time per element of one call of each BSDF, minus that of a kernel with the same reads and writes.
 
-    Each has `wavefront` elements, or as many as take about KERNEL_S. All take turns, so that what else the machine does
-    falls on each; the least of the turns is taken, which is the one with the least of it.
+    Wavefronts have `wavefront` elements, or as many as take about KERNEL_S. BSDFs take turns, and the smallest time of
+    each counts, which is the least disturbed by other programs.
     """
     kernels, elements, drawn = {}, {}, {}
     for name, bsdf in bsdfs.items():
@@ -82,19 +82,18 @@ def call_ns(bsdfs: dict[str, mi.BSDF], call: str, wavefront: int | None = None) 
 
 
 def per_element_ns(seconds: float, empty_s: float, elements: int) -> float:
-    """At least a hundredth of a nanosecond: what is less is the clock's."""
+    """Time per element without the empty kernel's, at least 0.01 ns, the resolution of the clock."""
     return max((seconds - empty_s) / elements * 1e9, 0.01)
 
 
 def fitting_elements(seconds_per_element: float) -> int:
-    """A power of two that takes about KERNEL_S."""
+    """The power of two of elements that take about KERNEL_S."""
     wanted = KERNEL_S / max(seconds_per_element, 1e-12)
     return int(min(max(2 ** round(np.log2(wanted)), FEWEST), MOST))
 
 
 class Inputs:
-    """Pairs of directions above the surface, drawn by the cosine, wavelengths where the variant has them, and numbers
-    to sample with."""
+    """Random inputs: pairs of directions drawn by the cosine, wavelengths in spectral variants, and sample numbers."""
 
     def __init__(self, elements: int):
         rng = mi.PCG32(size=elements, initstate=SEED)
@@ -113,7 +112,7 @@ class Inputs:
 
 
 def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
-    """One number that needs everything which the call gives."""
+    """A number that depends on all results of the call, so that none is optimised away."""
     ctx = mi.BSDFContext()
     if call == "eval":
         return dr.sum(bsdf.eval(ctx, inputs.si, inputs.wo))
@@ -127,13 +126,13 @@ def answer(bsdf: mi.BSDF, call: str, inputs: Inputs) -> mi.Float:
 
 
 def empty(inputs: Inputs) -> mi.Float:
-    """Reads what calls read, and writes what they write."""
+    """A kernel with the memory traffic of a call and no BSDF."""
     read = dr.sum(inputs.si.wi) + dr.sum(inputs.wo) + inputs.u1 + dr.sum(inputs.u2)
     return read + dr.sum(inputs.si.wavelengths) if mi.is_spectral else read
 
 
 def kernel_s(called: Callable, inputs: Inputs) -> float:
-    """Seconds in kernels, by Dr.Jit's own clock: neither tracing nor compiling is part of it."""
+    """Kernel time in seconds by Dr.Jit's clock, without tracing and compiling."""
     with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
         dr.kernel_history_clear()
         dr.eval(called(inputs))

@@ -1,6 +1,6 @@
-"""A graphics card's figures for pages, out of `docs/data/gpu.json`, which `make bench-gpu` writes where there is one.
+"""Figures of a graphics card from `docs/data/gpu.json`, which `make bench-gpu` writes.
 
-Where the file has no row for a figure, or there is no file, the figure is `None`, and pages say "not run".
+A figure without a row in the file, or without the file, is `None`, and pages say "not run".
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ NOT_RUN = "not run"
 
 @dataclass(frozen=True)
 class Card:
-    """The figures of a run. `kind` is `rgb` or `spectral`, of the variants `cuda_ad_rgb` and `cuda_ad_spectral`."""
+    """Figures of a run. `kind` is `rgb` or `spectral`, for the variants `cuda_ad_rgb` and `cuda_ad_spectral`."""
 
     name: str | None = None
     driver: str | None = None
@@ -47,13 +47,13 @@ class Card:
         return row and row["ms"]
 
     def shading_us(self, method: str, width: int, height: int) -> float | None:
-        """Microseconds of shading a lit pixel of such a frame."""
+        """Microseconds of shading per lit pixel of a frame of this size."""
         row = self._row("realtime", method=method, size=[width, height])
         return row and 1e3 * row["stages_ms"]["shade"] / row["lit_pixels"]
 
 
 def read(file: Path = FILE) -> Card:
-    """The card of the file; one without figures where there is none."""
+    """The card of the file, or one without figures if the file is missing."""
     if not file.exists():
         return Card()
     results = json.loads(file.read_text(encoding="utf-8"))
@@ -62,5 +62,5 @@ def read(file: Path = FILE) -> Card:
 
 
 def measured(value: float | None, digits: str = ".2g", unit: str = "") -> str:
-    """A figure with its unit as pages have it, or that it was not run."""
+    """A figure with its unit, or "not run"."""
     return NOT_RUN if value is None else f"{value:{digits}}{unit}"

@@ -1,4 +1,4 @@
-"""What the `diffraction` BSDF costs beside Mitsuba's own: the same scene and samples, repetitions in turn."""
+"""Render times of `diffraction` and of Mitsuba's BSDFs in one scene with equal samples, in turn."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from mitsuba_scenes.skin import pigment_texture, preset_skin, skin_bsdf
 from mitsuba_scenes.snake import snake_files
 
 VARIANTS = ("llvm_ad_spectral", "scalar_spectral")
-# The two that the diffraction is held against.
+# BSDFs of Mitsuba for comparison.
 REFERENCES = ("roughconductor", "principled")
 
 
@@ -29,7 +29,7 @@ def bsdfs(pigment: Path) -> dict:
 
 
 def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
-    """Seconds per BSDF: of making it, of the first render, and of each later one, in turn with the others."""
+    """Seconds of each BSDF: creation, first render, and later renders in turn with the other BSDFs."""
     files = snake_files()
     scenes, result = {}, {}
     for name, bsdf in bsdfs(files.pigment).items():
@@ -41,7 +41,7 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
         start = time.perf_counter()
         np.array(mi.render(scenes[name], seed=0))
         result[name] = {"tables_s": tables, "first_render_s": time.perf_counter() - start, "renders_s": []}
-    # Kernels are compiled once more when the seed first changes, and after more BSDFs were made: they list them all.
+    # Kernels list all BSDFs, so they are compiled again after others were created, and when the seed first changes.
     for scene in scenes.values():
         np.array(mi.render(scene, seed=1))
     for repetition in range(repetitions):
@@ -53,7 +53,7 @@ def measure(repetitions: int, view: View, spp: int, max_depth: int) -> dict:
 
 
 def ratios(result: dict, reference: str) -> dict:
-    """Median, least and greatest ratio of each BSDF's time to the reference's in the same repetition."""
+    """Median, smallest and largest ratio of each BSDF's time to the reference's in the same repetition."""
     base = np.array(result[reference]["renders_s"])
     found = {}
     for name, times in result.items():

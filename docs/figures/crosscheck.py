@@ -1,4 +1,4 @@
-"""The two renderers against each other, and the realtime methods against the path-traced ensemble."""
+"""The part `crosscheck`: both renderers compared, and the realtime methods with the path-traced ensemble."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from mitsuba_scenes.snake import snake_files
 from .speed_error import processor
 
 SAME_RAYS = "ensemble, same rays"
-# In aluminium at 570 nm, as numbers, which both renderers take. Orders are so wide that some pixels see each light.
-# No grating that is its own mirror image: the sign of u would change nothing.
+# A blazed grating in aluminium at 570 nm, not its own mirror image, so that the sign of u matters. Its orders are wide
+# enough that some pixels see each light.
 BLAZED = {"preset": "blazed", "theory": "rigorous", "eta": 1.0, "k": 6.9, "coherence_length": 20.0}
 GRATINGS = [
     Case("blazed, 2.5 µm", BLAZED, supersample=1),
@@ -25,7 +25,7 @@ COLOURS = "llvm_ad_rgb"
 
 
 def figures() -> dict:
-    """What `make crosscheck` finds, without the places of its pictures."""
+    """The figures of `make crosscheck`."""
     folder = REPOSITORY / "out" / "crosscheck"
     variant = use_variant(fall_back=False)
     report = crosscheck(folder)
@@ -47,7 +47,7 @@ def figures() -> dict:
 
 
 def gratings(folder: Path) -> dict:
-    """The same points of gratings by Maxwell's equations."""
+    """Agreement of both renderers at the same points on gratings by Maxwell's equations."""
     use_variant(COLOURS, fall_back=False)
     files, found = snake_files(), {}
     for case in GRATINGS:
@@ -71,7 +71,7 @@ def picture_figures(found: dict) -> dict:
 
 
 def method_figures(compared: dict) -> list[dict]:
-    """A row a method: the differences to the ensemble seen through pixels of their own, and along the same rays."""
+    """A row for each method: differences from the ensemble as rendered, and along the same rays."""
     rows = []
     for name, row in compared["against_the_reference"].items():
         same = row.get(SAME_RAYS)

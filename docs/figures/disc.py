@@ -1,4 +1,4 @@
-"""A compact disc as a mesh: a flat ring whose u grows outward, so that a grating along x has its lines on circles."""
+"""A compact disc as a mesh: a flat ring with u along the radius, so that tracks across x are circles."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-# Where the tracks of a compact disc begin and end.
+# Inner and outer radius of a compact disc's tracks.
 INNER_CM, OUTER_CM = 2.3, 5.8
-# Above the ground.
+# Height above the ground.
 HEIGHT_CM = 0.2
 AROUND, ACROSS = 240, 4
 
 
 def write_disc(ply: Path) -> Path:
-    """Writes the ring, 12 cm across and lying level, as PLY in cm with normals and texture coordinates."""
+    """Writes the horizontal ring, 12 cm across, as PLY in cm with normals and texture coordinates."""
     v, u = np.meshgrid(np.linspace(0, 1, AROUND + 1), np.linspace(0, 1, ACROSS + 1), indexing="ij")
     radius, angle = INNER_CM + (OUTER_CM - INNER_CM) * u, 2 * np.pi * v
     zero = np.zeros_like(u)

@@ -1,6 +1,6 @@
-"""The first picture in a fresh process: tables out of the cache, and every kernel compiled.
+"""The first picture in a fresh process, with tables from the cache and without compiled kernels.
 
-`python -m docs.figures.first_render VARIANT SURFACE` is that process, and prints its times as JSON.
+`python -m docs.figures.first_render VARIANT SURFACE` is that process and prints its times as JSON.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ def figures(variants: tuple = VARIANTS) -> list[dict]:
 
 
 def in_fresh_process(variant: str, name: str) -> dict:
-    """Seconds of making the material, of the first render, and of the whole process with all that it imports."""
+    """Seconds of creating the material, of the first render, and of the process including imports."""
     with TemporaryDirectory() as folder:
-        # The tables are to be in the cache, and not a kernel.
+        # A first process puts the tables into the cache; its kernels go to another folder.
         child(variant, name, Path(folder) / "before", ONLY_TABLES)
         start = time.perf_counter()
         printed = child(variant, name, Path(folder) / "kernels")
@@ -44,7 +44,7 @@ def in_fresh_process(variant: str, name: str) -> dict:
 
 
 def child(variant: str, name: str, kernels: Path, *words: str) -> str:
-    """What the process prints, whose kernel cache is this folder."""
+    """The output of a process with its kernel cache in the folder `kernels`."""
     kernels.mkdir()
     done = subprocess.run(
         [sys.executable, "-m", __spec__.name if __name__ == "__main__" else __name__, variant, name, *words],

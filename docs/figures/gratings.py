@@ -1,4 +1,4 @@
-"""The page `gratings`: the classic curves by Maxwell's equations, beside closed forms and published figures."""
+"""The part `gratings`: classic efficiency curves by Maxwell's equations, with closed forms and published figures."""
 
 from __future__ import annotations
 
@@ -26,37 +26,37 @@ from .gratings_curves import (
 from .page import images, insist
 
 PAGE = "gratings"
-# 1200 grooves a millimetre.
+# Period of 1200 grooves a millimetre.
 PERIOD_UM = 1 / 1.2
-# Samples of the short facet and of the period: a blaze at 17.5 degrees, 500 nm.
+# Samples of the short facet and of the period, for a blaze at 17.5° and 500 nm.
 ECHELETTE = (50, 553)
 # Orders 2 and −1 of a Littrow mount in order 1 pass off at λ/d = 2/3, 3 and −2 at 2/5.
 PASSING_OFF = (2 / 5, 2 / 3)
-# How far from there, in λ/d, points lie that an anomaly needs.
+# Offsets in λ/d of extra points about an anomaly.
 ANOMALY = (-0.012, -0.006, -0.003, -0.001, 0.001, 0.003, 0.005, 0.007, 0.009, 0.012, 0.015, 0.018, 0.023, 0.028)
 
 
 def ratios(first: float, last: float, count: int) -> np.ndarray:
-    """Equal steps of λ/period, and more where orders pass off."""
+    """Equidistant λ/period, and extra points where orders pass off."""
     more = [passing + apart for passing in PASSING_OFF for apart in ANOMALY]
     return np.unique(np.round([*np.linspace(first, last, count), *more], 6))
 
 
-# λ/period: in aluminium as far as Mitsuba's file knows it, from 300 to 885 nm.
+# λ/period in aluminium, from 300 to 885 nm, the range of Mitsuba's data.
 ALUMINIUM = ratios(0.36, 1.06, 71)
 PERFECT = ratios(0.3, 1.9, 81)
-# Distance from there of the points of a fine curve, in λ/d.
+# Half width in λ/d of the fine curve about an anomaly, and its number of points.
 NEAR, NEAR_POINTS = 0.04, 41
-# Height over period: where the phase screen holds, of a common holographic grating, and of a deep one.
+# Height over period of a grating within scalar theory, of a common holographic grating, and of a deep one.
 SINUSOIDS = (0.05, 0.14, 0.3)
 LAMELLAR = 0.3
-# First harmonics of a sinusoid and of a lamellar grating are alike where the latter is lower by this factor.
+# Height of a lamellar grating over that of the sinusoid with the same first harmonic.
 EQUIVALENT = np.pi / 4
-# Compared from here on, past the anomaly.
+# Smallest λ/d of the comparison, past the anomaly.
 EQUIVALENT_FROM = 0.8
-# Grooves are 0.625 waves wide, so that TE light reaches into them.
+# λ/d of the depth sweep: grooves are 0.625 wavelengths wide, so TE light propagates in them.
 LAMELLAR_RATIO = 0.8
-# Silver.
+# Silver grating of the plasmon figure: period and wavelength.
 PLASMON_PERIOD_UM, PLASMON_NM = 0.8, 632.8
 PLASMON_HEIGHTS_UM = (0.01, 0.02, 0.03, 0.04, 0.05, 0.07)
 SHALLOW_UM = (0.002, 0.004)
@@ -64,7 +64,7 @@ FINE_DEG, FINE_POINTS = 2.0, 81
 
 
 def sharpest(relief, metal: str | None, ratio: float) -> float:
-    """The λ/d about a passing-off wavelength at which TM changes fastest."""
+    """The λ/d near `ratio` at which TM is steepest."""
     near = ratio + np.linspace(-NEAR, NEAR, NEAR_POINTS)
     tm = littrow_curve(relief, near, metal)["tm"]
     steepest = int(np.argmax(np.abs(np.diff(tm))))
@@ -72,7 +72,7 @@ def sharpest(relief, metal: str | None, ratio: float) -> float:
 
 
 def blazed(folder: Path) -> dict:
-    """A right-angled echelette: curves, their peaks, and where TM's anomalies are."""
+    """A right-angled echelette: curves, their peaks, and positions of TM's anomalies."""
     relief = echelette(PERIOD_UM, ECHELETTE, folder / "echelette.npy")
     slope_deg = blaze_angle_deg(ECHELETTE)
     blaze = 2 * np.sin(np.radians(slope_deg))
@@ -124,11 +124,11 @@ def sinusoidal() -> dict:
 
 
 def from_rayleigh(depth: float, curve: dict) -> float:
-    """The largest difference of a perfect conductor's curve from Rayleigh's expansion."""
+    """Largest difference of a perfect conductor's curve from Rayleigh's expansion."""
     profile, apart = Sinusoid(PERIOD_UM, depth * PERIOD_UM), 0.0
     for ratio, te, tm in zip(curve["ratio"], curve["te"], curve["tm"]):
         theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
-        # So steep a sinusoid needs more evanescent orders than the gentle ones of other pages.
+        # This steep sinusoid needs more evanescent orders than the default.
         other = sinusoid_rayleigh(profile, 1e3 * PERIOD_UM * ratio, theta_deg, evanescent=12)
         order = other.orders == 1
         apart = max(apart, abs(other.te[order][0] - te), abs(other.tm[order][0] - tm))
@@ -136,7 +136,7 @@ def from_rayleigh(depth: float, curve: dict) -> float:
 
 
 def lamellar() -> dict:
-    """Against λ/d and against the depth, and beside the sinusoid with the same first harmonic."""
+    """A lamellar grating against λ/d and depth, and against the sinusoid with the same first harmonic."""
     relief = preset("lamellar", PERIOD_UM, LAMELLAR * PERIOD_UM)
     curves = {"Al": littrow_curve(relief, ALUMINIUM, "Al"), "perfect": littrow_curve(relief, PERFECT, None)}
     against = littrow_against_height("lamellar", PERIOD_UM, LAMELLAR_RATIO, (0.01, 1.2 * PERIOD_UM, 120))
@@ -163,7 +163,7 @@ def lamellar() -> dict:
 
 
 def dip(height_um: float, near_deg: float) -> tuple[float, float]:
-    """Angle of incidence in degrees and value of the least TM efficiency of order 0 near an angle."""
+    """Angle in degrees and value of the smallest TM efficiency of order 0 near an angle of incidence."""
     relief = preset("sinusoidal", PLASMON_PERIOD_UM, height_um)
     span = (near_deg - FINE_DEG, near_deg + FINE_DEG, FINE_POINTS)
     curve = mirror_curve(relief, "Ag", PLASMON_NM, span)
@@ -187,7 +187,7 @@ def plasmons() -> dict:
         dict(zip(("height_um", "theta_deg", "tm"), (height, *dip(height, expected["1"]))))
         for height in PLASMON_HEIGHTS_UM
     ]
-    # The dip moves with the square of the height.
+    # The angle of the dip is linear in the square of the height.
     (low, _), (high, _) = (dip(height, expected["1"]) for height in SHALLOW_UM)
     squares = np.square(SHALLOW_UM)
     limit = low - (high - low) * squares[0] / (squares[1] - squares[0])
@@ -212,7 +212,7 @@ def fresnel_p(n: complex, theta_deg: float) -> float:
 
 
 def check(made: dict) -> None:
-    """What the page says in words."""
+    """Raises an error where a statement of the template is not true of the numbers."""
     for name, curve in made["blazed"]["curves"].items():
         long = curve["ratio"].index(1.0)
         insist(PAGE, curve["tm"][long] > curve["te"][long], f"beyond the blaze TM stays above TE ({name})")
@@ -232,7 +232,7 @@ def check(made: dict) -> None:
 
 
 def figures() -> dict:
-    """Every figure of the page; its plots are written beside it."""
+    """All numbers of the part; writes its plots."""
     with tempfile.TemporaryDirectory() as folder:
         made = {
             "blazed": blazed(Path(folder)),

@@ -1,4 +1,4 @@
-"""What the page `gratings` asks of the command: efficiencies in Littrow mounts, and against angles."""
+"""Efficiencies by `sunbeam orders` for the part `gratings`: in Littrow mounts, and against angles."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.judges.gratings.metals import index
 
 @dataclass(frozen=True)
 class Relief:
-    """A grating: the command's words for it and its period in um."""
+    """A grating: arguments of the command, and the period in µm."""
 
     words: tuple
     period_um: float
@@ -27,7 +27,7 @@ def preset(name: str, period_um: float, height_um: float) -> Relief:
 def echelette(period_um: float, samples: tuple[int, int], path: Path) -> Relief:
     """A sawtooth with a right angle at its ridges, whose long facet rises along +x, as a file of heights.
 
-    `samples` are those of the short facet and of the period. With b the slope of the long facet the short one takes
+    `samples` counts those of the short facet and of the period. With b the slope of the long facet the short one takes
     sin²b of the period, so that both corners lie on samples.
     """
     short, count = samples
@@ -45,7 +45,7 @@ def blaze_angle_deg(samples: tuple[int, int]) -> float:
 
 
 def material(metal: str | None, wavelength_nm: float) -> tuple:
-    """The command's words for a metal at one wavelength; a perfect conductor needs none."""
+    """Arguments of the command for a metal at one wavelength; none for a perfect conductor."""
     if metal is None:
         return ()
     n = index(metal, wavelength_nm)
@@ -53,14 +53,14 @@ def material(metal: str | None, wavelength_nm: float) -> tuple:
 
 
 def asked(relief: Relief, *words) -> dict:
-    """The answer of `sunbeam orders --json`."""
+    """The output of `sunbeam orders --json`."""
     return json.loads(sunbeam("orders", "--theory", "rigorous", "--json", *relief.words, *words))
 
 
 def littrow(relief: Relief, ratio: float, metal: str | None) -> dict:
-    """TE and TM efficiencies of the order that goes back the way the light came, at λ/period = `ratio`.
+    """TE and TM efficiencies of the retroreflected order at λ/period = `ratio`.
 
-    Light comes from −x, towards which a blaze's long facets are turned, at sin θ = ratio/2; the order is −1.
+    Light comes from −x, the side that a blaze's long facets face, at sin θ = ratio/2; the order is −1.
     """
     wavelength_nm = 1e3 * relief.period_um * ratio
     theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
@@ -71,7 +71,7 @@ def littrow(relief: Relief, ratio: float, metal: str | None) -> dict:
 
 
 def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
-    """Over λ/period: lists of TE and TM, and the largest error of the power balance."""
+    """The curve over λ/period: lists of TE and TM, and the largest error of the power balance."""
     points = [littrow(relief, float(ratio), metal) for ratio in ratios]
     return {
         "ratio": [float(ratio) for ratio in ratios],
@@ -82,7 +82,7 @@ def littrow_curve(relief: Relief, ratios, metal: str | None) -> dict:
 
 
 def littrow_against_height(name: str, period_um: float, ratio: float, heights_um: tuple[float, float, int]) -> dict:
-    """The same of a preset in a perfect conductor over its height in um (from, to, count)."""
+    """The curve of a preset in a perfect conductor over its height in µm (from, to, count)."""
     theta_deg = float(np.degrees(np.arcsin(0.5 * ratio)))
     light = ("--theta-i", theta_deg, "--phi-i", 180, "--wavelength", 1e3 * period_um * ratio)
     over = ("--over", "height", "--range", ",".join(map(str, heights_um)))
@@ -104,7 +104,7 @@ def mirror_curve(relief: Relief, metal: str, wavelength_nm: float, angles_deg: t
 
 
 def vertex(x, y) -> tuple[float, float]:
-    """Place and value of the largest of y, by a parabola through it and its neighbours, which are equally far apart."""
+    """Position and value of the maximum of y, by a parabola through three equidistant points."""
     i = int(np.argmax(y))
     if not 0 < i < len(y) - 1:
         raise ValueError("the largest value lies at an end of the curve")

@@ -1,4 +1,4 @@
-"""The plots of the page `gratings`."""
+"""The plots of the part `gratings`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def save(figure, path: Path) -> None:
 
 
 def littrow(ax, curves: dict, passing_off: tuple, title: str) -> None:
-    """TE and TM of the order that goes back: in aluminium as lines, in a perfect conductor dotted."""
+    """TE and TM of the retroreflected order: aluminium as lines, the perfect conductor dotted."""
     for key, colour, name in POLARISATIONS:
         ax.plot(curves["Al"]["ratio"], curves["Al"][key], color=colour, lw=1.4, label=f"{name}, aluminium")
         ax.plot(curves["perfect"]["ratio"], curves["perfect"][key], ":", color=colour, lw=1.2, label=f"{name}, perfect")

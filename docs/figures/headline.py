@@ -1,4 +1,4 @@
-"""What the plugin costs in Mitsuba, all in one: time to an error, calls, the first picture, and RGB beside spectral."""
+"""The plugin's cost in Mitsuba: time to an error, calls, the first picture, and RGB against spectral."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from .speed_error import processor
 
 
 def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_against_spectral.BUDGET_S) -> dict:
-    """Everything that is measured, each part with the seconds it took.
+    """All measurements, with the seconds of each.
 
-    `cell_s` is what a scene in a variant may take, `picture_s` what each of two converged pictures may; neither has in
-    it what compiling takes, and a cell that is slow takes longer, for a least number of rounds.
+    `cell_s` is the time for a scene in a variant, `picture_s` for each of two converged pictures, both without
+    compiling. Slow cells take longer, for a minimum of rounds.
     """
     made = {
         **about_cells(cell_s),
@@ -42,8 +42,8 @@ def figures(cell_s: float = time_to_error.BUDGET_S, picture_s: float = rgb_again
 
 
 def about_cells(cell_s: float) -> dict:
-    """What the figures of cells are of."""
-    # Scenes are described with transforms, which are the variant's.
+    """The settings of the cells."""
+    # Scene dictionaries contain transforms of the selected variant.
     use_variant(time_to_error.VARIANTS[0], fall_back=False)
     return {
         "cpu": processor(),
@@ -55,12 +55,12 @@ def about_cells(cell_s: float) -> dict:
 
 
 def of_cells(cell_s: float, names: list[str] | None = None) -> dict:
-    """The time to an error alone, in the scenes of these names or in all."""
+    """The time to an error, in the named scenes or in all."""
     return {**about_cells(cell_s), "cells": cells(cell_s, names)}
 
 
 def cells(cell_s: float, names: list[str] | None = None) -> list[dict]:
-    """Each scene, of these names if any, in each variant."""
+    """The cells of the named scenes, or of all, in each variant."""
     all_scenes = {scene.name: scene for scene in scenes()}
     if unknown := set(names or ()) - set(all_scenes):
         raise SetupError(f"unknown scene {', '.join(sorted(unknown))}; there are {', '.join(all_scenes)}")
@@ -82,7 +82,8 @@ def lines_of_cells(made: dict) -> list[str]:
         for way in cell["ways"]:
             found.append(
                 f"{cell['scene']:8}{cell['variant']:18}{way['name']:16}{way['seconds']:10.3g}"
-                f"{way['time_ratio']['median']:9.2f}{way['cpu_ratio']['median']:9.2f}{way['error']:9.1%}{way['seconds_to_error']:11.3g}"
+                f"{way['time_ratio']['median']:9.2f}{way['cpu_ratio']['median']:9.2f}"
+                f"{way['error']:9.1%}{way['seconds_to_error']:11.3g}"
                 f"{way['error_time_ratio']:9.3g}{cell['rounds']:8}"
             )
     return found

@@ -1,4 +1,4 @@
-"""A BSDF with the values of another and samples that know nothing of it, to hold importance sampling against."""
+"""A wrapper that keeps a BSDF's values and draws directions by the cosine or uniformly, for comparison."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ KINDS = ("cosine", "uniform")
 
 
 def hemisphere_sampled(nested: mi.BSDF, kind: str) -> mi.BSDF:
-    """`nested` sampled by the cosine or uniformly over the hemisphere, in the variant in use, which has to be one of
-    Dr.Jit's."""
+    """`nested` with directions drawn by the cosine or uniformly (`kind`), in the selected Dr.Jit variant."""
     warps = {
         "cosine": (mi.warp.square_to_cosine_hemisphere, mi.warp.square_to_cosine_hemisphere_pdf),
         "uniform": (mi.warp.square_to_uniform_hemisphere, mi.warp.square_to_uniform_hemisphere_pdf),

@@ -1,4 +1,4 @@
-"""What can be said of a picture's colours by number: casts, hues, and dark places near highlights."""
+"""Statistics of a picture's colours: mean a* and b*, hues, and dark pixels near highlights."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import numpy as np
 
 from .rgb_against_spectral import XYZ_OF_SRGB, lab
 
-# Share of the pixels that clips, by which every picture is exposed.
+# Fraction of pixels that the exposure of a picture clips.
 CLIPPED = 0.01
-# Relative luminance below which a pixel of an exposed picture counts as dark.
+# Relative luminance below which an exposed pixel counts as dark.
 DARK = 0.01
-# Least chroma of a pixel that counts as coloured, and width in degrees of the bins of hues.
+# Smallest CIELAB chroma of a coloured pixel, and width in degrees of the bins of hues.
 COLOURED, BIN_DEG = 10.0, 10
-# Hues in degrees of the CIELAB plane that count as blue.
+# Range of blue hues in the CIELAB plane, in degrees.
 BLUE_DEG = (240.0, 300.0)
-# Pixels near a highlight: the half vector is this far from the normal, in degrees.
+# Range of the angle between half vector and normal for pixels near a highlight, in degrees.
 NEAR_DEG = (3.0, 10.0)
 
 
 def exposure_stops(pixels: np.ndarray) -> float:
-    """Stops at which 1 % of these linear pixels (..., 3) that are not black clip."""
+    """Exposure in stops that clips 1 % of the linear pixels (..., 3) that are not black."""
     peak = pixels.max(axis=-1)
     return float(-np.log2(np.quantile(peak[peak > 0], 1 - CLIPPED)))
 
 
 def shown(pixels: np.ndarray) -> np.ndarray:
-    """Linear pixels (..., 3) as they are shown: exposed, and clipped to [0, 1]."""
+    """Linear pixels (..., 3) exposed and clipped to [0, 1]."""
     return np.clip(pixels * 2.0 ** exposure_stops(pixels), 0, 1)
 
 
@@ -35,13 +35,13 @@ def hue_deg(colours: np.ndarray) -> np.ndarray:
 
 
 def cast(pixels: np.ndarray) -> dict:
-    """Mean a* and b* of linear pixels (count, 3), as they are shown."""
+    """Mean a* and b* of linear pixels (count, 3) as shown."""
     colours = lab(shown(pixels))
     return {"a": float(colours[:, 1].mean()), "b": float(colours[:, 2].mean())}
 
 
 def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
-    """What becomes of the pixels that are blue in the reference: mean a*, b* and hue in degrees, there and here."""
+    """Mean a*, b* and hue in degrees of `pixels`, over those that are blue in the reference."""
     before, after = lab(shown(reference)), lab(shown(pixels))
     blue = (np.hypot(before[:, 1], before[:, 2]) > COLOURED) & (np.abs(hue_deg(before) - np.mean(BLUE_DEG)) < 30)
     mean = after[blue].mean(axis=0)
@@ -54,7 +54,7 @@ def of_blue(reference: np.ndarray, pixels: np.ndarray) -> dict:
 
 
 def histogram(pixels: np.ndarray) -> np.ndarray:
-    """Shares of hues, in bins from 0 to 360 degrees, of those linear pixels (count, 3) that are coloured, not dark."""
+    """Fractions of hues in bins from 0° to 360°, of the linear pixels (count, 3) that are coloured and not dark."""
     visible = shown(pixels)
     colours = lab(visible)
     counts = (np.hypot(colours[:, 1], colours[:, 2]) > COLOURED) & (visible @ XYZ_OF_SRGB[1] > DARK)
@@ -63,18 +63,18 @@ def histogram(pixels: np.ndarray) -> np.ndarray:
 
 
 def effective_hues(shares: np.ndarray) -> float:
-    """How many equally full bins have the entropy of these shares: the fewer, the more discrete the hues."""
+    """Number of equally full bins with the entropy of these fractions; few for discrete hues."""
     held = shares[shares > 0]
     return float(np.exp(-(held * np.log(held)).sum()))
 
 
 def near_highlight(pairs: np.ndarray) -> np.ndarray:
-    """Which pixels of `sunbeam render --pairs` are lit and have their half vector near the normal, but not along it."""
+    """Mask of the lit pixels of `sunbeam render --pairs` whose half vector is near the normal but not along it."""
     half = pairs[..., 0:3] + pairs[..., 3:6]
     tilt_deg = np.degrees(np.arctan2(np.hypot(half[..., 0], half[..., 1]), half[..., 2]))
     return (pairs[..., 6] > 0) & (tilt_deg > NEAR_DEG[0]) & (tilt_deg < NEAR_DEG[1])
 
 
 def dark_share(pixels: np.ndarray, among: np.ndarray) -> float:
-    """Share of dark pixels among some (a mask) of linear pixels (count, 3)."""
+    """Fraction of dark pixels among the linear pixels (count, 3) of the mask `among`."""
     return float((shown(pixels) @ XYZ_OF_SRGB[1] < DARK)[among].mean())

@@ -1,4 +1,4 @@
-"""The page `lab`: the laboratory set-up (figure 2.19 of Single 2014), and its spots against the grating equation."""
+"""The part `lab`: the laboratory set-up, figure 2.19 of Single 2014, and its spots against the grating equation."""
 
 from __future__ import annotations
 
@@ -21,24 +21,24 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import images
 
-# Pixels of a millimetre, and height, of the pictures with which positions are measured, where the screen is 1 mm away.
+# Pixels a millimetre, and height in mm, of pictures for measurement, for a screen 1 mm away.
 FINE_PIXELS, MEASURED_HEIGHT = 400.0, 0.1
 MEASURED_PATHS, PICTURE_PATHS = 500_000, 3_000_000
 WAVELENGTHS_NM = (450.0, 550.0, 650.0)
 MARKED_NM = {450.0: (90, 120, 255), 550.0: (80, 230, 80), 650.0: (255, 80, 70)}
-# Deviation of a lobe of the ensemble in cycles per um, 1/(2√2 π s), at the coherence length of 65 um.
+# Standard deviation of an ensemble's lobe in cycles per µm, 1/(2√2 π s), at the coherence length of 65 µm.
 LOBE_PER_UM = 1 / (2 * math.sqrt(2) * math.pi * 65 / 4)
-# The spectrum of a scan, so many um wide, is blurred as much more.
+# Width of a scan, whose spectrum is blurred by its own transform as well.
 SCAN_UM = 6.5
 SCAN_LOBE_PER_UM = 0.05
-# Share of the pixels that are not black that are left to clip: more of few sharp spots, so that the faint ones show.
+# Fraction of the pixels that are not black which the exposure clips, in pictures of scans and of sharp spots.
 CLIPPED, CLIPPED_SPOTS = 0.01, 0.2
-# Where the marks stand, in pixels from the row of spots.
+# Start and end of the marks, in pixels from the row of spots.
 MARKS_PIXELS = (14, 22)
-# How wrong the period is of the negative control.
+# Factor on the period of the negative control.
 WRONG_PERIOD = 1.02
-# As figure 2.19 of Single 2014 draws it: the mirrored beam meets the screen at a right angle. The fingers of Xenopeltis
-# send most light to the orders below 0, which meet the screen where the beam comes from the other side.
+# The set-up of figure 2.19, where the mirrored beam meets the screen at a right angle. Xenopeltis sends most light to
+# orders below 0, which meet the screen when the beam comes from the other side.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
 LOW, HIGH = Bench(height_mm=120.0), Bench()
@@ -46,8 +46,11 @@ LOW, HIGH = Bench(height_mm=120.0), Bench()
 
 @dataclass(frozen=True)
 class Sample:
-    """A surface on the bench; `window` is the deviation of the weight of a spot's centroid, in cycles per um, and
-    `axis` that of the heights along which the period is taken that the rotation turns into the plane of incidence."""
+    """A surface on the bench.
+
+    `window` is the standard deviation of the weight of a spot's centroid, in cycles per µm. `axis` is the axis of the
+    heights whose period the rotation turns into the plane of incidence.
+    """
 
     name: str
     title: str
@@ -65,7 +68,7 @@ class Sample:
 
 
 def samples() -> list[Sample]:
-    """Measured scans where they are present, and the presets, in the drawn set-up and in ours."""
+    """Scans, if present, and presets, in the set-up of figure 2.19 and before the wider screen."""
     skins = scans()
     for name in ("Elaphe", "Xenopeltis"):
         skins.append(Sample(name.lower(), f"{name}, procedural", {"preset": name.lower()}, HIGH, (-1, 1)))
@@ -86,14 +89,14 @@ def samples() -> list[Sample]:
 
 
 def drawn(sample: Sample) -> Sample:
-    """The same surface in the set-up that Single 2014 draws, with its brighter first order on the screen."""
+    """The surface in the set-up of figure 2.19, with its brighter first order on the screen."""
     from_left = "Xenopeltis" in sample.title
     bench, order = (DRAWN_FROM_LEFT, -1) if from_left else (DRAWN, 1)
     return replace(sample, name=f"{sample.name}-drawn", bench=bench, orders=(order,), marked=(order, 2 * order))
 
 
 def scans() -> list[Sample]:
-    """The scans that are present, turned so that the waves of a chosen period run in the plane of incidence."""
+    """The scans, if present, turned so that the waves of a chosen period lie in the plane of incidence."""
     found = []
     for name, path, axis in (("Elaphe", SCANS["elaphe"], "y"), ("Xenopeltis", SCANS["xenopeltis"], "x")):
         if not path.exists():
@@ -106,14 +109,13 @@ def scans() -> list[Sample]:
 
 
 def period(skin: dict, axis: str) -> dict:
-    """The dominant period of the heights along an axis, in um, and the direction of its waves in degrees. It knows
-    nothing of light."""
+    """The dominant period of the heights along an axis in µm, and the direction of its waves in degrees."""
     relief = {name: value for name, value in skin.items() if name != "rotation"}
     return json.loads(sunbeam("height-field", *surface_words(relief)))["periods"][axis]
 
 
 def measured(sample: Sample, bsdf: mi.BSDF, spacing: float) -> list[dict]:
-    """The spots of each order in each light, with positions in mm and degrees."""
+    """Spots of each order at each wavelength, with positions in mm and degrees."""
     distance_mm = sample.bench.distance_mm
     bench = replace(sample.bench, pixels_per_mm=FINE_PIXELS / distance_mm, height_mm=MEASURED_HEIGHT * distance_mm)
     rows = []
@@ -140,7 +142,7 @@ def measured(sample: Sample, bsdf: mi.BSDF, spacing: float) -> list[dict]:
 
 
 def photographed(sample: Sample, bsdf: mi.BSDF, spacing: float, path: Path) -> None:
-    """The screen in white light as a picture, with marks where the grating equation puts three wavelengths."""
+    """Writes the screen in white light, with marks at the grating equation's positions of three wavelengths."""
     bench = sample.bench
     pixels = photograph(bsdf, bench, {"type": "d65"}, PICTURE_PATHS).astype(np.float32)
     check(pixels / pixels.mean(), sample.name)
@@ -167,7 +169,7 @@ def photographed(sample: Sample, bsdf: mi.BSDF, spacing: float, path: Path) -> N
 
 
 def figures() -> dict:
-    """Positions of every spot; the photographs are written beside the page."""
+    """Positions of every spot; writes the pictures of the screens."""
     folder, chosen = images("lab"), []
     use_variant()
     bsdfs: dict[str, mi.BSDF] = {}
@@ -195,7 +197,7 @@ def figures() -> dict:
 
 
 def summary(sample: Sample, spacing: float, spots: list[dict]) -> dict:
-    """What the page says of a sample: its spots, and how far they are from where the grating equation has them."""
+    """The sample's spots, and their distances from the positions of the grating equation."""
     off_mm = [abs(spot["measured_mm"] - spot["expected_mm"]) for spot in spots]
     wrong_mm = []
     for spot in spots:
@@ -212,7 +214,7 @@ def summary(sample: Sample, spacing: float, spots: list[dict]) -> dict:
         "is_drawn": sample.bench in (DRAWN, DRAWN_FROM_LEFT),
         "theta_i_deg": sample.bench.theta_i_deg,
         "spacing_um": spacing,
-        # Above it the first order on the other side of the mirrored beam lies below the sample's horizon.
+        # Longest wavelength whose first order on the other side of the mirrored beam is above the horizon.
         "horizon_nm": 1e3 * spacing * (1 - math.sin(math.radians(abs(sample.bench.theta_i_deg)))),
         "measured_spacing_um": float(np.mean([spot["spacing_um"] for spot in spots])),
         "by_order": by_order,

@@ -1,4 +1,4 @@
-"""The numbers behind the sentences about the BRDF maps."""
+"""Measurements behind the sentences about the BRDF maps."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from .map_surfaces import PERIOD_UM, TILE_UM, Surface
 from .rgb_against_spectral import lab
 from .taylor_sums import SIZE, WAVELENGTH_UM, Sums
 
-# Pairs of directions and wavelengths at which the reference is held against the direct sum.
+# Number of random directions and wavelengths for the comparison of the reference with the direct sum.
 CHECKS = 24
-# An eye just notices a difference of 1.
+# ΔE2000 that an eye just notices.
 SEEN = 1.0
-# Of the checks at one wavelength.
+# Wavelength of the checks at one wavelength.
 NM = 550.0
-# Radius in direction sines about the mirror direction that counts as the reflection itself.
+# Radius about the mirror direction that is left out as the reflection itself, in direction sines.
 MIRROR = 0.15
 
 
 def responses(surface: Surface, lines: list[dict], *way) -> np.ndarray:
-    """f_r in 1/sr of `sunbeam eval`."""
+    """f_r in 1/sr by `sunbeam eval`."""
     asked = "\n".join(map(json.dumps, lines)) + "\n"
     answered = sunbeam("eval", *surface.words, *way, stdin=asked)
     return np.array([json.loads(line)["f"] for line in answered.splitlines()])
@@ -41,27 +41,27 @@ def along_x(surface: Surface, sines: np.ndarray, *way) -> np.ndarray:
 
 
 def reference(surface: Surface) -> dict:
-    """How far the references' sum is from the direct double-precision sum, relative to the largest of the values."""
+    """Largest difference of the reference from the direct double-precision sum, relative to the largest value."""
     draw_one = random.Random(1)
 
     def direction() -> list[float]:
-        # Uniform over the hemisphere's projection, which is what a map shows.
+        # Uniform over the projected hemisphere, as the pixels of a map.
         radius, azimuth = math.sqrt(draw_one.random()) * 0.99, draw_one.uniform(0, 2 * math.pi)
         x, y = radius * math.cos(azimuth), radius * math.sin(azimuth)
         return [x, y, math.sqrt(1 - x * x - y * y)]
 
     lines = [{"wi": [0, 0, 1], "wo": direction(), "wavelength": draw_one.uniform(380, 780)} for _ in range(CHECKS)]
     exact = responses(surface, lines, "--method", "exact", "--model", "patch")
-    # A spectrum has no step between wavelengths.
+    # Spectra need no step between wavelengths.
     found = responses(surface, lines, *REFERENCE[:4])
     return {"pairs": CHECKS, "worst": float(abs(exact - found).max() / exact.max())}
 
 
 def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
-    """Mean errors in the first orders, over the step between wavelengths, and the least step at which they are seen.
+    """Mean errors in the first orders by step between wavelengths, and the smallest visible step.
 
     The first orders are where λ/d lies along x, to a tenth of the radius to either side; `line_nm` is the standard
-    deviation of their power over the wavelength where one looks, λd/(2√2πs).
+    deviation of their power over the wavelength in one direction, λd/(2√2πs).
     """
     surface = panels[0].surface
     period_um = json.loads(sunbeam("height-field", *surface.words))["periods"]["x"]["period_um"]
@@ -78,37 +78,37 @@ def steps(maps: Maps, panels: list[Panel], steps_nm: tuple) -> dict:
 
 
 def white_spot(maps: Maps, panels: list[Panel]) -> dict:
-    """Mean CIELAB chroma of FLSS and NMM where NMM has no wavelength, the largest value of each map being white."""
+    """Mean CIELAB chroma of FLSS and NMM where NMM has no wavelength, with the largest value of each map as white."""
     radius = 0.38 / TILE_UM
     found = {"radius": radius}
     for panel in panels:
         name = {"(a) FLSS, centre": "flss", "(b) NMM, centre": "nmm"}.get(panel.caption)
         if name:
             _, exposure = maps.drawn(panel.words())
-            # A thousandth of what clips 1 % clips nothing here.
+            # A thousandth of the exposure that clips 1 % clips nothing.
             exr, _ = maps.drawn(panel.words(), exposure / 1000)
             linear = decoded(exr.with_suffix(".png"))
             linear /= linear.max()
-            # Half a pixel less, so that all of them are white by definition.
+            # Half a pixel less, so that all these pixels are white by definition.
             inside = distance(panel.size, 0.0) < radius - 1 / panel.size
             found[name] = float(np.hypot(*lab(linear[inside])[:, 1:].T).mean())
     return found
 
 
 def distance(size: int, x: float) -> np.ndarray:
-    """Of each pixel from a place on the x axis, in direction sines."""
+    """Distance of each pixel from a point on the x axis, in direction sines."""
     place = (np.arange(size) + 0.5) * 2 / size - 1
     return np.hypot(place[None, :] - x, place[:, None])
 
 
 def decoded(png) -> np.ndarray:
-    """The picture in linear sRGB, as shown."""
+    """The displayed picture in linear sRGB."""
     encoded = np.asarray(Image.open(png).convert("RGB")) / 255.0
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
 
 
 def spread(surface: Surface) -> dict:
-    """Share of the first order's light at 550 nm beyond three deviations of the window's lobe, of FLSS and PQ."""
+    """Fraction of the first order's light at 550 nm beyond 3σ of the window's lobe, by FLSS and PQ."""
     sine = NM / 1e3 / PERIOD_UM
     deviation = NM / 1e3 / (2 * math.sqrt(2) * math.pi * surface.coherence_um / 4)
     sines = np.linspace(-1.5 * sine, -0.5 * sine, 4001)
@@ -121,7 +121,7 @@ def spread(surface: Surface) -> dict:
 
 
 def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
-    """The valley between the orders −1 and −2 at 550 nm against the weaker of both, for both readings of σs."""
+    """Minimum between orders −1 and −2 at 550 nm relative to the weaker one, for both readings of σs."""
     sine = NM / 1e3 / PERIOD_UM
     sines = np.linspace(-2 * sine, -sine, 401)
     rows = []
@@ -135,7 +135,7 @@ def valleys(surface: Surface, sigmas_um: tuple) -> list[dict]:
 
 
 def terms_seen(rows: list[dict]) -> dict:
-    """Of each series, the least number of terms shown from which on no error is seen where it is lit, or `None`."""
+    """For each series the smallest number of terms shown without a visible error where lit, or `None`."""
     made = {}
     for name in ("about the base", "about the middle", "Chebyshev"):
         least = None
@@ -148,7 +148,7 @@ def terms_seen(rows: list[dict]) -> dict:
 
 
 def right_side(maps: Maps, panels: list[Panel]) -> dict:
-    """Per angle: CIELAB chroma of the map's right half over that of the whole disc, without the mirror direction."""
+    """Chroma of the map's right half over that of the disc by angle, without the mirror direction."""
     rows = []
     for panel in panels:
         exr, _ = maps.of(panel)
@@ -167,12 +167,12 @@ def right_side(maps: Maps, panels: list[Panel]) -> dict:
 
 
 def rises(values: list[float]) -> bool:
-    """Whether each value is above the one before."""
+    """Whether the values increase strictly."""
     return all(after > before for before, after in zip(values, values[1:]))
 
 
 def hold(made: dict) -> None:
-    """Raises where a sentence of the page that has no number of its own is not true of the figures."""
+    """Raises an error where a statement of the template is not true of the figures."""
     errors = {
         surface: {row["caption"]: row["delta_e_lit"] for row in made["sheets"][f"taylor-{surface}"]["panels"]}
         for surface in ("blazed", "xenopeltis-procedural")
@@ -195,9 +195,9 @@ def hold(made: dict) -> None:
 
 
 def hold_against_the_sum(found: Sums, surface: Surface) -> None:
-    """Raises unless the amplitudes give what the direct sum does: `f_r = O·4πs²|P|²/λ²`, with O = 1/cosθo here.
+    """Raises unless the amplitudes agree with the direct sum: `f_r = O·4πs²|P|²/λ²`, with O = 1/cosθo here.
 
-    To 1e-6 of the largest: both are in double precision, and the window is below that for orders beyond the reach.
+    The tolerance is 1e-6 of the largest value, the size of the window's weight beyond the orders summed.
     """
     power = abs(found.limits[4]) ** 2
     brightest = np.argsort(np.nan_to_num(power))[-8:]

@@ -1,4 +1,4 @@
-"""Maps as panels of a sheet: drawn by `sunbeam`, compared with the map without a method's errors, and captioned."""
+"""Maps as panels of a sheet: drawn by `sunbeam`, compared with a reference map, and captioned."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from mitsuba_scenes.tool import sunbeam
 
 from .map_surfaces import Surface
 
-# Pixels across a panel, which are those of a map. One with an inset is so many times as large: an odd number, so that
-# each pixel of the panel is one of the map.
+# Side of a panel and of its map in pixels. A map with an inset is larger by an odd factor, so that each pixel of the
+# panel is a pixel of the map.
 PANEL, FINE = 168, 3
-# The patch model at each nm, with as many terms and orders as a tolerance far below what is seen asks for.
+# The reference: the patch model at each nm, with a tolerance far below the visible.
 REFERENCE = ("--method", "flss", "--tolerance", 1e-4, "--lambda-step", 1)
 RED = (230, 30, 30)
 FONT = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
@@ -28,11 +28,11 @@ FONT_SIZE = 11
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A map: a surface, a method with its options, and what is written under it.
+    """A map: a surface, a method with its options, and a caption.
 
-    An inset shows the rectangle `box` (x from, x to, y from, y to in direction sines) of a finer map. The reference is
-    of `truth`, where it is another surface. The map is shown as bright as the reference, or with an `exposure` of its
-    own; what is not `compared` is shown as bright as the reference at normal incidence.
+    An inset shows the rectangle `box` (x from, x to, y from, y to in direction sines) of a finer map. `truth` is the
+    reference's surface if it is another. The exposure is the reference's, or `exposure`; a map that is not `compared`
+    has the exposure of the reference at normal incidence.
     """
 
     caption: str
@@ -47,7 +47,7 @@ class Panel:
 
     @property
     def size(self) -> int:
-        """Pixels across the map."""
+        """Side of the map in pixels."""
         return PANEL * self.fine if self.box else PANEL
 
     def words(self) -> tuple:
@@ -55,7 +55,7 @@ class Panel:
         return (*self.surface.words, "--theta-i", self.theta_i_deg, "--size", self.size, *self.method)
 
     def reference_words(self) -> tuple:
-        """Those for the map that it is compared with, or shown as bright as."""
+        """The arguments of `sunbeam brdf-map` for the reference map."""
         theta_i_deg = self.theta_i_deg if self.compared else 0
         return (*(self.truth or self.surface).words, "--theta-i", theta_i_deg, "--size", self.size, *REFERENCE)
 
@@ -78,7 +78,7 @@ class Sheet:
 
 
 class Maps:
-    """The maps that were asked for, each drawn once, in a folder."""
+    """Maps in a folder, each drawn once."""
 
     def __init__(self, folder: Path):
         self.folder = folder
@@ -95,15 +95,15 @@ class Maps:
         return self._drawn[key]
 
     def of(self, panel: Panel) -> tuple[Path, float]:
-        """The panel's map, as bright as it asks for or as its reference is shown."""
+        """The panel's map with its own or the reference's exposure."""
         return self.drawn(panel.words(), panel.exposure or self.reference(panel)[1])
 
     def reference(self, panel: Panel) -> tuple[Path, float]:
-        """The map without the method's errors, 1 % of its disc clipped."""
+        """The reference map, with 1 % of its disc clipped."""
         return self.drawn(panel.reference_words())
 
     def error(self, panel: Panel) -> dict:
-        """How far the map is from its reference: over the disc, and where the reference as shown is not black."""
+        """Errors of the map against its reference: over the disc, and where the displayed reference is not black."""
         found = self.compared(panel, disc(panel.size))
         return {
             "delta_e_mean": found["delta_e_2000"]["mean"],
@@ -113,11 +113,11 @@ class Maps:
         }
 
     def lit(self, panel: Panel) -> np.ndarray:
-        """Which pixels of the reference as shown are not black."""
+        """Mask of the pixels of the displayed reference that are not black."""
         return np.asarray(Image.open(self.reference(panel)[0].with_suffix(".png"))).max(axis=-1) > 0
 
     def compared(self, panel: Panel, where: np.ndarray) -> dict:
-        """What `sunbeam compare` finds between the reference and the map in these pixels."""
+        """The report of `sunbeam compare` of reference and map in the pixels of a mask."""
         (reference, exposure), (exr, _) = self.reference(panel), self.of(panel)
         mask = self.folder / "mask.png"
         Image.fromarray(np.where(where, 255, 0).astype(np.uint8)).save(mask)
@@ -125,13 +125,13 @@ class Maps:
 
 
 def disc(size: int) -> np.ndarray:
-    """Which pixels of a map are directions."""
+    """Mask of the pixels of a map that are directions."""
     place = (np.arange(size) + 0.5) * 2 / size - 1
     return np.hypot(place[:, None], place) < 1
 
 
 def short(delta_e: float) -> str:
-    """A colour difference in two digits, or that it is nothing."""
+    """A colour difference in two digits, or "< 0.01"."""
     return f"{delta_e:.2g}" if delta_e >= 0.01 else "< 0.01"
 
 
@@ -147,7 +147,7 @@ def picture_of(panel: Panel, png: Path) -> Image.Image:
     left, right = (round((x + 1) / 2 * len(fine)) for x in (x0, x1))
     top, bottom = (round((1 - y) / 2 * len(fine)) for y in (y1, y0))
     part = Image.fromarray(np.ascontiguousarray(fine[top:bottom, left:right]))
-    # Never over the middle of the map, where the boxes are.
+    # Small enough to leave the middle of the map, with the boxes, free.
     width = PANEL * (3 if part.width > part.height else 2) // 5
     inset = part.resize((width, round(width * part.height / part.width)), Image.Resampling.BICUBIC)
     draw = ImageDraw.Draw(image)

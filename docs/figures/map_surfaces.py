@@ -1,7 +1,7 @@
-"""The surfaces of the BRDF maps: the blazed grating, the scans and the presets, all as Single 2014 lays them.
+"""The surfaces of the BRDF maps, oriented as in figure 2.2 of Single 2014: blazed grating, scans and presets.
 
-His figure 2.2 has the fingers of both skins upright and the layers of Xenopeltis across. The scans and the Xenopeltis
-preset lie on their side, so they are turned by a quarter.
+Figure 2.2 has the fingers of both skins along y and the layers of Xenopeltis along x. The scans and the Xenopeltis
+preset are turned by 90°.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from mitsuba_scenes.tool import sunbeam
 
 SKINS = ("elaphe", "xenopeltis")
 TILE_UM = 65.0
-# Of the blazed grating.
+# Period and height of the blazed grating.
 PERIOD_UM, HEIGHT_UM = 2.5, 0.25
-# Of a tile of 65 um with 26 whole periods.
+# Pixels of a period in a tile of 65 µm with 26 whole periods.
 PIXELS_OF_PERIOD = 40
 
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """A surface with the arguments of `sunbeam` that describe it, and its heights in um, rows along +y."""
+    """A surface: arguments of `sunbeam`, and heights in µm with rows along +y."""
 
     name: str
     words: tuple
@@ -38,7 +38,7 @@ class Surface:
 
     @property
     def extent_um(self) -> tuple[float, float]:
-        """Along x and y; a relief of one row is as long along y as its pixels."""
+        """Length along x and y; a relief of one row is one pixel long along y."""
         rows, columns = self.heights_um.shape
         return columns * self.pixel_um, rows * self.pixel_um
 
@@ -55,7 +55,7 @@ class Surfaces:
         rows = np.arange(round(TILE_UM / PERIOD_UM) * PIXELS_OF_PERIOD) % PIXELS_OF_PERIOD
         heights = HEIGHT_UM * (rows[None, :] + 0.5) / PIXELS_OF_PERIOD
         pixel_um = PERIOD_UM / PIXELS_OF_PERIOD
-        # One period of it is the preset, more finely sampled.
+        # Each period is the preset's, with other pixels.
         self.blazed = Surface("blazed", ("--preset", "blazed"), pixel_um, heights)
         self.blazed_row = self.written(Surface("blazed", (), pixel_um, heights))
         self._skins = {name: [*self._scan(name), self._preset(name)] for name in SKINS}
@@ -69,8 +69,8 @@ class Surfaces:
             print(f"NOT SHOWN: no scan at {SCANS[name]}, so there are no maps of the measured {name}", flush=True)
             return []
         heights, pixel_um = read_heights("--height-field", SCANS[name])
-        # The coherence window lies about pixel (0, 0). The middle of the scan comes there; its edges, where it does not
-        # go on, come where the window has all but ended.
+        # The middle of the scan moves to pixel (0, 0), the centre of the coherence window. The window is negligible at
+        # the scan's edges.
         heights = np.rot90(heights, -1)
         heights = np.roll(heights, [n // 2 for n in heights.shape], axis=(0, 1))
         extent_um = len(heights) * pixel_um
@@ -91,17 +91,17 @@ class Surfaces:
         return replace(surface, words=(*words, "--coherence-length", surface.coherence_um))
 
     def about_the_base(self, surface: Surface) -> Surface:
-        """The surface with one pixel as far below its lowest place as the highest is above.
+        """The surface with one pixel lowered until the lowest height is the middle of the range.
 
-        A series about the middle of the range is then one about the lowest place, as Single 2014 has it. The pixel is
-        where the coherence window has all but ended.
+        A series about the middle of the range is then one about the lowest height, as in Single 2014. The pixel is
+        where the coherence window is negligible.
         """
         heights = surface.heights_um - surface.heights_um.min()
         heights[tuple(n // 2 for n in heights.shape)] = -heights.max()
         return self.written(replace(surface, heights_um=heights))
 
     def cut(self, surface: Surface, edge_um: float) -> Surface:
-        """The square about the middle of the window, which repeats over the coherence length of 65 um."""
+        """A square about the middle of the window, repeated, with the coherence length of 65 µm."""
         pixels = round(edge_um / surface.pixel_um)
         centred = np.roll(surface.heights_um, 2 * [pixels // 2], axis=(0, 1))[:pixels, :pixels]
         name = f"{surface.name}, {edge_um:g} µm"
@@ -110,7 +110,7 @@ class Surfaces:
 
 @lru_cache
 def read_heights(*words) -> tuple[np.ndarray, float]:
-    """The heights in um that `sunbeam` has of a surface, and the edge of a pixel in um."""
+    """Heights in µm and edge of a pixel in µm, by `sunbeam height-field`."""
     with TemporaryDirectory() as folder:
         file = Path(folder) / "heights.npy"
         report = json.loads(sunbeam("height-field", *words, "-o", file))

@@ -1,4 +1,4 @@
-"""What is drawn onto pictures: boxes, insets, a compass, the direction of the light."""
+"""Marks on pictures: boxes, insets, a compass, the direction of the light."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from mitsuba_scenes.scene import View
 
 RED = (225, 30, 30)
 GREY, RIM = (140, 140, 140), (20, 20, 20)
-# An inset is so many times as large as what it shows.
+# Magnification of insets.
 ENLARGED = 3
-# The cone of the light: its length and the radius of its base, in cm.
+# Length and base radius in cm of the cone that shows the light's direction.
 CONE_CM, CONE_RADIUS_CM = 3.0, 0.35
 
 
 def project(view: View, point_cm) -> tuple[float, float]:
-    """Where a point of the scene lies in the picture, in pixels from its upper left corner."""
+    """Position of a point of the scene in the picture, in pixels from the upper left corner."""
     origin = np.array(view.origin_cm, dtype=float)
     forward = np.array(view.target_cm) - origin
     forward /= np.linalg.norm(forward)
@@ -30,7 +30,7 @@ def project(view: View, point_cm) -> tuple[float, float]:
 
 
 def box(picture: Image.Image, share: float) -> None:
-    """A red box about the middle, with this share of the picture's sides."""
+    """Draws a red box about the middle, with `share` of the picture's sides."""
     width, height = picture.size
     half_x, half_y = 0.5 * share * width, 0.5 * share * height
     corners = [0.5 * width - half_x, 0.5 * height - half_y, 0.5 * width + half_x, 0.5 * height + half_y]
@@ -38,7 +38,7 @@ def box(picture: Image.Image, share: float) -> None:
 
 
 def inset(picture: Image.Image, centre: tuple[int, int], half: int) -> None:
-    """A red box of 2·`half` pixels about `centre`, and what is in it enlarged, in the lower right corner."""
+    """Draws a red box of 2·`half` pixels about `centre`, and its enlarged contents in the lower right corner."""
     x, y = centre
     corners = (x - half, y - half, x + half, y + half)
     side = 2 * half * ENLARGED
@@ -51,7 +51,7 @@ def inset(picture: Image.Image, centre: tuple[int, int], half: int) -> None:
 
 
 def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, float]) -> None:
-    """The letters of the compass around a point, so many cm east and north of it: +x is east, +y north."""
+    """Draws the letters of a compass at distances `reach_cm` (east, north) from a point; +x is east, +y north."""
     font = ImageFont.load_default(size=24)
     east, north = np.array([reach_cm[0], 0, 0]), np.array([0, reach_cm[1], 0])
     draw = ImageDraw.Draw(picture)
@@ -61,7 +61,7 @@ def compass(picture: Image.Image, view: View, middle_cm, reach_cm: tuple[float, 
 
 
 def light_cone(picture: Image.Image, view: View, light: Light, apex_cm) -> None:
-    """A cone whose tip touches a point and which opens towards the sun."""
+    """Draws a cone from a point towards the sun."""
     to_sun = light.to_sun()
     across = np.cross(to_sun, [0, 0, 1])
     across /= np.linalg.norm(across)

@@ -1,4 +1,4 @@
-"""Table 1.1 and figures 1.8 to 1.10 of Single 2014: the spacing of a grating from the angles of its colours."""
+"""The part `periodicity`: spacings from peak angles, table 1.1 and figures 1.8 to 1.10 of Single 2014."""
 
 from __future__ import annotations
 
@@ -38,23 +38,23 @@ THEIRS = {
     ("elaphe", "pq"): (1052.308, 49.678),
     ("xenopeltis", "flss"): (1552.27, 0.45),
 }
-# Free parameters: degrees between which the first order lies, wider for the scans, whose peaks are wider.
+# Angles of view in degrees that contain the first order; Single 2014 gives none.
 ANGLES_DEG = {"blazed": (-55, -40), "elaphe": (-42, -13), "xenopeltis": (-50, -25)}
 SCAN_ANGLES_DEG = {"elaphe": (-42, -10), "xenopeltis": (-52, -22)}
-# The wide peaks of a strip leave room for side lobes of order zero, so its spacing is looked for between these, in nm.
+# Search range in nm for scans, which excludes side lobes of order 0.
 SCAN_BETWEEN_NM = {"elaphe": (900, 1450), "xenopeltis": (1250, 1950)}
-# The blazed tile is one period of 1024 pixels; Single 2014's has 65 um.
+# The preset's blazed tile, one period, and the number of periods of Single 2014's tile of 65 µm.
 BLAZED_NM, BLAZED_PIXELS, BLAZED_HEIGHT_UM, BLAZED_PERIODS = 2500, 1024, 0.25, 26
 REPEATS = {"blazed": (2, 3, 5, 10, 26), "elaphe": (1, 2, 3, 5, 10)}
-# The sub-regions that are shown: two along each axis of the tile, the spread such that both ridges win somewhere.
+# Sub-regions: two along each axis of the tile, with a spread for which each ridge is brighter at some wavelength.
 REGION_SIZE_UM, REGION_SPREAD = 33, 0.038
 NAMES = {"rms_um": "rms height", "slope_x": "rms slope along x", "slope_y": "rms slope along y"}
-# Two ridges are apart by more than this, and a ridge is narrower.
+# Smallest distance of two ridges, larger than the width of one.
 APART_NM = 40
 
 
 def figures() -> dict:
-    """The table's rows for scans and presets, the pictures, and what stands beside them."""
+    """All numbers of the part; writes its pictures."""
     folder = images(PAGE)
     with TemporaryDirectory() as name:
         scratch = Path(name)
@@ -86,7 +86,7 @@ def figures() -> dict:
 
 
 def blazed_words(folder: Path) -> tuple:
-    """The preset's sawtooth, as often as it fits into Single 2014's 65 um: a tile of many orders, as NMM is to meet."""
+    """Arguments of the preset's sawtooth repeated to Single 2014's tile of 65 µm."""
     tooth = (np.arange(BLAZED_PIXELS) + 0.5) / BLAZED_PIXELS * BLAZED_HEIGHT_UM
     pixel_um = BLAZED_NM / 1000 / BLAZED_PIXELS
     words = words_of(np.tile(tooth, BLAZED_PERIODS)[None, :], pixel_um, folder / "blazed.npy")
@@ -95,7 +95,7 @@ def blazed_words(folder: Path) -> tuple:
 
 @dataclass(frozen=True)
 class Measured:
-    """What is found of a scan, of its strips, and of all of these turned by half a turn: lit from the other side."""
+    """Spacings of a scan and of its strips, as they are and turned by 180°, which lights them from the other side."""
 
     relief: Relief
     whole: Found
@@ -105,12 +105,12 @@ class Measured:
 
     @property
     def strips_nm(self) -> list[float]:
-        """The spacing in nm of each strip, both ways."""
+        """The spacing in nm of each strip, lit from either side."""
         return [strip.report["mean_nm"] for strip in self.strips + self.turned_strips]
 
 
 def measured_skin(skin: str, folder: Path) -> Measured:
-    """What is found of a scan."""
+    """Measures the spacings of a scan."""
     heights_um, pixel_um = scan(skin, folder)
 
     def relief(name: str, part: np.ndarray) -> Relief:
@@ -127,14 +127,14 @@ def measured_skin(skin: str, folder: Path) -> Measured:
 
 
 def repeated_scan(measured: dict, folder: Path) -> dict[str, Found]:
-    """NMM and PQ on the scan of *Elaphe*, repeated as a tile, since neither knows anything else."""
+    """Spacings by NMM and PQ of the scan of *Elaphe*, repeated as a tile."""
     if not measured:
         return {}
     return {method: evaluate(measured["elaphe"].relief, "--method", method) for method in ("nmm", "pq")}
 
 
 def scan_row(skin: str, measured: Measured) -> dict:
-    """The scan's spacing in nm, both ways, and the least and greatest mean of its strips."""
+    """The scan's spacing in nm from either side, and the smallest and largest mean of its strips."""
     means = measured.strips_nm
     theirs_nm = THEIRS[skin, "flss"][0]
     return {
@@ -168,7 +168,7 @@ def ratio(measured: dict) -> dict:
 
 
 def preset_row(grating: str, method: str, found: Found) -> dict:
-    """A row of the table: ours and theirs."""
+    """A row of table 1.1: our and Single 2014's numbers."""
     mean_nm, variance_nm2 = THEIRS[grating, method]
     theirs = {"mean_nm": mean_nm, "variance_nm2": variance_nm2}
     return {
@@ -181,7 +181,7 @@ def preset_row(grating: str, method: str, found: Found) -> dict:
 
 
 def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
-    """PQ by the repeats of the tile: the fewer, the wider are its peaks. The blazed tile is one period here."""
+    """Spacings by PQ for several repeats of the tile; the blazed tile is one period here."""
     blazed = relief.name == "blazed"
     tile = Relief(relief.name, ("--preset", relief.name), relief.angles_deg)
     extent_um = BLAZED_NM / 1000 if blazed else 57 * 1.14426
@@ -197,7 +197,7 @@ def repeats(relief: Relief, counts: tuple[int, ...]) -> dict:
 
 
 def relief_sizes(folder: Path) -> dict:
-    """The sizes of the relief, the worst relative difference of rms heights and slopes, and what the crops miss."""
+    """Sizes of the reliefs, the largest relative difference of rms heights and slopes, and outliers."""
     rows = size_rows(folder)
     compared = [row for row in rows if row["what"] != "peak_to_valley_um"]
     missed = [row for row in compared if not row["low"] <= row["scan"] <= row["high"]]
@@ -230,7 +230,7 @@ def pictures(folder: Path, measured: dict, repeated: dict, reliefs: dict, found:
 
 
 def sub_regions(folder: Path, measured: dict, plain: Found) -> dict:
-    """The ridges of *Xenopeltis* with sub-regions, and their picture beside strips of the scan."""
+    """The ridges of *Xenopeltis* with sub-regions; draws them beside strips of the scan."""
     words = ("--preset", "xenopeltis", "--region-size", REGION_SIZE_UM, "--region-spread", REGION_SPREAD)
     with_regions = Relief("xenopeltis", words, ANGLES_DEG["xenopeltis"])
     found = evaluate(with_regions, "--method", "flss")

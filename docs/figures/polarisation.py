@@ -1,4 +1,4 @@
-"""The page `polarisation`: how much of the light that a grating sends to the camera is linearly polarised."""
+"""The part `polarisation`: degree of linear polarisation in pictures of gratings."""
 
 from __future__ import annotations
 
@@ -18,24 +18,24 @@ from .disc import write_disc
 from .page import images, insist
 
 PAGE = "polarisation"
-# Compiling the renderer for a kernel takes longer than these small pictures.
+# A scalar variant, since these small pictures take less time than the compilation of kernels.
 VARIANT = "scalar_spectral_polarized"
 SIZE, SPP, MAX_DEPTH = (144, 96), 144, 3
 ALUMINIUM, GLASS = {"material": "Al"}, {"eta": 1.5}
 TRACKS = {"preset": "cd"}
-# The tracks of a disc as grooves of the same distance and depth, along which nothing changes: both theories know them.
+# Grooves as far apart and deep as a disc's tracks, constant along y, so that both theories apply.
 GROOVES = {"preset": "lamellar", "period": 1.6, "height": 0.12}
 THEORIES = ("scalar", "rigorous")
-# Weights of linear sRGB in luminance.
+# Luminance weights of linear sRGB (IEC 61966-2-1).
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-# Darker than so much of the picture's median, polarisation is noise.
+# Smallest luminance relative to the picture's median at which polarisation is above the noise.
 DARK = 0.02
 SPHERE = View(*SIZE, origin_cm=(0, -6, 2.5), target_cm=(0, 0, 1), fov_deg=32)
 DISC = View(*SIZE, origin_cm=(0, -16, 13), target_cm=(0, 0, 0), fov_deg=42)
 
 
 def sphere(optics: dict) -> dict:
-    """A blazed ball under an even sky and a lamp."""
+    """A blazed ball under a uniform sky and a lamp."""
     return {
         "ball": {"type": "sphere", "center": [0, 0, 1], "bsdf": {"type": "diffraction", "preset": "blazed", **optics}},
         "floor": floor(20, (0.05, 0.05, 0.05)),
@@ -45,7 +45,7 @@ def sphere(optics: dict) -> dict:
 
 
 def disc(relief: dict, ply) -> dict:
-    """A compact disc in aluminium, lying level, under an even sky and a lamp."""
+    """A horizontal compact disc in aluminium under a uniform sky and a lamp."""
     return {
         "disc": {"type": "ply", "filename": str(ply), "bsdf": {"type": "diffraction", **relief, **ALUMINIUM}},
         "floor": floor(20, (0.05, 0.05, 0.05)),
@@ -65,14 +65,14 @@ def stokes(parts: dict, view: View) -> np.ndarray:
 
 
 def linear_degree(picture: np.ndarray) -> np.ndarray:
-    """√(Q² + U²)/I of the luminance; not a number where it is too dark to tell."""
+    """√(Q² + U²)/I of the luminance; NaN in dark pixels."""
     i, q, u, _ = np.moveaxis(picture @ LUMINANCE, -1, 0)
     bright = i > DARK * np.median(i)
     return np.where(bright, np.hypot(q, u) / np.where(bright, i, 1), np.nan)
 
 
 def figures() -> dict:
-    """Every figure of the page; its pictures are written beside it."""
+    """All numbers of the part; writes its pictures."""
     use_variant(VARIANT, fall_back=False)
     folder = images(PAGE)
     ply = write_disc(folder / "disc.ply")
@@ -102,7 +102,7 @@ def figures() -> dict:
 
 
 def draw(path, pictures: list) -> None:
-    """Each picture, and below it its degree of linear polarisation, on a scale of its own."""
+    """Draws each picture, and below it its degree of linear polarisation on a separate scale."""
     columns = len(pictures) // 2
     figure, axes = plt.subplots(4, columns, figsize=(11, 10.6), layout="constrained")
     # Pairs of rows, the picture over its degree.

@@ -1,4 +1,4 @@
-"""The index of Single 2014's figures and tables: for each, the number that was checked, from the data of its page."""
+"""The part `published-figures`: for each figure of Single 2014 the number that was checked, from other parts' data."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from .page import DOCS
 
 
 def figures() -> dict:
-    """What was checked, as words by the number of the figure."""
+    """The checked numbers as text, by the number of the figure."""
     return {"checked": {**gratings(), **spacings(), **maps(), **renderings(), **other_methods()}}
 
 
 @cache
 def data(page: str) -> dict:
-    """The figures of another page."""
+    """The data of another part."""
     file = DOCS / "data" / f"{page}.json"
     if not file.exists():
         raise SetupError(f"{file} is missing: run `make figures PAGES={page}`")
@@ -25,25 +25,22 @@ def data(page: str) -> dict:
 
 
 def named(rows: list[dict], **wanted) -> dict:
-    """The row that has these values."""
+    """The first row with these values."""
     return next(row for row in rows if all(row[key] == value for key, value in wanted.items()))
 
 
 def gratings() -> dict[str, str]:
-    """Figures 1.2 to 1.7: slits, screens and orders."""
+    """Figures 1.4 and 1.5: N slits. The drawings of the others have no data."""
     made = data("slits")
-    drawings, fifty = made["drawings"], named(made["rows"], count=50)
-    first = named(drawings["orders"], order=1)
+    fifty = named(made["rows"], count=50)
     return {
-        "1.2": f"e = λ at {drawings['screen']['first_deg']:.1f}°, order 1 of {made['drawn_nm']:.0f} nm",
-        "1.3": f"order 1 from {first['first_deg']:.1f}° to {first['last_deg']:.1f}°",
         "1.4": f"width of a peak ∝ N^{made['exponent']:.3f} from {made['fitted_from']} slits on",
         "1.5": f"{fifty['width_in_zeros']:.4f} λ/(Nd) wide for 50 slits, the limit being {made['limit']:.4f}",
     }
 
 
 def spacings() -> dict[str, str]:
-    """Figures 1.8 to 1.10 and table 1.1: spacings in nm, ours beside the source's."""
+    """Figures 1.8 to 1.10 and table 1.1: spacings in nm, and the thesis'."""
     made = data("periodicity")
 
     def beside(grating: str, method: str) -> str:
@@ -66,7 +63,7 @@ def spacings() -> dict[str, str]:
     if ratio:
         found["table 1.1"] = (
             f"*Xenopeltis* over *Elaphe* in the scans {ratio['scans']:.3f} ({ratio['turned']:.3f} lit from the other "
-            f"side), in the source {ratio['theirs']:.3f}"
+            f"side), in the thesis {ratio['theirs']:.3f}"
         )
     else:
         found["table 1.1"] = "the scans were not there"
@@ -133,7 +130,7 @@ def other_methods() -> dict[str, str]:
     wander = {row["title"]: row["wander_nm"] for row in made["cut_outs"]}
     gems = made["disc"]["gems"]
     blazed = named(made["symmetry"], title="Blazed")
-    # Of the scan, where there is one: the first of either method.
+    # The first row of either method, that of the scan if present.
     flss, stam = (next(row for row in made["xenopeltis"] if method in row["caption"]) for method in ("FLSS", "Stam"))
     hues = [row["of_blue"]["hue_deg"] for row in made["nmm"][:3]]
     slowest, fastest = (pick(row["fps"] for row in made["frames"]) for pick in (min, max))

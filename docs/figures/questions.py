@@ -1,4 +1,4 @@
-"""Random questions to the plugin in Mitsuba: nothing may come out but finite numbers that are not negative.
+"""Random evaluations of the plugin in Mitsuba, which must be finite and not negative.
 
 The twin of `crates/cli/src/benchmarks/stability/questions.rs`, in single precision and through Dr.Jit's kernels.
 """
@@ -15,16 +15,16 @@ import numpy as np
 from mitsuba_scenes.environment import use_variant
 
 VARIANT = "llvm_ad_spectral"
-# Wavelengths that one pair of directions carries.
+# Wavelengths of one pair of directions.
 CARRIED = 4
-# Reflectances below this are lost in single precision when reciprocity is judged.
+# Smallest reflectance in the test of reciprocity; smaller ones are lost in single precision.
 RECIPROCITY_FLOOR = 1e-6
-# κH of 200 at 360 nm, as in the Rust half.
+# Largest height, with κH = 200 at 360 nm, as in the Rust twin.
 DEEPEST_UM = 400 * 0.36 / (4 * np.pi)
 
 
 def random_surface(random: np.random.Generator, folder: Path) -> dict:
-    """Parameters of the plugin for a surface that is drawn at random."""
+    """Parameters of the plugin for a random surface."""
 
     def log(low: float, high: float) -> float:
         return float(np.exp(random.uniform(np.log(low), np.log(high))))
@@ -50,14 +50,14 @@ def random_surface(random: np.random.Generator, folder: Path) -> dict:
     else:
         size = random.integers(1, 25, 2)
         file = folder / f"{random.integers(1 << 62)}.npy"
-        # A fifth of them a millimetre up: only differences of height matter.
+        # A fifth of the fields have an offset of a millimetre, which must not matter.
         np.save(file, 1000.0 * (random.random() < 0.2) + height * random.random(tuple(size)))
         parameters |= {"filename": str(file), "pixel_size": log(0.05, 0.6)}
     return parameters
 
 
 def directions(random: np.random.Generator, count: int) -> np.ndarray:
-    """Anywhere above the surface, one in four within a degree of the horizon, up to 89.99°."""
+    """Random directions above the surface, one in four within a degree of the horizon, up to 89.99°."""
     z = 1 - random.random(count)
     grazing = random.random(count) < 0.25
     z[grazing] = np.cos(np.radians(random.uniform(89, 89.99, grazing.sum())))
@@ -66,10 +66,10 @@ def directions(random: np.random.Generator, count: int) -> np.ndarray:
 
 
 def questions(count: int, surfaces: int, seed: int = 1) -> dict:
-    """Puts about `count` questions, each a pair of directions at one wavelength, to so many random surfaces.
+    """Evaluates about `count` questions, pairs of directions at one wavelength, on `surfaces` random surfaces.
 
-    Counts what is not finite, negative, or has no density; the largest relative difference of the reflectance when the
-    directions are exchanged.
+    Returns the numbers of values that are not finite, negative, or without density, and the largest relative
+    difference of the reflectance when the directions are exchanged.
     """
     use_variant(VARIANT)
     random = np.random.default_rng(seed)
@@ -85,7 +85,7 @@ def questions(count: int, surfaces: int, seed: int = 1) -> dict:
 
 
 def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
-    """The counts of one surface: half of the directions go where it sends its light."""
+    """The counts of one surface; half of the outgoing directions are sampled from it."""
     ctx = mi.BSDFContext()
     nm = random.uniform(360, 830, (CARRIED, count)).astype(np.float32)
     wi, wo = directions(random, count), directions(random, count)
@@ -103,7 +103,7 @@ def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
 
     (there, pdf), (back, pdf_back) = answers(wi, wo), answers(wo, wi)
     numbers = [there, back, pdf, pdf_back, weight, pdf_sampled]
-    # The values hold the cosine of the direction that light leaves in.
+    # The values include the outgoing cosine.
     f_there, f_back = there / wo[2], back / wi[2]
     most = np.maximum(f_there, f_back)
     judged = most > RECIPROCITY_FLOOR
@@ -118,7 +118,7 @@ def one_surface(bsdf: mi.BSDF, random: np.random.Generator, count: int) -> dict:
 
 
 def interaction(wi: np.ndarray, nm: np.ndarray) -> mi.SurfaceInteraction3f:
-    """Where light comes from `wi` at these wavelengths."""
+    """An interaction with these incident directions and wavelengths."""
     si = dr.zeros(mi.SurfaceInteraction3f, wi.shape[1])
     si.wi = mi.Vector3f(wi)
     si.wavelengths = [mi.Float(np.ascontiguousarray(row)) for row in nm]

@@ -1,4 +1,4 @@
-"""What pictures of the realtime renderer cost: shading by each method, and the stages of a frame."""
+"""The part `realtime`: shading time of each method, and the stages of a frame."""
 
 from __future__ import annotations
 
@@ -13,17 +13,16 @@ from .speed_error import processor
 
 PRESETS = ("blazed", "elaphe", "xenopeltis")
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Pixels of the pictures that are shaded, and of a frame as a window has it.
+# Sizes of the pictures for shading times, and of a frame as in a window.
 SHADED, FRAME = "192x128", "512x512"
-# Pictures whose median counts: of slow methods, which need no more, and of others.
+# Numbers of pictures of slow and of fast methods, whose median counts.
 SLOW_REPEATS, REPEATS = 3, 25
-# Milliseconds of shading the frame by `table` with its words read otherwise, beside the one that stands, all on the
-# same day; these shaders were not kept.
+# Shading time of the frame in ms by variants of `table`'s reads, measured together; only the first shader was kept.
 TRIED_MS = {"as it is": 9.1, "constants": 3.5, "texture": 10.6, "four words at a time": 11.5}
 
 
 def figures() -> dict:
-    """Runs `sunbeam render` for all of it."""
+    """Measures all numbers of the part by `sunbeam render`."""
     with TemporaryDirectory() as name:
         folder = Path(name)
         coarse, fine = folder / "coarse.ply", folder / "fine.ply"
@@ -48,7 +47,7 @@ def figures() -> dict:
 
 def surfaces() -> dict[str, tuple]:
     """The scans that are present and the presets, as arguments of `sunbeam render`."""
-    # Repeated, which all methods but `table` need.
+    # Repeated, since all methods but `table` need a tile.
     scans = {
         f"scan of {species}": ("--height-field", path, "--tiling", "periodic")
         for species, path in SCANS.items()
@@ -62,7 +61,7 @@ def render(folder: Path, *words) -> dict:
 
 
 def shaded(folder: Path, mesh: Path, surface: tuple, method: str) -> dict:
-    """Microseconds of shading a lit pixel, megabytes of data and seconds to make it."""
+    """Microseconds of shading a lit pixel, and megabytes and build seconds of the method's data."""
     repeats = REPEATS if method in ("stam", "table") else SLOW_REPEATS
     made = render(folder, "--mesh", mesh, *surface, "--method", method, "--size", SHADED, "--repeat", repeats)
     return {

@@ -16,11 +16,11 @@ import numpy as np
 from mitsuba_scenes.crosscheck.realtime import surface_words
 from mitsuba_scenes.tool import sunbeam
 
-# Frequencies that are shown, in cycles per µm either way: light of 380 nm leads no further than twice 1/0.38.
+# Largest shown spatial frequency in cycles per µm: 2/λ at 380 nm.
 REACH_PER_UM = 5.3
-# A term is black this many powers of ten below its largest order.
+# Range of a term's grey scale in powers of ten.
 DECADES = 5
-# Of a larger field so many µm along each side are shown: the extent of the scans.
+# Side in µm of the part shown of larger fields, the extent of the scans.
 CUT_UM = 6.5
 
 
@@ -33,7 +33,7 @@ class Relief:
 
 
 def relief(skin: dict) -> Relief:
-    """The heights of a surface as the methods read it: levelled, but not turned."""
+    """The heights of a surface as methods read them: levelled, not turned."""
     with TemporaryDirectory() as folder:
         npy = Path(folder) / "heights.npy"
         report = json.loads(sunbeam("height-field", "-o", npy, *surface_words(_unturned(skin))))
@@ -49,7 +49,7 @@ def term(skin: dict, n: int) -> np.ndarray:
 
 
 def show_relief(axes: plt.Axes, shown: Relief, title: str) -> None:
-    """A grey picture of (a part of) the heights, with its scale in µm."""
+    """Draws (a part of) the heights in grey, with axes in µm."""
     rows, columns = shown.heights_um.shape
     width_um, height_um = (min(extent, CUT_UM) for extent in shown.extent_um)
     part = shown.heights_um[: round(rows * height_um / shown.extent_um[1]), :][
@@ -62,7 +62,7 @@ def show_relief(axes: plt.Axes, shown: Relief, title: str) -> None:
 
 
 def show_term(axes: plt.Axes, skin: dict, n: int, title: str) -> None:
-    """The logarithm of a term over the frequencies that light can reach."""
+    """Draws the logarithm of a term over the frequencies up to REACH_PER_UM."""
     magnitudes = term(skin, n)
     extent_um = relief(skin).extent_um
     # Order j lies at j/extent; a pixel is centred on its order.
@@ -81,5 +81,5 @@ def show_term(axes: plt.Axes, skin: dict, n: int, title: str) -> None:
 
 
 def _unturned(skin: dict) -> dict:
-    """What says how the heights are, without how they lie on the body or what lights them."""
+    """The parameters of the heights alone, without rotation and optics."""
     return {name: value for name, value in skin.items() if name not in ("rotation", "coherence_length", "tiling")}

@@ -1,4 +1,4 @@
-"""The renderings of Single 2014 (figures 2.14 to 2.18): FLSS on the GPU, and path-traced in Mitsuba beside it."""
+"""The part `renderings`: figures 2.14 to 2.18 of Single 2014 by FLSS on the GPU, and path-traced in Mitsuba."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ from .relief_plots import relief, show_relief, show_term
 from .studio import RESOLUTION, SPP, SUN, Sheet, Shot, Studio, both, draw
 
 PAGE = "renderings"
-# Rays along each side of a pixel on the GPU: one, as a fragment shader has it.
+# Rays along each side of a pixel on the GPU; one, as in a fragment shader.
 SUPERSAMPLE = 1
 VIEW = View(300, 200)
 # Width of the pictures on the sheets.
 SHOWN = VIEW.width
-# A scan is repeated, which FLSS needs; a window as wide as the scan leaves the repeats no say.
+# FLSS needs a scan that repeats; a window as wide as the scan suppresses interference between repeats.
 SCAN_WINDOW = {"tiling": "periodic", "coherence_length": 6.5}
-# Figure 2.15: times the reflectance of the pigment, which makes a brown of the nearly black.
+# Figure 2.15: factor on the pigment's reflectance, which turns its near black into brown.
 PIGMENT_BRIGHTER = 10
-# Figure 2.17: each field of view shows a fifth of the one before, about a corner where four scales meet.
+# Figure 2.17: the widest field of view, the magnification from picture to picture, and the number of pictures.
 WIDEST_DEG, CLOSER, ZOOMS = 30.0, 5, 3
 ZOOM_TARGET_CM = (-0.462, -0.476, 2.018)
-# Figure 2.18: directions in which light travels, as its captions have them, in a frame that is not said. The first is
-# printed as (−3.3130, 0, −0.9999), which is no unit vector; the steps of the others put a number near 0 there.
+# Figure 2.18: directions in which light travels, from its captions. The first is printed as (−3.3130, 0, −0.9999),
+# which is no unit vector; the steps of the others give an x near 0.
 SOUTH_TO_NORTH = ((0.0, 0.0, -0.9999), (-0.1989, 0.0, -0.9799), (-0.3897, 0.0, -0.9208))
 SOUTHEAST_TO_WEST = ((0.0995, 0.0993, -0.9900), (0.0995, 0.2940, -0.9505), (0.0995, 0.4770, -0.8731))
-# The box of the insets: its middle and half its side, in pixels.
+# Centre and half side of the insets' box, in pixels.
 INSET_AT, INSET_HALF = (190, 85), 15
 
 
 def skins() -> dict[str, tuple[str, dict]]:
-    """The surfaces by name, each with what it is called in captions: the scans that are present, and the presets."""
+    """Surfaces by name, with their captions: the scans, if present, and the presets."""
     found = {}
     for species, path in SCANS.items():
         if path.exists():
@@ -67,17 +67,17 @@ def skins() -> dict[str, tuple[str, dict]]:
 
 
 def measured(skins: dict, species: str) -> str:
-    """The name of the species' scan, or of its preset where there is no scan."""
+    """The name of the species' scan, or without it of its preset."""
     return f"{species}-scan" if f"{species}-scan" in skins else f"{species}-preset"
 
 
 def bare(skin: dict, caption: str, **how) -> Shot:
-    """Diffraction alone, by FLSS."""
+    """A shot of the diffraction alone, by FLSS."""
     return Shot(caption, skin, "flss", view=how.pop("view", VIEW), pigment=False, **how)
 
 
 def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.14: the snake with each surface, and how colourful it is."""
+    """Figure 2.14: the snake with each surface, and its mean chroma."""
     panels = {"blazed": "(a)", "elaphe": "(b)", "xenopeltis": "(c)"}
     ordered = sorted(skins, key=lambda name: ("preset" in name, panels[name.split("-")[0]]))
     shots = [bare(skins[name][1], f"{panels[name.split('-')[0]]} {skins[name][0]}") for name in ordered]
@@ -100,9 +100,9 @@ def gratings(studio: Studio, skins: dict, folder: Path) -> dict:
 
 
 def over(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
-    """What the colour of the diffraction changes over the pigment and over a brighter one; pictures in linear sRGB.
+    """Effect of the diffraction's colour over the pigment and over a brighter one; pictures in linear sRGB.
 
-    `delta_e` is from the picture whose diffraction is as bright and grey; `chroma` is that of the picture.
+    `delta_e` is the difference from the picture with grey diffraction of equal luminance; `chroma` is the mean chroma.
     """
     found = {"chroma_alone": mean_chroma(diffraction, mask)}
     for name, factor in (("dark", 1.0), ("bright", PIGMENT_BRIGHTER)):
@@ -117,13 +117,13 @@ def over(pigment: np.ndarray, diffraction: np.ndarray, mask: Path) -> dict:
 
 
 def elaphe(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.15: Elaphe without and with its pigment, and how much the colour of diffraction changes the latter."""
+    """Figure 2.15: Elaphe without and with its pigment, and the effect of the diffraction's colour."""
     name = measured(skins, "elaphe")
     alone = bare(skins[name][1], "(a) diffraction alone")
     final = replace(alone, caption="(b) over the pigment", pigment=True)
     sheet = draw(Sheet("elaphe", "Elaphe", "2.15", "", both([alone, final])), studio, folder, SHOWN)
     mask = studio.mask(alone)
-    # Light adds up: what the pigment reflects is the same whatever diffracts above it.
+    # Light adds up, so the difference is the light from the pigment.
     pigment = read_exr(studio.shoot(final)[0]) - read_exr(studio.shoot(alone)[0])
     colour = {
         species: {
@@ -169,7 +169,7 @@ def xenopeltis(studio: Studio, skins: dict, folder: Path) -> dict:
 
 
 def closer(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.17: Elaphe, each picture five times closer than the one before."""
+    """Figure 2.17: Elaphe, each picture five times closer than the previous."""
     label, skin = skins[measured(skins, "elaphe")]
     half = math.tan(math.radians(WIDEST_DEG / 2))
     angles_deg = [2 * math.degrees(math.atan(half / CLOSER**k)) for k in range(ZOOMS)]
@@ -191,14 +191,14 @@ def closer(studio: Studio, skins: dict, folder: Path) -> dict:
 
 
 def sun_of(travels: tuple[float, float, float]) -> Light:
-    """The sun whose light travels in a direction of figure 2.18: its x axis is taken as north, its y axis as east."""
+    """The sun for a direction of figure 2.18, whose x axis is taken as north and y axis as east."""
     north, east, up = (-component for component in travels)
     elevation_deg = math.degrees(math.atan2(up, math.hypot(north, east)))
     return Light(math.degrees(math.atan2(north, east)), elevation_deg, "directional", 0)
 
 
 def moving_sun(studio: Studio, skins: dict, folder: Path) -> dict:
-    """Figure 2.18: Elaphe while the sun moves, and how fast the picture changes with it."""
+    """Figure 2.18: Elaphe under a moving sun, and the change of the picture per degree."""
     label, skin = skins[measured(skins, "elaphe")]
     enlarge = partial(inset, centre=INSET_AT, half=INSET_HALF)
 
@@ -244,7 +244,7 @@ def moving_sun(studio: Studio, skins: dict, folder: Path) -> dict:
 
 
 def mesh_counts(resolution: float) -> dict:
-    """Vertices and faces of the snake, out of the header of its file."""
+    """Numbers of vertices and faces of the snake, from the header of its file."""
     header = snake_files(resolution).mesh.read_bytes()[:1000].decode("ascii", "ignore")
     return {
         name: int(header.split(f"element {element} ")[1].split()[0])
@@ -253,7 +253,7 @@ def mesh_counts(resolution: float) -> dict:
 
 
 def figures() -> dict:
-    """Draws everything; returns the figures of the page."""
+    """Draws all sheets; returns the numbers of the part."""
     use_variant()
     folder, worn = images(PAGE), skins()
     with TemporaryDirectory() as scratch:

@@ -1,4 +1,4 @@
-"""The page `renderings-methods`: figures 2.20 to 2.22 and B.1 of Single 2014, and its table 2.1."""
+"""The part `renderings-methods`: figures 2.20 to 2.22 and B.1 of Single 2014, and its table 2.1."""
 
 from __future__ import annotations
 
@@ -33,21 +33,21 @@ from .studio import SPP, SUPERSAMPLE, Shot, Studio
 
 PAGE = "renderings-methods"
 SPECIES = {species.capitalize(): path for species, path in SCANS.items()}
-# The disc from above, its light from the left.
+# The disc from above.
 DISC = View(200, 200, origin_cm=(0, -3, 26), target_cm=(0, 0, 0), fov_deg=28)
 DISC_LIGHT = Light(180, 70, "directional", 0)
 CD_UM, DEMO_UM = 1.6, 10.0
 GEMS = {"stam_form": "gems"}
 FRAME, REPEATS = "384x256", 2
-# Symmetric maps are so to single precision; Single 2014 has the blazed grating send light to one side.
+# Largest deviation of a symmetric map from 1, and smallest ratio of a one-sided one, both of right over left.
 SYMMETRIC, ONE_SIDED = 1e-3, 2.0
-# Peak angles that differ by less count as alike.
+# Largest difference of peak angles that count as equal, in degrees.
 ALIKE_DEG = 1.0
 
 
 @dataclass
 class Drawn:
-    """A picture: linear sRGB (rows, columns, 3), and as it is shown."""
+    """A picture in linear sRGB, (rows, columns, 3), and as shown."""
 
     shot: Shot
     pixels: np.ndarray
@@ -55,7 +55,7 @@ class Drawn:
 
 
 def figures() -> dict:
-    """Draws everything that the page shows, and returns its numbers."""
+    """Draws all figures; returns the numbers of the part."""
     use_variant()
     folder = images(PAGE)
     with TemporaryDirectory() as scratch:
@@ -89,7 +89,7 @@ def figures() -> dict:
 
 
 def surfaces(species: str) -> dict[str, dict]:
-    """Parameters of the measured skin where it is present, and of the procedural one, by what they are called."""
+    """Parameters of the measured skin, if present, and of the procedural one, by title."""
     path, found = SPECIES[species], {}
     if path.exists():
         found[f"{species}, scan"] = scanned_skin(path)
@@ -100,12 +100,12 @@ def surfaces(species: str) -> dict[str, dict]:
 
 
 def of_one_window(skin: dict) -> dict:
-    """The surface as the published methods take it: a scan repeats, under a window as wide as it is."""
+    """The surface for the published methods: a scan repeats, under a window as wide as the scan."""
     return {**skin, **SCAN_WINDOW} if "filename" in skin else skin
 
 
 def cut_outs(file: Path) -> list[dict]:
-    """Figure 2.20: draws the cut-outs, and says how far their lines of one phase wander."""
+    """Figure 2.20: draws the cut-outs; returns the deviations of their lines of constant phase."""
     elaphe, rows_of_fingers = surfaces("Elaphe"), surfaces("Xenopeltis")
     chosen = {title: alignment.cut_out(skin, "y") for title, skin in elaphe.items() if "filename" in skin}
     chosen["CD"] = alignment.cut_out({"preset": "cd"}, "x")
@@ -123,13 +123,13 @@ def cut_outs(file: Path) -> list[dict]:
 
 
 def draw(studio: Studio, shots: list[Shot]) -> tuple[list[Drawn], np.ndarray]:
-    """Takes shots of one surface, exposes each by itself, and returns them with what their pixels see."""
+    """Draws shots of one surface with separate exposures; returns them and the directions at their pixels."""
     pairs = seen(studio, shots[0])
     return [exposed(studio, shot, pairs[..., 6] > 0) for shot in shots], pairs
 
 
 def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
-    """Takes a shot and exposes it by its lit pixels."""
+    """Draws a shot and exposes it by its lit pixels."""
     exr, _, _ = studio.shoot(shot)
     pixels, png = read_exr(exr), exr.with_name(f"{exr.stem}-exposed.png")
     Image.fromarray(tone_mapped(pixels, hues.exposure_stops(pixels[lit]))).save(png)
@@ -138,11 +138,11 @@ def exposed(studio: Studio, shot: Shot, lit: np.ndarray) -> Drawn:
 
 
 def seen(studio: Studio, shot: Shot) -> np.ndarray:
-    """Directions in the grating's frame at the centre of each pixel, as `sunbeam render --pairs` writes them."""
+    """Directions in the grating's frame at the centre of each pixel, by `sunbeam render --pairs`."""
     npy, exr = studio.folder / "pairs.npy", studio.folder / "pairs.exr"
     mesh = (studio.disc if shot.disc else studio.snake).mesh
     turned = {name: value for name, value in shot.skin.items() if name == "rotation"}
-    # The quickest surface: of what the pixels see, nothing depends on it but for its rotation.
+    # The fastest surface, since the directions depend on its rotation alone.
     realtime.render(exr, "stam", mesh, {"preset": "blazed", **turned}, shot.light, shot.view, pairs=npy)
     return np.load(npy)
 
@@ -156,7 +156,7 @@ def sheet(rows: list[list[Drawn]], studio: Studio, file: Path) -> None:
 
 
 def disc(studio: Studio, folder: Path) -> dict:
-    """Figure 2.21: the disc by FLSS and as GPU Gems has it, and the angles at which they are brightest."""
+    """Figure 2.21: the disc by FLSS and by GPU Gems' shader, and their angles of peaks."""
     flss = Shot("FLSS", {"preset": "cd"}, "flss", DISC_LIGHT, view=DISC, pigment=False, disc=True)
     row = [flss]
     for um in (CD_UM, DEMO_UM):
@@ -175,7 +175,7 @@ def disc(studio: Studio, folder: Path) -> dict:
 
 
 def symmetry(folder: Path) -> list[dict]:
-    """Right over left of BRDF maps at normal incidence."""
+    """Luminance of the right half over the left half of BRDF maps at normal incidence."""
     skins = {"Blazed": {"preset": "blazed"}, "CD": {"preset": "cd"}}
     for title, skin in surfaces("Xenopeltis").items():
         skins[title] = of_one_window({name: value for name, value in skin.items() if name != "rotation"})
@@ -187,7 +187,7 @@ def symmetry(folder: Path) -> list[dict]:
 
 
 def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
-    """Figure 2.22: Xenopeltis by FLSS and as GPU Gems has it, with the path-traced picture beside."""
+    """Figure 2.22: Xenopeltis by FLSS, by GPU Gems' shader and path-traced."""
     rows, found, plotted = [], [], {}
     for title, skin in surfaces("Xenopeltis").items():
         one = of_one_window(skin)
@@ -225,7 +225,7 @@ def xenopeltis(studio: Studio, folder: Path) -> list[dict]:
 
 
 def plot_hues(shares: dict[str, np.ndarray], file: Path) -> None:
-    """Shares of hues by picture, one plot for each surface."""
+    """Draws fractions of hues by picture, one plot for each surface."""
     titles = list(dict.fromkeys(caption.rsplit(", ", 1)[0] for caption in shares))
     figure = Figure(figsize=(4.2 * len(titles), 2.8), layout="constrained")
     for axes, title in zip(np.atleast_1d(figure.subplots(1, len(titles), sharey=True)), titles):
@@ -241,7 +241,7 @@ def plot_hues(shares: dict[str, np.ndarray], file: Path) -> None:
 
 
 def nmm(studio: Studio, folder: Path) -> list[dict]:
-    """Figure B.1: Elaphe by FLSS and by NMM, without weights as Single 2014 has it and with ours."""
+    """Figure B.1: Elaphe by FLSS and by NMM, without weights as in Single 2014 and with weights."""
     rows, found = [], []
     for title, skin in surfaces("Elaphe").items():
         kind = title.split(", ")[1]

@@ -1,4 +1,4 @@
-"""How far the colours of an RGB variant are from those of a spectral one, in converged pictures of the same scene."""
+"""Colour differences between RGB and spectral variants, in converged pictures of one scene."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ RGB, SPECTRAL = "llvm_ad_rgb", "llvm_ad_spectral"
 GOLD = {"material": "Au"}
 OPTICS = {"keratin": SKIN, "gold": GOLD}
 SIZE = (24, 16)
-# Seconds that each of the two pictures may take when nobody says, without making tables and compiling.
+# Default seconds of each of the two pictures, without building tables and compiling.
 BUDGET_S = 4.0
-# Pictures that are averaged: an even number, half of which tell the noise of the others.
+# Smallest and largest number of averaged renders, an even number, whose halves give the noise.
 RENDERS_MIN, RENDERS_MAX = 2, 256
-# The mean luminance of the spectral picture is brought to middle grey before colours are compared; white is 1.
+# Mean luminance of the spectral picture at the exposure of the comparison, middle grey; white is 1.
 GREY = 0.18
 
-# Linear sRGB to XYZ, out of the chromaticities of the primaries and of D65 in IEC 61966-2-1, and its white.
+# Linear sRGB to XYZ, from the chromaticities of the primaries and of D65 in IEC 61966-2-1.
 XYZ_OF_SRGB = np.array(
     [[0.4123908, 0.3575843, 0.1804808], [0.2126390, 0.7151687, 0.0721923], [0.0193308, 0.1191948, 0.9505322]]
 )
@@ -32,7 +32,7 @@ WHITE = XYZ_OF_SRGB.sum(axis=1)
 
 
 def figures(budget_s: float = BUDGET_S) -> list[dict]:
-    """Each scene wearing the scan, in keratin and in gold."""
+    """Rows of each scene with the scan, in keratin and in gold."""
     surface, _ = scanned_surface()
     rows = []
     for scene in scenes():
@@ -48,7 +48,7 @@ def figures(budget_s: float = BUDGET_S) -> list[dict]:
 def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDGET_S) -> dict:
     """ΔE76 of the RGB variant's picture from the spectral one's, and the ratio of their energies.
 
-    `make_scene` makes the scene in whichever variant is in use. See [`difference`] for what comes out.
+    `make_scene` makes the scene in the selected variant. `difference` describes the result.
     """
     halves = {}
     for variant in (RGB, SPECTRAL):
@@ -58,8 +58,8 @@ def colour_difference(make_scene: Callable[[], mi.Scene], budget_s: float = BUDG
 
 
 def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
-    """Linear sRGB, (2, rows, columns, 3): the means of two halves of as many renders as fit into the time."""
-    # Compiles the kernels.
+    """Linear sRGB, (2, rows, columns, 3): the means of two halves of the renders within the budget."""
+    # The first render compiles kernels.
     render(scene, seed=1)
     sums, count, start = [0, 0], 0, time.perf_counter()
     while count < RENDERS_MIN or (count < RENDERS_MAX and time.perf_counter() - start < budget_s):
@@ -72,10 +72,9 @@ def converged(scene: mi.Scene, budget_s: float) -> np.ndarray:
 def difference(rgb: np.ndarray, spectral: np.ndarray) -> dict:
     """Figures of two converged pictures, each given as two halves (2, rows, columns, 3) of linear sRGB.
 
-    `delta_e_mean` and `delta_e_p95` are over pixels, after one exposure for both; `noise_delta_e_mean` is what the mean
-    would be about were there noise alone: the halves of a picture are twice as far from each other as the picture is
-    from its limit. `energy_ratio` is of the sums over pixels and channels, `channel_ratios` of those over pixels; the
-    first of the two pictures over the second.
+    `delta_e_mean` and `delta_e_p95` are over pixels, after one exposure for both. `noise_delta_e_mean` estimates the
+    mean by noise alone: halves of a picture differ twice as much as the picture from its limit. `energy_ratio` is the
+    ratio of sums over pixels and channels, `channel_ratios` of sums over pixels, RGB over spectral.
     """
     exposure = GREY / (spectral.mean(axis=0) @ XYZ_OF_SRGB[1]).mean()
     rgb, spectral = rgb * exposure, spectral * exposure
@@ -97,7 +96,7 @@ def delta_e76(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def lab(linear: np.ndarray) -> np.ndarray:
-    """CIE 1976 L*a*b* of linear sRGB; XYZ below zero, which only noise has, counts as zero."""
+    """CIE 1976 L*a*b* of linear sRGB; negative XYZ, from noise alone, counts as zero."""
     relative = np.maximum(linear @ XYZ_OF_SRGB.T / WHITE, 0)
     # CIE 15:2004, 8.2.1.
     low = (6 / 29) ** 3

@@ -1,4 +1,8 @@
-"""Importance sampling: how evenly it weighs, what it brings to a picture in equal time, and what the BSDF costs."""
+"""The part `sampling`: variance of the sampling weight, errors of pictures in equal time, and the BSDF's cost.
+
+Errors of pictures are relative to a reference with many more samples, drawn by the sampler under test, since no other
+converges within hours. A bias of the sampler would cancel in its own error; tests of the density exclude one.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,7 @@ import time
 import mitsuba as mi
 import numpy as np
 
-from mitsuba_scenes.environment import REPOSITORY, use_variant
+from mitsuba_scenes.environment import use_variant
 from mitsuba_scenes.light import Light
 from mitsuba_scenes.scene import View, snake_scene
 from mitsuba_scenes.skin import KERATIN, preset_skin
@@ -16,7 +20,6 @@ from mitsuba_scenes.snake import snake_files
 from mitsuba_scenes.tool import sunbeam
 
 from . import headline
-from .benchmark_scenes import REFERENCE
 from .cost import REFERENCES, VARIANTS, measure, ratios
 from .hemisphere_sampled import KINDS, hemisphere_sampled
 from .page import images
@@ -25,23 +28,21 @@ from .time_to_error import ERROR, FLOOR, relative_error, seconds_to_error
 from .time_to_error_plot import draw
 
 PAGE = "sampling"
-# What another build of the plugin took: `benches/mitsuba_cost.py --plugin PATH --scenes sphere snake`.
-EARLIER = REPOSITORY / "docs" / "data" / "sampling-earlier.json"
 
 # Surfaces and lights of the pictures.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
 LIGHTS = {"sky": Light(sky=1.0), "sun and sky": Light()}
 VIEW = View(48, 32)
-# Samples a pixel of what is judged, and repetitions.
+# Samples a pixel of the pictures under test, and the number of pictures.
 SPP, REPETITIONS = 64, 5
-# Samples a pixel of the reference; the sun's few bright samples take more of them to settle.
+# Samples a pixel of the reference. With the sun most of the light is in few samples, so more of them are needed.
 REFERENCE_SPP = {"sky": 4096, "sun and sky": 65_536}
 
 
 def figures(
     *words: str, spp: int = SPP, reference_spp: dict[str, int] = REFERENCE_SPP, repetitions: int = REPETITIONS
 ) -> dict:
-    """Asks the sampler for its weights, renders, and times."""
+    """Measures sampling weights, errors of pictures, and times."""
     report = json.loads(sunbeam("bench", "--what", "sampler", *words))
     costs = headline.figures()
     draw(costs["cells"], costs["aim"], round(costs["nominal_pixels"] ** 0.5), images(PAGE) / "time-to-error.svg")
@@ -64,27 +65,12 @@ def figures(
         "floor": FLOOR,
         "pictures": pictures,
         "headline": costs,
-        "earlier": beside(**json.loads(EARLIER.read_text())),
         "costs": [cost(variant, repetitions) for variant in VARIANTS],
     }
 
 
-def beside(cells: list[dict], beside: list[dict], **_: object) -> list[dict]:
-    """Each diffraction of each cell that another build of the plugin was measured in, beside the one that followed it.
-
-    Both were measured on one machine on the same morning, so they are kept together and not measured anew.
-    """
-    of_now = {(cell["scene"], cell["variant"], way["name"]): way for cell in beside for way in cell["ways"]}
-    return [
-        {"scene": cell["scene"], "variant": cell["variant"], "name": way["name"], "before": way, "now": of_now[key]}
-        for cell in cells
-        for way in cell["ways"]
-        if way["name"] != REFERENCE and (key := (cell["scene"], cell["variant"], way["name"])) in of_now
-    ]
-
-
 def by_angle(rows: list[dict]) -> list[dict]:
-    """The worst of all azimuths and wavelengths at each angle of incidence."""
+    """The worst values over azimuths and wavelengths at each angle of incidence."""
     found = []
     for theta in sorted({row["theta_deg"] for row in rows}):
         here = [row for row in rows if row["theta_deg"] == theta]
@@ -94,7 +80,7 @@ def by_angle(rows: list[dict]) -> list[dict]:
 
 
 def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions: int) -> dict:
-    """Errors and times of one picture with each way to sample."""
+    """Errors and times of pictures of one surface in one light, with each way to draw directions."""
     files = snake_files()
     made = mi.load_dict({"type": "diffraction", "eta": KERATIN, "obliquity": "stam", **preset_skin(surface)})
 
@@ -110,7 +96,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
     ways = []
     for name, each in scenes.items():
         for seed in (0, 1):
-            # Compiles the kernels, and once more when the seed first changes.
+            # Kernels are compiled for the first render, and again when the seed first changes.
             render(each, spp, seed)
         runs = [render(each, spp, 2 + i) for i in range(repetitions)]
         errors = [relative_error(image, truth, judged) for image, _ in runs]
@@ -122,7 +108,7 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
                 "error": error,
                 "seconds": seconds,
                 "seconds_to_error": seconds_to_error(seconds, error),
-                # Noise of the mean of all runs alone, were the two the same: a check of the wrapper, not of the noise.
+                # 1 within the noise of the mean of all runs: a check of the wrappers and of the sampler's density.
                 "mean_ratio": float(mean[judged].mean() / truth[judged].mean()),
             }
         )
@@ -130,14 +116,14 @@ def picture(surface: str, light: str, spp: int, reference_spp: int, repetitions:
 
 
 def render(scene: mi.Scene, spp: int, seed: int) -> tuple[np.ndarray, float]:
-    """Linear sRGB, and seconds."""
+    """Linear sRGB, (rows, columns, 3), and seconds."""
     start = time.perf_counter()
     image = np.array(mi.render(scene, spp=spp, seed=seed), dtype=np.float64)[:, :, :3]
     return image, time.perf_counter() - start
 
 
 def cost(variant: str, repetitions: int) -> dict:
-    """Times of the BSDFs beside Mitsuba's own."""
+    """Times of the diffraction BSDFs and of Mitsuba's, and their ratios."""
     use_variant(variant, fall_back=False)
     result = measure(repetitions, View(128, 128), spp=16, max_depth=6)
     against = {reference: ratios(result, reference) for reference in REFERENCES}

@@ -1,4 +1,4 @@
-"""The atomic-force scans of the two skins beside their presets: strips of them, and the sizes of their relief."""
+"""The atomic-force scans of two skins: strips of them, and the sizes of their relief against the presets'."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CROPS, SEED = 400, 20140
 
 
 def scans_present() -> bool:
-    """Whether both scans are there; says so where they are not."""
+    """Whether both scans are present; prints a line if not."""
     missing = [skin for skin in SKINS if not SCANS[skin].exists()]
     if missing:
         folder = SCANS[missing[0]].parent
@@ -26,7 +26,7 @@ def scans_present() -> bool:
 
 
 def read(words: tuple, folder: Path) -> tuple[np.ndarray, float]:
-    """Heights in um, `[iy, ix]`, as they are, and the pixel's edge in um."""
+    """Heights in µm, `[iy, ix]`, without levelling, and the pixel's edge in µm."""
     npy = folder / "heights.npy"
     report = json.loads(sunbeam("height-field", *words, "--level", "none", "-o", npy))
     return np.load(npy), report["pixel_um"][0]
@@ -39,18 +39,18 @@ def scan(skin: str, folder: Path) -> tuple[np.ndarray, float]:
 
 
 def words_of(heights_um: np.ndarray, pixel_um: float, path: Path) -> tuple:
-    """Writes heights and returns the words of the tool that read them."""
+    """Writes heights and returns the command's arguments for them."""
     np.save(path, np.ascontiguousarray(heights_um))
     return ("--height-field", path, "--pixel-size", pixel_um)
 
 
 def strips(heights_um: np.ndarray) -> list[np.ndarray]:
-    """Equal strips, each as long as the scan along x."""
+    """STRIPS equal strips, each as long as the scan along x."""
     return np.array_split(heights_um, STRIPS, axis=0)
 
 
 def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
-    """Highest minus lowest in um; with the plane taken off, the rms height in um and the rms slopes along x and y."""
+    """Peak to valley in µm, and after subtracting a plane the rms height in µm and the rms slopes along x and y."""
     iy, ix = np.indices(heights_um.shape)
     basis = np.stack([np.ones(heights_um.size), ix.ravel(), iy.ravel()], axis=1)
     fitted = basis @ np.linalg.lstsq(basis, heights_um.ravel(), rcond=None)[0]
@@ -64,14 +64,14 @@ def sizes(heights_um: np.ndarray, pixel_um: float) -> dict:
 
 
 def size_rows(folder: Path) -> list[dict]:
-    """Per skin: the scan's sizes, and those of random crops of the preset as large as the scan (mean, 5 and 95 %)."""
+    """For each skin the sizes of the scan and of random crops of the preset of equal size (mean, 5 and 95 %)."""
     rows = []
     for skin in SKINS:
         heights_um, pixel_um = read(("--preset", skin), folder)
         edge = round(CROP_UM / pixel_um)
         random = np.random.default_rng(SEED)
         corners = random.integers(0, heights_um.shape[0], size=(CROPS, 2))
-        # The preset repeats, so a crop may lie over its edge.
+        # The preset repeats, so crops may extend over its edge.
         twice = np.tile(heights_um, (2, 2))
         crops = [sizes(twice[y : y + edge, x : x + edge], pixel_um) for y, x in corners]
         measured = sizes(*scan(skin, folder))

@@ -1,4 +1,4 @@
-"""The page `skins-validity`: the model on measured skins beside Maxwell's equations."""
+"""The part `skins-validity`: the model on measured skins against Maxwell's equations."""
 
 from __future__ import annotations
 
@@ -36,29 +36,29 @@ from .page import images, insist
 from .skin_scans import SKINS, scans_present
 
 PAGE = "skins-validity"
-# Angles of incidence that do not graze.
+# Largest angle of incidence that is not counted as grazing.
 REACH_DEG = 60.0
 plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "sunbeam"})
-# Times that a call with `small_slope` may take by one with `stam`; the times themselves depend on the machine.
+# Largest accepted ratio of the time of a call with `small_slope` to one with `stam`.
 COST_MAX = 1.15
 COLOURS = dict(zip((form.name for form in FORMS), ("k", "tab:blue", "tab:cyan", "tab:orange", "tab:red")))
 
 
 def found(relief: Relief, case: Case, form: Form, judge: list[Answer]) -> list[float]:
-    """The misplaced power of a form of the model, light by light."""
+    """Misplaced power of a form of the model for each light."""
     lights = [(answer.light, answer.jx, answer.jy) for answer in judge]
     powers = efficiencies(relief, complex(case.eta), form, lights)
     return [misplaced(power, answer.unpolarised) for power, answer in zip(powers, judge)]
 
 
 def spread(values: list[float], judge: list[Answer], near: bool) -> dict:
-    """Mean and worst of those lights that come in at up to the reach, or from beyond it."""
+    """Mean and largest value over the lights up to REACH_DEG, or beyond it."""
     chosen = [v for v, answer in zip(values, judge) if (answer.light.theta_deg <= REACH_DEG) == near]
     return {"mean": float(np.mean(chosen)), "worst": float(max(chosen))}
 
 
 def row(case: Case, relief: Relief, judge: list[Answer], forms: tuple[Form, ...]) -> dict:
-    """A crop and how wrong each form of the model is on it."""
+    """A crop's properties, and the errors of each form of the model on it."""
     by_form = {form.name: found(relief, case, form, judge) for form in forms}
     flat = [fresnel(case.eta, answer.light.theta_deg) for answer in judge]
     return {
@@ -91,7 +91,7 @@ def fresnel(eta: float, theta_deg: float) -> float:
 
 
 def over(rows: list[dict], judged: dict, skin: str, form: Form, key) -> dict:
-    """The mean misplaced power of a skin's crops by what `key` takes of a light."""
+    """Mean misplaced power over a skin's crops, grouped by `key` of the light."""
     groups: dict = {}
     for made in rows:
         if made["skin"] == skin:
@@ -101,8 +101,8 @@ def over(rows: list[dict], judged: dict, skin: str, form: Form, key) -> dict:
 
 
 def checks() -> dict:
-    """What the solver is held against that is not itself; largest differences of an order's power."""
-    # One dimension, where the boundary integral of `sunbeam orders` solves the same.
+    """Largest differences of an order's power between the solver and independent results."""
+    # A relief along x alone, against the boundary integral of `sunbeam orders`.
     x = np.arange(33) / 33
     wave = Relief(0.1 * (1 + np.sin(2 * np.pi * x))[None], (1.3, 0.3))
     apart = 0.0
@@ -112,7 +112,7 @@ def checks() -> dict:
         told = json.loads(sunbeam("orders", *words, "--theta-i", theta, "--phi-i", phi, "--json"))
         other = {order["order"]: order["mean"] for order in told["orders"]}
         apart = max(apart, *(abs(v - other[j]) for j, v in zip(own.jx, own.unpolarised)))
-    # Light sent back along its strongest other order.
+    # Reciprocity: light returned along its strongest other order.
     relief, light = synthetic(), Light(550.0, 40.0, 35.0)
     there = solve(relief, 550.0, light.theta_deg, light.phi_deg, KERATIN)
     strongest = int(np.argmax(there.unpolarised * ((there.jx != 0) | (there.jy != 0))))
@@ -126,7 +126,7 @@ def checks() -> dict:
 
 
 def cost() -> list[dict]:
-    """What calls of the BSDF take with `small_slope` by what they take with `stam`, in keratin."""
+    """Time of BSDF calls with `small_slope` relative to `stam`, in keratin."""
     rows = []
     for variant in VARIANTS:
         use_variant(variant, fall_back=False)
@@ -136,13 +136,13 @@ def cost() -> list[dict]:
             ns = {call: call_ns(bsdfs, call) for call in CALLS}
             ratios = {call: float(ns[call]["small_slope"] / ns[call]["stam"]) for call in CALLS}
             rows.append({"variant": variant, "relief": relief, "ratios": ratios})
-    # Single ratios have the clock's noise.
+    # The mean, since single ratios are noisy.
     insist(PAGE, np.mean([list(row["ratios"].values()) for row in rows]) <= COST_MAX, "small_slope costs about as much")
     return rows
 
 
 def figures() -> dict | None:
-    """Every figure of the page, or `None` without the scans; its plot is written beside it."""
+    """All numbers of the part, or `None` without the scans; writes its plot."""
     if not scans_present():
         return None
     judged = answers("skins")
@@ -197,7 +197,7 @@ def figures() -> dict | None:
 
 
 def draw(path, skins: list[dict]) -> None:
-    """The misplaced power against the angle of incidence, means over crops, wavelengths and azimuths."""
+    """Draws misplaced power against the angle of incidence, means over crops, wavelengths and azimuths."""
     figure, axes = plt.subplots(1, len(skins), figsize=(9, 3.6), sharey=True)
     for ax, made in zip(axes, skins):
         for name, colour in COLOURS.items():

@@ -1,84 +1,134 @@
-"""The page `slits`: gratings of N slits, and the drawings that explain angles, orders and maps."""
+"""The part `slits`: intensity and colours behind N equal slits, figures 1.4 and 1.5 of Single 2014.
+
+Symbols: N slits of width a, d apart, in light of wavelength λ; `sine` is the sine of the angle to the grating's normal.
+Relative intensity in the far field, 1 where all waves are in phase:
+
+    I = (sin Nx / (N sin x))² · (sin β / β)²,   x = π d·sine/λ,   β = π a·sine/λ.
+
+The drawings of figures 1.2, 1.3, 1.6, 1.7 and 2.1 in docs/images/slits are kept as files; `tests/test_slits.py` checks
+their angles.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib
+import mitsuba as mi
 import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
 
-from mitsuba_scenes.picture import PictureError
-
-from . import slits_drawings, slits_space
-from .page import images
-from .slits_intensity import (
-    SAMPLES,
-    Slits,
-    direct_amplitude,
-    first_order_sine,
-    first_zero_sine,
-    full_width_sine,
-    limit_of_width,
-    on_bare_screen,
-    place_mm,
-    relative_intensity,
-    sine_of,
-)
-from .slits_patterns import (
-    CLOSE_MM,
-    COLOURED_MM,
-    COLOURED_NM,
-    COUNTS,
-    DISTANCE_MM,
-    PLOTTED_NM,
-    THEIRS_PLOTTED,
-    WIDE_MM,
-    coloured,
-    plotted,
-)
+from .page import images, insist
 
 PAGE = "slits"
-# From how many slits on the width should go as 1/N, how far the exponent may be off, and the last width in its limit.
-FITTED_FROM, EXPONENT_OFF, WIDTH_OFF = 5, 0.02, 1e-3
-# How far a bare screen may stray from the far field where the page says that it hardly does, and how far it must where
-# the page says that it does.
-NEAR, FAR = 0.05, 0.1
-# Places within WIDE_MM at which intensities are compared.
-PLACES = 2001
-# How far the division of the slits into parts may move a relative intensity.
-SAMPLED_TO = 1 / (3 * SAMPLES**2)
+# Slits of figure 1.5, and those shown beside them.
+THEIRS, COUNTS = (1, 2, 3), (1, 2, 3, 5, 7, 10, 50)
+# Distance of the screen, given with figure 1.5.
+DISTANCE_MM = 500.0
+# Wavelength of figure 1.5, and the green line of figure 1.4, which gives none.
+PLOTTED_NM, COLOURED_NM = 500.0, 550.0
+# Half widths of the screen: of the colour strips, and of the wide and the close graph.
+COLOURED_MM, WIDE_MM, CLOSE_MM = 6.5, 30.0, 2.0
+# Columns of the colour strips, and sine values averaged in each: a peak of 50 slits is three columns wide.
+COLUMNS, PER_COLUMN = 1300, 4
+# Wavelength step of the colour sums; order 3 of 50 slits is 4 nm wide.
+COLOUR_STEP_NM = 1.0
+# The fit of width against N begins here; the exponent may differ from -1 by so much.
+FITTED_FROM, EXPONENT_TOLERANCE = 5, 0.02
+
+
+@dataclass(frozen=True)
+class Slits:
+    """A number of slits of one width, their centres `spacing_um` apart; figure 1.5 gives the defaults."""
+
+    count: int
+    width_um: float = 30.0
+    spacing_um: float = 150.0
+
+    @property
+    def extent_um(self) -> float:
+        """N d, or the width of a single slit."""
+        return self.count * self.spacing_um if self.count > 1 else self.width_um
+
+
+def relative_intensity(slits: Slits, sine, wavelength_nm) -> np.ndarray:
+    """I of the module's formula; arguments broadcast."""
+    turns = slits.spacing_um * np.asarray(sine) / (np.asarray(wavelength_nm) / 1e3)
+    # The array factor repeats with every order, so x is reduced to the nearest order for the sake of its digits.
+    x = np.pi * (turns - np.round(turns))
+    array = np.ones_like(x)
+    off_order = np.abs(x) > 1e-9
+    array[off_order] = np.sin(slits.count * x[off_order]) / (slits.count * np.sin(x[off_order]))
+    return (array * np.sinc(turns * slits.width_um / slits.spacing_um)) ** 2
+
+
+def full_width(slits: Slits, wavelength_nm: float) -> float:
+    """Full width at half maximum of order 0, in units of λ/(N d) (of λ/a for one slit)."""
+    unit = wavelength_nm / 1e3 / slits.extent_um
+    return width_at_half(lambda t: float(relative_intensity(slits, np.array([t * unit]), wavelength_nm)[0]))
+
+
+def limit_of_width() -> float:
+    """Full width at half maximum of (sin πt / πt)²: the limit of `full_width` for many slits."""
+    return width_at_half(lambda t: float(np.sinc(t)) ** 2)
+
+
+def width_at_half(peak: Callable[[float], float]) -> float:
+    """Full width at half maximum of an even function that falls from 1 at 0 to 0 at 1, by bisection."""
+    low, high = 0.0, 1.0
+    for _ in range(50):
+        middle = (low + high) / 2
+        low, high = (middle, high) if peak(middle) > 0.5 else (low, middle)
+    return low + high
+
+
+def colour_weights() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths in nm, (W,), and weights (W, 3) from relative intensities of D65 to linear sRGB; columns sum to 1."""
+    before = mi.variant()
+    mi.set_variant("scalar_rgb")
+    try:
+        wavelengths_nm = np.arange(380.0, 780.0 + COLOUR_STEP_NM, COLOUR_STEP_NM)
+        weights = np.array(
+            [np.array(mi.xyz_to_srgb(mi.cie1931_xyz(nm) * mi.cie_d65(nm))) for nm in map(float, wavelengths_nm)],
+            dtype=np.float64,
+        )
+    finally:
+        if before:
+            mi.set_variant(before)
+    return wavelengths_nm, weights / weights.sum(axis=0)
+
+
+def white_light(slits: Slits, sine, weights: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+    """Linear sRGB of D65 behind the slits, (len(sine), 3).
+
+    The slits pass the same power at all wavelengths and spread it over widths ∝ λ, so intensities carry a factor 1/λ,
+    which is 1 at 550 nm here.
+    """
+    wavelengths_nm, rgb = weights
+    seen = relative_intensity(slits, np.asarray(sine)[:, None], wavelengths_nm)
+    return (seen * (COLOURED_NM / wavelengths_nm)) @ rgb
 
 
 def figures() -> dict:
-    """Draws the figures; returns the angles of the drawings, and what was measured on the intensities by count."""
+    """Draws both figures; returns sizes, widths by number of slits, and the colour of white light's centre."""
     folder = images(PAGE)
-    drawn = {
-        "screen": slits_drawings.slits_and_screen(folder / "slits-and-screen.svg"),
-        "orders": slits_drawings.reflected_orders(folder / "orders.svg"),
-        "paths": slits_drawings.groove_paths(folder / "groove-paths.svg"),
-        "plane": slits_space.incident_plane(folder / "incident-plane.svg"),
-        "map_orders": slits_space.map_coordinates(folder / "map-coordinates.svg"),
-    }
-    plotted(folder / "intensity.svg")
-    centre = coloured(folder / "patterns.png")
-    rows = [measured(Slits(count)) for count in COUNTS]
-    exponent = fitted_exponent(rows)
-    check(rows, exponent)
+    draw_intensity(folder / "intensity.svg")
+    centre = draw_colours(folder / "patterns.png")
+    widths = [full_width(Slits(count), PLOTTED_NM) for count in COUNTS]
+    rows = [row(Slits(count), width) for count, width in zip(COUNTS, widths)]
+    fitted = [row for row in rows if row["count"] >= FITTED_FROM]
+    logs = (np.log([row[key] for row in fitted]) for key in ("count", "width_mm"))
+    exponent = float(np.polyfit(*logs, 1)[0])
+    insist(PAGE, abs(exponent + 1) < EXPONENT_TOLERANCE, "widths go as 1/N")
     return {
-        "drawings": drawn,
-        "drawn_nm": slits_drawings.WAVELENGTH_NM,
-        "fan_nm": [slits_drawings.FAN_NM[0], slits_drawings.FAN_NM[-1]],
-        "slits_nm": slits_drawings.SLITS_NM,
-        "grooves_nm": slits_drawings.GROOVES_NM,
-        "orders_theta_i_deg": slits_drawings.ORDERS_THETA_I_DEG,
-        "map_theta_i_deg": slits_space.MAP_THETA_I_DEG,
         "width_um": Slits(1).width_um,
         "spacing_um": Slits(1).spacing_um,
         "distance_mm": DISTANCE_MM,
         "plotted_nm": PLOTTED_NM,
         "coloured_nm": COLOURED_NM,
-        "coloured_mm": COLOURED_MM,
-        "close_mm": CLOSE_MM,
-        "wide_mm": WIDE_MM,
-        "samples": SAMPLES,
-        "sampled_to": SAMPLED_TO,
         "rows": rows,
         "fitted_from": FITTED_FROM,
         "exponent": exponent,
@@ -87,46 +137,65 @@ def figures() -> dict:
     }
 
 
-def measured(slits: Slits) -> dict:
-    """What is told of so many slits: zeros and widths in mm on the screen, and differences of relative intensity."""
-    x_mm = np.linspace(-WIDE_MM, WIDE_MM, PLACES)
-    closed = relative_intensity(slits, sine_of(x_mm, DISTANCE_MM), PLOTTED_NM)
-    direct = np.abs(direct_amplitude(slits, sine_of(x_mm, DISTANCE_MM), PLOTTED_NM)) ** 2
-    width = full_width_sine(slits, PLOTTED_NM)
-    unit = slits.zero_sine(PLOTTED_NM)
-    order_mm = place_mm(PLOTTED_NM / 1e3 / slits.spacing_um, DISTANCE_MM)
+def row(slits: Slits, width: float) -> dict:
+    """A row of the table: lengths on the screen, and (N d)²/λ, the distance that a far field needs many times over."""
+    zero = PLOTTED_NM / 1e3 / slits.extent_um
     return {
         "count": slits.count,
-        "direct_difference": float(np.abs(closed - direct).max()),
-        "expected_zero_mm": place_mm(unit, DISTANCE_MM),
-        "zero_mm": place_mm(first_zero_sine(slits, PLOTTED_NM), DISTANCE_MM),
-        "width_mm": 2 * place_mm(width / 2, DISTANCE_MM),
-        "width_in_zeros": width / unit,
-        "first_order_off_mm": place_mm(first_order_sine(slits, PLOTTED_NM), DISTANCE_MM) - order_mm,
-        "far_field_mm": slits.far_field_mm(PLOTTED_NM),
-        "bare_difference": float(np.abs(closed - on_bare_screen(slits, x_mm, DISTANCE_MM, PLOTTED_NM)).max()),
+        "zero_mm": DISTANCE_MM * zero / np.sqrt(1 - zero**2),
+        "width_mm": DISTANCE_MM * width * zero,
+        "width_in_zeros": width,
+        "far_field_mm": slits.extent_um**2 / PLOTTED_NM,
     }
 
 
-def fitted_exponent(rows: list[dict]) -> float:
-    """The power of N that the widths go as, from `FITTED_FROM` slits on."""
-    kept = [row for row in rows if row["count"] >= FITTED_FROM]
-    counts, widths = [row["count"] for row in kept], [row["width_mm"] for row in kept]
-    return float(np.polyfit(np.log(counts), np.log(widths), 1)[0])
+def sine_of(x_mm) -> np.ndarray:
+    """Sine of the angle at which a point of the screen is seen from the middle of the grating."""
+    return np.asarray(x_mm) / np.hypot(x_mm, DISTANCE_MM)
 
 
-def check(rows: list[dict], exponent: float) -> None:
-    """Fails where a sentence of the page would be untrue of its numbers."""
-    for row in rows:
-        if row["direct_difference"] > 1.1 * SAMPLED_TO:
-            raise PictureError(f"{row['count']} slits: the closed form is off by {row['direct_difference']:.1e}")
-        if abs(row["zero_mm"] / row["expected_zero_mm"] - 1) > 1e-6:
-            raise PictureError(f"{row['count']} slits: the first zero is at {row['zero_mm']} mm")
-    if abs(exponent + 1) > EXPONENT_OFF:
-        raise PictureError(f"widths go as N to the power {exponent}")
-    if abs(rows[-1]["width_in_zeros"] / limit_of_width() - 1) > WIDTH_OFF:
-        raise PictureError(f"the width of {rows[-1]['count']} slits is {rows[-1]['width_in_zeros']} zeros")
-    for row in rows:
-        few, strays = row["count"] in THEIRS_PLOTTED, row["bare_difference"]
-        if strays > NEAR if few else strays < FAR:
-            raise PictureError(f"{row['count']} slits: a bare screen strays by {strays}")
+def draw_intensity(path: Path) -> None:
+    """Figure 1.5: relative intensity against position, three counts over a wide range and all of them about order 0."""
+    figure = Figure(figsize=(11, 7.2), layout="constrained")
+    wide, close = figure.subplots(2, 1)
+    colours = ("0.4", "tab:blue", "tab:green", "tab:olive", "tab:orange", "tab:red", "black")
+    for ax, counts, half_mm in ((wide, THEIRS, WIDE_MM), (close, COUNTS, CLOSE_MM)):
+        x_mm = np.linspace(-half_mm, half_mm, 2401)
+        for count, colour in zip(counts, colours):
+            seen = relative_intensity(Slits(count), sine_of(x_mm), PLOTTED_NM)
+            ax.plot(x_mm, seen, label=f"N = {count}", color=colour, lw=1.1, ls="--" if count == 1 else "-")
+        ax.set(xlim=(-half_mm, half_mm), ylim=(0, 1.03), ylabel="relative intensity")
+        ax.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    wide.xaxis.set_major_locator(MultipleLocator(5))
+    close.set_xlabel(f"position on the screen / mm, {DISTANCE_MM:g} mm away")
+    # Text as outlines, and identical files from identical figures.
+    with matplotlib.rc_context({"svg.fonttype": "path", "svg.hashsalt": "sunbeam"}):
+        figure.savefig(path, metadata={"Date": None})
+
+
+def draw_colours(path: Path) -> list[float]:
+    """Figure 1.4: strips of green (above) and white light (below) for each count; returns white's centre."""
+    weights = wavelengths_nm, rgb = colour_weights()
+    line = np.maximum(rgb[np.abs(wavelengths_nm - COLOURED_NM).argmin()], 0)
+    count = COLUMNS * PER_COLUMN
+    sine = sine_of(((np.arange(count) + 0.5) / count * 2 - 1) * COLOURED_MM).reshape(COLUMNS, PER_COLUMN)
+    centre = white_light(Slits(1), [0.0], weights)[0]
+    figure = Figure(figsize=(10, 8.4), layout="constrained")
+    panels = figure.subplots(len(COUNTS), 1, sharex=True)
+    for ax, count in zip(panels, COUNTS):
+        green = relative_intensity(Slits(count), sine, COLOURED_NM).mean(axis=1)[:, None] * line / line.max()
+        white = np.mean([white_light(Slits(count), part, weights) for part in sine.T], axis=0) / centre.max()
+        for strip, (low, high) in ((green, (0.04, 1)), (white, (-1, -0.04))):
+            extent = (-COLOURED_MM, COLOURED_MM, low, high)
+            ax.imshow(srgb(strip)[None], extent=extent, aspect="auto", interpolation="nearest")
+        ax.set(facecolor="black", ylim=(-1, 1), yticks=[])
+        ax.set_ylabel(f"N = {count}", rotation=0, ha="right", va="center", fontsize=11)
+    panels[-1].set_xlabel(f"position on the screen / mm, {DISTANCE_MM:g} mm away")
+    figure.savefig(path, dpi=150, metadata={"Software": None})
+    return [float(value) for value in centre]
+
+
+def srgb(linear: np.ndarray) -> np.ndarray:
+    """Linear sRGB encoded for the screen, clipped to 0 … 1."""
+    linear = np.clip(linear, 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

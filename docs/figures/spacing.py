@@ -1,4 +1,4 @@
-"""The spacing of a grating from the angles at which its colours are brightest, and pictures of the response."""
+"""The spacing of a grating from its peak angles by `sunbeam evaluate`, and pictures of the response."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from matplotlib.figure import Figure
 from mitsuba_scenes.tool import sunbeam
 
 THETA_I_DEG = 75
-# Free parameters: Single 2014's text gives no steps.
+# Steps in nm and degrees; Single 2014 gives none.
 WAVELENGTH_STEP_NM, ANGLE_STEP_DEG = 1, 0.01
-# A scan of 6.5 um has peaks of some degrees, and the direct sum takes long.
+# Coarser steps for scans, whose peaks are some degrees wide and whose direct sum is slow.
 SCAN_WAVELENGTH_STEP_NM, SCAN_ANGLE_STEP_DEG = 5, 0.1
-# Cells of a picture along wavelength and angle; each shows the largest value in it, so that narrow lines stay.
+# Cells of a picture along wavelength and angle; each shows its largest value, which keeps narrow lines visible.
 CELLS = (200, 250)
 
 
 @dataclass(frozen=True)
 class Relief:
-    """A surface as words of the tool, and the angles of view in degrees among which its peaks are looked for."""
+    """A surface as arguments of the command, and the range of angles of view in degrees for its peaks."""
 
     name: str
     words: tuple
     angles_deg: tuple[float, float]
-    # The spacing in nm that is known by construction, where there is one.
+    # The spacing in nm by construction, if known.
     exact_nm: float | None = None
-    # The spacings in nm among which a scan's is looked for.
+    # The search range of a scan's spacing in nm.
     between_nm: tuple[float, float] | None = None
 
 
@@ -48,7 +48,7 @@ class Found:
         return np.asarray(self.report["wavelengths_nm"]) / sines
 
     def between(self, least_nm: float, greatest_nm: float) -> Found:
-        """The same with the peaks looked for between two spacings, which leaves out the side lobes of order zero."""
+        """A copy with peaks between two spacings alone, which excludes side lobes of order 0."""
         nm = np.asarray(self.report["wavelengths_nm"])
         angles_deg = self.report["angles_deg"][0] + self.report["angle_step_deg"] * np.arange(self.response.shape[1])
         spacings = nm[:, None] / (np.sin(np.radians(THETA_I_DEG)) + np.sin(np.radians(angles_deg)))
@@ -64,7 +64,7 @@ class Found:
 
 
 def evaluate(relief: Relief, *method: str | float, steps=(WAVELENGTH_STEP_NM, ANGLE_STEP_DEG)) -> Found:
-    """What a method finds; `method` are the words of the tool that choose it."""
+    """Evaluates a method, given by the command's arguments for it."""
     low, high = relief.angles_deg
     words = ["evaluate", "--theta-i", THETA_I_DEG, f"--angles={low},{high}", *relief.words, *method]
     words += ["--wavelength-step", steps[0], "--angle-step", steps[1]]
@@ -74,21 +74,21 @@ def evaluate(relief: Relief, *method: str | float, steps=(WAVELENGTH_STEP_NM, AN
 
 
 def evaluate_scan(relief: Relief) -> Found:
-    """What the direct sum finds of a scan that does not repeat: one window, in the middle of the scan."""
+    """Evaluates the direct sum on a scan that does not repeat, with one window in its middle."""
     words = ("--method", "exact", "--model", "patch", "--tiling", "aperiodic", "--no-cache")
     found = evaluate(relief, *words, steps=(SCAN_WAVELENGTH_STEP_NM, SCAN_ANGLE_STEP_DEG))
     return found.between(*relief.between_nm) if relief.between_nm else found
 
 
 def rounding_nm2(found: Found) -> float:
-    """The variance in nm² of the spacing that the rounding of angles to their grid makes by itself."""
+    """Variance in nm² of the spacing by rounding of angles to their grid alone."""
     theta_i, theta_r = np.radians(THETA_I_DEG), np.radians(found.report["peaks_deg"])
     slope = found.report["wavelengths_nm"] * np.cos(theta_r) / (np.sin(theta_i) + np.sin(theta_r)) ** 2
     return float(np.mean(slope**2) * np.radians(found.report["angle_step_deg"]) ** 2 / 12)
 
 
 def largest_in_cells(response: np.ndarray, cells: tuple[int, int]) -> np.ndarray:
-    """The largest value in each of at most so many cells along both axes."""
+    """The largest value in each of at most `cells` cells along both axes."""
     for axis, count in enumerate(cells):
         starts = np.unique(np.linspace(0, response.shape[axis], count, endpoint=False).astype(int))
         response = np.maximum.reduceat(response, starts, axis=axis)
@@ -96,9 +96,9 @@ def largest_in_cells(response: np.ndarray, cells: tuple[int, int]) -> np.ndarray
 
 
 def draw_panel(ax, title: str, relief: Relief, found: Found) -> None:
-    """One response as Single 2014 draws it: green low, yellow high, the peaks red, the grating equation blue.
+    """Draws a response as in Single 2014: green low, yellow high, peaks red, the grating equation blue.
 
-    Shown is the square root of the response, relative to its largest value: the root brings up the weak ridges.
+    The square root of the response, relative to its largest value, makes weak ridges visible.
     """
     nm, (low, high) = np.asarray(found.report["wavelengths_nm"]), found.report["angles_deg"]
     shown = np.sqrt(largest_in_cells(found.response / found.response.max(), CELLS))
@@ -116,7 +116,7 @@ def draw_panel(ax, title: str, relief: Relief, found: Found) -> None:
 
 
 def draw(path: Path, panels: list[list[tuple[str, Relief, Found] | None]]) -> None:
-    """Rows of panels, a place left empty where there is none."""
+    """Draws rows of panels; `None` leaves a panel empty."""
     rows, columns = len(panels), len(panels[0])
     figure = Figure(figsize=(3.9 * columns, 3.3 * rows), layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)

@@ -1,4 +1,4 @@
-"""Speed against error of every method: what `sunbeam bench` measures, on the presets and on a measured scan."""
+"""The part `speed-error`: time and error of every method by `sunbeam bench`, on presets and a scan."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from mitsuba_scenes.tool import sunbeam
 from .page import images
 
 PAGE = "speed-error"
-# An eye just notices a difference of 1.
+# Limits of ΔE2000 for which the fastest settings are listed; an eye just notices 1.
 DELTA_E_LIMITS = (10.0, 3.0, 1.0, 0.5, 0.1, 0.01)
 
 
 def figures(scan: Path = SCAN, *words: str) -> dict:
-    """Runs the benchmark on the presets, and on the scan where it is present."""
+    """Runs the benchmark on the presets, and on the scan if present."""
     folder = images(PAGE)
     report = measured("--plot", folder / "presets.svg", *words)
     surfaces = report["surfaces"]
@@ -44,7 +44,7 @@ def measured(*words) -> dict:
 
 
 def surface_figures(surface: dict) -> dict:
-    """The entries of one surface, and what follows from them."""
+    """The entries of one surface, with labels, selections and fastest settings."""
     entries = [entry_figures(entry) for entry in surface["entries"]]
     return {
         "name": surface["name"],
@@ -77,7 +77,7 @@ def entry_figures(entry: dict) -> dict:
         "model": entry["model"],
         "parameters": parameters,
         "label": label(entry),
-        # What is the same at every step between wavelengths.
+        # Equal for entries that differ in the wavelength step alone.
         "group": [str(value) for name, value in sorted(parameters.items()) if name != "lambda_step_nm"],
         "is_default": entry["is_default"],
         "mb": rounded(entry["bytes"] / 1e6),
@@ -93,11 +93,11 @@ def entry_figures(entry: dict) -> dict:
 
 
 def label(entry: dict) -> str:
-    """The parameters in words."""
+    """The method and its parameters as text."""
     words = []
     for name, value in entry["parameters"].items():
         if name == "lambda_step_nm":
-            words.append(f"{value:g} nm" if isinstance(value, (int, float)) else f"{value} steps")
+            words.append(f"{value:g} nm")
         elif name == "terms":
             words.append(f"{value} terms")
         elif name == "neighbourhood":
@@ -129,13 +129,13 @@ def default_group(entries: list[dict], method: str) -> list[str]:
 
 
 def fastest(entries: list[dict], limit: float) -> dict | None:
-    """The fastest on the CPU of those that keep 99 of 100 directions within the limit."""
+    """The fastest entry on the CPU that keeps 99 % of the directions within the limit."""
     good = [entry for entry in entries if entry["delta_e_p99"] <= limit]
     return min(good, key=lambda entry: entry["cpu_us"], default=None)
 
 
 def processor() -> str:
-    """The model of the CPU, where the system says it."""
+    """The model of the CPU, as far as the system names it."""
     file = Path("/proc/cpuinfo")
     lines = file.read_text().splitlines() if file.exists() else []
     return next((line.split(":", 1)[1].strip() for line in lines if line.startswith("model name")), "unknown CPU")

@@ -1,4 +1,4 @@
-"""Numerical stability: errors as the relief grows deep and directions graze, and random questions."""
+"""The part `stability`: errors for deep reliefs and grazing directions, and random evaluations."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from .page import images
 from .questions import questions
 
 PAGE = "stability"
-# Questions in Mitsuba, and surfaces that they are put to.
+# Numbers of evaluations and of surfaces in Mitsuba.
 QUESTIONS, QUICK_QUESTIONS = (10_000_000, 100), (20_000, 2)
-# Where errors above are drawn: no digit of an amplitude, at most 1, is left.
+# Position of larger errors in the plot; amplitudes are at most 1.
 LOST = 10.0
-# Curves over κH: key, words, colour and dashes.
+# Curves over κH: key, label, colour and line style.
 SERIES = (
     ("taylor_f32", "Taylor, single precision", "tab:red", "-"),
     ("taylor_f64", "Taylor, double precision", "tab:red", "--"),
@@ -75,7 +75,7 @@ def draw_grazing(surfaces: list[dict], file: Path) -> None:
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
     for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):
         points = surface["points"]
-        # The distance from the horizon, so that the last degrees have room.
+        # Angle from the horizon, on a logarithmic axis.
         angles = [90 - point["theta_deg"] for point in points]
         errors = [max(point["error_p99"], 1e-12) for point in points]
         axes[0].plot(angles, errors, color=colour, marker=".", label=surface["name"])
@@ -94,7 +94,7 @@ def draw_grazing(surfaces: list[dict], file: Path) -> None:
 
 
 def save(figure: plt.Figure, file: Path) -> None:
-    """As SVG, the same bytes for the same numbers."""
+    """Writes an SVG that is identical for identical numbers."""
     figure.tight_layout()
     with matplotlib.rc_context({"svg.hashsalt": file.stem}):
         figure.savefig(file, metadata={"Date": None})

@@ -1,4 +1,4 @@
-"""Stam's model as GPU Gems has it beside FLSS, in BRDF maps at normal incidence: where colours peak, and symmetry."""
+"""Stam's shader of GPU Gems and FLSS in BRDF maps at normal incidence: peak angles and symmetry."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from mitsuba_scenes.tool import sunbeam
 from .appearance import read_exr
 from .rgb_against_spectral import XYZ_OF_SRGB
 
-# Odd, so that the middle row of a map is the plane of x.
+# Sides of the maps in pixels, odd, so that the middle row is the plane of x.
 PEAKS_SIZE, SYMMETRY_SIZE = 401, 101
 CHANNELS = ("red", "green", "blue")
-# Tops of the three bumps of GPU Gems in um, and the light that makes up an order there and in FLSS.
+# Centres in µm of GPU Gems' three bumps, and the range of wavelengths of an order there and in FLSS.
 GEMS_TOPS_UM, GEMS_RANGE_UM, FLSS_RANGE_UM = (0.875, 0.75, 0.625), (0.5, 1.0), (0.38, 0.78)
 GEMS = {"method": "stam", "stam_form": "gems"}
 FLSS = {"method": "flss", "backend": "gpu"}
@@ -24,7 +24,7 @@ FLSS = {"method": "flss", "backend": "gpu"}
 
 @dataclass(frozen=True)
 class Peaks:
-    """Where the first order is brightest in each channel: sines of the angles with the normal."""
+    """Peaks of the first order in each channel, as sines of the angle with the normal."""
 
     sines: tuple[float, ...]
 
@@ -34,14 +34,14 @@ class Peaks:
 
 
 def brdf_map(folder: Path, skin: dict, size: int, options: dict) -> np.ndarray:
-    """The map of a surface at normal incidence, linear sRGB, (rows, columns, 3) from the top down."""
+    """The map of a surface at normal incidence in linear sRGB, (rows, columns, 3) from the top down."""
     exr = folder / "map.exr"
     sunbeam("brdf-map", "-o", exr, "--size", size, *surface_words({**skin, **options}))
     return read_exr(exr).astype(np.float64)
 
 
 def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) -> Peaks:
-    """The peaks of the first order of a spacing in the middle row, whose light is of this range of wavelengths."""
+    """Peaks in the middle row of the first order of a spacing, for light in the range `range_um`."""
     size = len(pixels)
     row, sine = pixels[size // 2], (np.arange(size) + 0.5) * 2 / size - 1
     first = np.flatnonzero((sine > range_um[0] / spacing_um) & (sine < range_um[1] / spacing_um))
@@ -49,7 +49,7 @@ def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) 
     for channel in range(3):
         top = first[np.argmax(row[first, channel])]
         before, at, after = row[top - 1 : top + 2, channel]
-        # The vertex of the parabola through three pixels.
+        # Vertex of the parabola through three pixels.
         shift = 0.5 * (before - after) / (before - 2 * at + after)
         found.append(float(sine[top] + shift * 2 / size))
     return Peaks(tuple(found))
@@ -58,8 +58,8 @@ def peaks(pixels: np.ndarray, spacing_um: float, range_um: tuple[float, float]) 
 def disc_peaks(folder: Path, spacing_um: float, demo_um: float) -> dict:
     """The first order of the disc's tracks in FLSS, and in GPU Gems' form at three spacings.
 
-    They are the tracks' own, that of a public demonstration, and the one that puts the channels on average where FLSS
-    has them. `largest_off_deg` is over channels.
+    The spacings are the tracks', that of a public demonstration, and the one that fits the mean of FLSS's channels.
+    `largest_off_deg` is the largest difference over channels.
     """
     skin = {"preset": "cd"}
     flss = peaks(brdf_map(folder, skin, PEAKS_SIZE, FLSS), spacing_um, FLSS_RANGE_UM)

@@ -1,4 +1,4 @@
-"""Pictures of a surface drawn by the realtime renderer or path-traced, put together into sheets."""
+"""Pictures by the realtime renderer or path-traced, on sheets with captions."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from mitsuba_scenes.tool import sunbeam
 from .disc import write_disc
 
 SNAKE = View(240, 160)
-# Rays along each side of a pixel on the GPU, samples a pixel in Mitsuba: two passes of a square number each.
+# Rays along each side of a pixel on the GPU, and samples a pixel in Mitsuba, two passes of a square number each.
 SUPERSAMPLE, SPP = 2, 72
-# As on the demonstration's pictures, without the sky, which the realtime renderer lacks.
+# The demo's sun without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky=0)
-# Of the mesh: 1 has about the faces that Single 2014 counts; the scenes of Mitsuba have four times the cells each way.
+# Resolution of the snake's mesh: 1 has about as many faces as Single 2014's.
 RESOLUTION = 1.0
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
 
@@ -36,7 +36,7 @@ ALUMINIUM = {"eta": 1.0, "k": 6.9}
 class Shot:
     """A picture: on the GPU by a method with its `options`, or path-traced (`method` None).
 
-    `mark` draws onto the picture for the sheet, and is no part of what is compared.
+    `mark` draws onto the picture of the sheet; comparisons use the picture without it.
     """
 
     caption: str
@@ -50,13 +50,13 @@ class Shot:
     mark: Callable[[Image.Image], None] | None = None
 
     def scene(self, method: str | None = None) -> str:
-        """What is drawn, without words and marks, by this method; equal for equal pictures."""
+        """A key that is equal for equal pictures, without caption and mark, by this method."""
         return repr(replace(self, caption="", method=method, mark=None))
 
 
 @dataclass
 class Sheet:
-    """Rows of pictures that belong together."""
+    """Rows of shots for one picture file."""
 
     name: str
     title: str
@@ -66,12 +66,12 @@ class Sheet:
 
 
 def both(shots: list[Shot]) -> list[list[Shot]]:
-    """The row as it is, and path-traced below."""
+    """A row of shots, and below it the same shots path-traced."""
     return [shots, [replace(shot, caption="Mitsuba", method=None) for shot in shots]]
 
 
 class Studio:
-    """Draws shots into a folder, each once. `adapter` names the GPU once something was drawn on it.
+    """Draws shots into a folder, each once. `adapter` is the GPU's name after the first picture on it.
 
     `supersample` is the number of rays along each side of a pixel on the GPU.
     """
@@ -86,11 +86,11 @@ class Studio:
         self._masks: dict[str, Path] = {}
 
     def shoot(self, shot: Shot) -> tuple[Path, Path, float]:
-        """The picture as EXR and as PNG, and the seconds it took without what is built only once."""
+        """The picture as EXR and as PNG, and its seconds without the building of tables."""
         key = shot.scene(shot.method)
         if key not in self._taken:
             exr = self.folder / f"{len(self._taken)}.exr"
-            # The published pictures have Stam's factor.
+            # Stam's obliquity factor, as in Single 2014.
             optics = ALUMINIUM if shot.disc else {"eta": KERATIN, "obliquity": "stam"}
             take = self._trace if shot.method is None else self._draw
             seconds = take(shot, self._files(shot), optics, exr)
@@ -113,7 +113,7 @@ class Studio:
         return self.disc if shot.disc else self.snake
 
     def _trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        # The realtime renderer scales no energy.
+        # Without energy conservation, as the realtime renderer.
         skin = {**shot.skin, **optics, "conserve_energy": False}
         bsdf = skin_bsdf(skin, files.pigment) if shot.pigment else {"type": "diffraction", **skin}
         result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=2)
@@ -130,15 +130,15 @@ class Studio:
         words += [] if shot.pigment else ["--blend", "none"]
         asked = {**shot.skin, **optics, **shot.options}
         if shot.options.get("stam_form") == "gems":
-            asked.pop("obliquity", None)  # It has no effect there, and is refused.
+            asked.pop("obliquity", None)  # An obliquity factor has no effect on this form and is refused.
         report = json.loads(sunbeam(*words, *realtime.surface_words(asked)))
-        # Without the driver's version.
+        # The adapter's name without the driver's version.
         self.adapter = report["adapter"].split(" (")[0]
         return report["gpu_ms"] / 1e3
 
 
 def view_words(view: View) -> list:
-    """The arguments of `sunbeam render` for a size and a camera."""
+    """The arguments of `sunbeam render` for size and camera."""
     words = ["--size", f"{view.width}x{view.height}", "--fov", view.fov_deg]
     for name, place in (("origin", view.origin_cm), ("target", view.target_cm)):
         words += [f"--camera-{name}", ",".join(map(str, place))]
@@ -146,14 +146,14 @@ def view_words(view: View) -> list:
 
 
 def told(seconds: float) -> str:
-    """Seconds to two digits, those before the point all told."""
+    """Seconds with two significant digits, and all digits before the point."""
     return f"{seconds:.0f} s" if seconds >= 10 else f"{seconds:.2g} s"
 
 
 def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -> dict:
-    """Writes the sheet, with pictures so many pixels wide, and returns the figures of its pictures.
+    """Writes the sheet with pictures `width` pixels wide; returns the figures of its pictures.
 
-    What is path-traced is the reference of whatever the GPU drew before on the same sheet of the same scene.
+    A path-traced picture is the reference of the GPU's earlier pictures of its scene on the sheet.
     """
     cells, rows, drawn = [], [], []
     for row in sheet.rows:
@@ -193,7 +193,7 @@ def draw(sheet: Sheet, studio: Studio, folder: Path, width: int = SNAKE.width) -
 
 
 def _marked(shot: Shot, png: Path) -> Path:
-    """The picture with what the shot's mark draws on it, in a file of its own."""
+    """A copy of the picture with the shot's mark."""
     if shot.mark is None:
         return png
     marked = png.with_name(f"{png.stem}-marked.png")

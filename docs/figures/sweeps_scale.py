@@ -1,4 +1,4 @@
-"""What sweeps cost beside the work itself, and by these costs, what very many workers would do."""
+"""The part `sweeps-scale`: overhead of sweeps, and a simulation of many workers by the measured costs."""
 
 from __future__ import annotations
 
@@ -19,17 +19,16 @@ from .sweeps_simulation import Costs, Storage, simulate
 
 PAGE = "sweeps-scale"
 PACKAGE = REPOSITORY / "python"
-# Cases of a second, of which there are so many; cases of no work; cases of a finished sweep that is begun again;
-# and batches of one case.
+# Numbers of cases of a second, of empty cases, of cases of a finished sweep that runs again, and of batches.
 CASES, TRIVIAL, FINISHED, BATCHES = 60, 100_000, 10_000, 1000
 WORKERS, SURFACES = (10, 100, 1000), 100_000
-# File systems that workers may share; nobody measured these, they are round numbers of fast and slow ones.
+# Assumed shared file systems, with round numbers for fast and slow ones.
 STORAGES = (
     Storage("2000 files/s", 2000.0),
     Storage("200 files/s", 200.0),
     Storage("2000 files/s, with the cache at 100 MB/s", 2000.0, 1e8),
 )
-# What is asked of the figures.
+# Bounds of the figures: overhead, speed-up of two workers, memory, and seconds of the second run.
 OVERHEAD_MAX, SPEED_UP_MIN, MEMORY_MAX_GB, RESUME_MAX_SECONDS = 0.05, 1.8, 2.0, 10.0
 SPEC = """
 output = "out"
@@ -47,7 +46,7 @@ theta_i_deg = {{ from = 0, to = 80, count = {count} }}
 # A map that takes about a second on one core.
 MAP = {"want": "map", "options": "size = 256\nlambda_step_nm = 2.5"}
 NOTHING = {"want": "colour", "options": "samples = 16\ngamut = false\nlambda_step_nm = 20"}
-# Runs in a process of its own with what the package needs: the costs of the parts of a case, in seconds and bytes.
+# Script for a separate process: the costs of the parts of a case, in seconds and bytes.
 PARTS = """
 import json, pickle, sys, time
 from pathlib import Path
@@ -101,7 +100,7 @@ RELIEFS = [
 
 
 def figures() -> dict:
-    """All costs, and the simulation by them."""
+    """All measured costs, and the simulation."""
     with TemporaryDirectory() as name:
         folder = Path(name)
         load_before = os.getloadavg()[0]
@@ -148,7 +147,7 @@ def figures() -> dict:
 
 
 def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
-    """A sweep beside the plain loop over its cases."""
+    """A row: a sweep against the plain loop over its cases."""
     return {
         "workers": workers,
         **run,
@@ -159,7 +158,7 @@ def row(workers: int, run: dict, loop_seconds: float, one: dict) -> dict:
 
 
 def check(made: dict) -> None:
-    """The page says that the figures that were asked for are reached; those of computing need a machine left alone."""
+    """Raises an error where a bound is exceeded; bounds of computing need an idle machine."""
     one, two = made["waiting"]
     insist(PAGE, one["overhead"] <= OVERHEAD_MAX, "a sweep takes at most 5 % more than a plain loop")
     insist(PAGE, two["speed_up"] >= SPEED_UP_MIN, "two workers are 1.8 times as fast")
@@ -170,12 +169,12 @@ def check(made: dict) -> None:
 
 
 def environment(**more: str) -> dict[str, str]:
-    """For a process that has one core, as a worker does."""
+    """The environment of a process with one thread, like a worker."""
     return {**os.environ, "PYTHONPATH": f"{PACKAGE}{os.pathsep}{REPOSITORY}", "RAYON_NUM_THREADS": "1", **more}
 
 
 def write_spec(folder: Path, count: int, want: dict) -> Path:
-    """The specification of so many cases in a folder."""
+    """Writes the specification of a sweep with `count` cases."""
     folder.mkdir(exist_ok=True)
     path = folder / "spec.toml"
     path.write_text(SPEC.format(count=max(count, 2), **want))
@@ -185,7 +184,7 @@ def write_spec(folder: Path, count: int, want: dict) -> Path:
 
 
 def asked(script: str, *words: object, env: dict[str, str]) -> dict:
-    """What a script prints as JSON."""
+    """The JSON output of a script."""
     done = subprocess.run([sys.executable, "-c", script, *map(str, words)], env=env, capture_output=True, text=True)
     if done.returncode != 0:
         raise SetupError(f"a measurement of sweeps failed: {(done.stderr.strip().splitlines() or ['?'])[-1]}")
@@ -195,7 +194,7 @@ def asked(script: str, *words: object, env: dict[str, str]) -> dict:
 def sweep(
     folder: Path, count: int, want: dict, workers: int, wait_seconds: float | None = None, batch: int | None = None
 ) -> dict:
-    """Runs a sweep from the command line; its seconds, and the largest memory of the process with the scheduler."""
+    """Runs a sweep; returns its seconds and the largest memory of the process with driver and scheduler."""
     spec = write_spec(folder, count, want)
     variables = {}
     if wait_seconds is not None:
@@ -210,7 +209,7 @@ def sweep(
         + "import sys; from sunbeam_mitsuba.sweep.command_line import main; sys.argv[0] = 'sweep'; code = main(); "
         + "import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss); sys.exit(code)"
     )
-    # Workers that are spawned import the main module, so it is a file.
+    # Spawned workers import the main module, so it must be a file.
     program = folder / "program.py"
     program.write_text(f'if __name__ == "__main__":\n    exec({code!r})\n')
     start = time.perf_counter()

@@ -1,8 +1,7 @@
-"""A sweep with any number of workers, by the measured costs of its parts: events, not equations.
+"""A discrete-event simulation of a sweep with any number of workers, by the measured costs of its parts.
 
-Three things serve one request at a time: the process that drives the sweep with its scheduler, and the file system that
-all share; workers compute side by side. A worker asks for a batch, computes its cases, and hands each result to the
-file system before it begins the next.
+Two servers handle one request at a time: the driver with its scheduler, and the shared file system. Workers compute in
+parallel. A worker requests a batch, computes its cases, and writes each result before it begins the next case.
 """
 
 from __future__ import annotations
@@ -10,16 +9,19 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass
 
-# As `sunbeam_mitsuba.sweep.drive` has them.
+# Copies of the constants of `sunbeam_mitsuba.sweep.drive`.
 BATCH_SECONDS, BATCH_SECONDS_PER_THREAD, BATCH_CASES_MAX = 1.0, 0.01, 500
-# Above this share of its time, a thing that serves all is what limits.
+# Fraction of busy time above which a server counts as the limit.
 BUSY = 0.8
 
 
 @dataclass(frozen=True)
 class Costs:
-    """What was measured: seconds of the driver and scheduler for a batch, of a worker for a case with its tables, of
-    writing a result on a disk of one's own; bytes of a result and of a surface's tables."""
+    """Measured costs.
+
+    Seconds of driver and scheduler for a batch, of a worker for a case with its tables, and of writing a result to a
+    local disk; bytes of a result and of a surface's tables.
+    """
 
     batch_seconds: float
     case_seconds: float
@@ -30,8 +32,7 @@ class Costs:
 
 @dataclass(frozen=True)
 class Storage:
-    """A file system that all workers share: files a second for all of them together, and, where the cache of tables is
-    on it, too, its bytes a second."""
+    """A shared file system: files a second for all workers, and bytes a second if it has the cache of tables too."""
 
     name: str
     files_per_second: float
@@ -39,14 +40,14 @@ class Storage:
 
 
 def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
-    """Hours of so many cases, each a surface of its own, and how busy what serves all of them is."""
+    """Hours for `cases` cases, each with its own surface, and the busy fraction of both servers."""
     target = max(BATCH_SECONDS, BATCH_SECONDS_PER_THREAD * workers)
     batch = max(1, min(int(target / costs.case_seconds), BATCH_CASES_MAX))
     file_seconds = 1 / storage.files_per_second
     if storage.cache_bytes_per_second is not None:
         file_seconds += costs.table_bytes / storage.cache_bytes_per_second
     left, driver_free, files_free, driver_busy, files_busy, end = cases, 0.0, 0.0, 0.0, 0.0, 0.0
-    # When each worker is free, and how many cases of its batch are still to do.
+    # For each worker the time of its next event, and the remaining cases of its batch.
     events = [(0.0, worker, 0) for worker in range(workers)]
     heapq.heapify(events)
     while events:
@@ -61,7 +62,7 @@ def simulate(costs: Costs, cases: int, workers: int, storage: Storage) -> dict:
             driver_busy += costs.batch_seconds
             heapq.heappush(events, (driver_free + costs.case_seconds, worker, -remaining))
             continue
-        # A case has been computed, and its result goes to the file system.
+        # A case is complete, and its result is written.
         remaining = -remaining - 1
         files_free = max(files_free, now) + file_seconds
         files_busy += file_seconds

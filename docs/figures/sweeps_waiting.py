@@ -1,6 +1,6 @@
-"""Loaded by the workers of a measured sweep: every case takes so many seconds of waiting, and nothing is computed.
+"""A module for the workers of a measured sweep, in which cases wait instead of computing.
 
-What the sweep itself costs is then measured whatever else the machine does.
+The overhead of the sweep is then independent of other programs on the machine.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from sunbeam_mitsuba.sweep import work
 
 
 def waiting(job, case, held):
-    """A record like that of a case whose figures were all found."""
+    """A record like that of a successful case, after waiting."""
     start = time.perf_counter()
     time.sleep(float(os.environ["SUNBEAM_SWEEP_WAIT_SECONDS"]))
     record = work.record_of(job, case, "")

@@ -1,4 +1,4 @@
-"""What the tables of the presets take and keep: bytes, seconds, their measured error, and the albedo."""
+"""The part `tables`: size, build time, measured error and mean albedo of the tables of scans and presets."""
 
 from __future__ import annotations
 
@@ -11,15 +11,6 @@ from mitsuba_scenes.tool import sunbeam
 from .speed_error import processor
 
 PRESETS = ("blazed", "sinusoidal", "lamellar", "cd", "elaphe", "xenopeltis")
-# Mean albedos that the search for factors left, which was used until 2026-11.
-SCALED_BEFORE = {
-    "blazed": 0.851,
-    "sinusoidal": 0.954,
-    "lamellar": 0.919,
-    "cd": 0.963,
-    "elaphe": 0.944,
-    "xenopeltis": 0.813,
-}
 
 
 def figures() -> dict:
@@ -28,12 +19,11 @@ def figures() -> dict:
     sources |= {preset: ("--preset", preset) for preset in PRESETS}
     with cache_off():
         surfaces = {name: surface_figures(*source) for name, source in sources.items()}
-    for name, surface in surfaces.items():
-        surface["albedo_before"] = SCALED_BEFORE.get(name)
     return {"cpu": processor(), "surfaces": surfaces}
 
 
 def surface_figures(*source) -> dict:
+    """The numbers of one surface, a preset or a file as words of the command line."""
     made, bare = (
         json.loads(sunbeam("height-field", *source, "--tables", "--conserve-energy", kept))
         for kept in ("true", "false")

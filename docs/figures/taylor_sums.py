@@ -1,7 +1,7 @@
-"""How many terms Taylor's series of the phase screen takes in double precision: its bound, its sum, and four parts.
+"""Terms of the phase screen's Taylor series in double precision: its bound, its sum, and four partial sums.
 
 `P = Σ_n (iκ)ⁿ/n! · F{hⁿ}` with the heights h from the lowest place (docs/model.md), at 380 nm and normal incidence,
-over the map's directions: what Single 2014 sums, without the rounding of single precision. The parts are by iⁿ.
+over the map's directions: the series of Single 2014 without the rounding of single precision. The parts are by iⁿ.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from PIL import Image
 from .map_surfaces import Surface
 
 WAVELENGTH_UM = 0.38
-# Pixels across the map, and orders summed to either side of a place: beyond, the window is below 1e-6.
+# Side of the map in pixels, and orders summed to either side of a direction; beyond, the window is below 1e-6.
 SIZE, REACH = 100, 3
-# Error of an amplitude, relative to the root mean square of the amplitudes over the map.
+# Error of a converged amplitude, relative to the rms of the amplitudes over the map.
 CONVERGED = 1e-2
 DECADES = 6
 
 
 @dataclass
 class Sums:
-    """What the terms of a surface add up to."""
+    """Partial sums of a surface's series and their errors."""
 
     name: str
     # Largest argument κh.
     argument: float
-    # Over n: error of the sum of the terms below n, of the whole series and of its four parts.
+    # Error of the sum of the terms below n, by n, of the whole series; likewise of the four parts below.
     whole: np.ndarray
     parts: np.ndarray
     # The four parts and the whole over the map, complex, NaN outside the disc.
@@ -43,11 +43,11 @@ class Sums:
         return float(np.exp(min(terms * log(self.argument) - lgamma(terms + 1), 300.0)))
 
     def bound_of_the_source(self, terms: int) -> float:
-        """That of Single 2014, appendix: e^x times as much, x being taken as real."""
+        """The bound of Single 2014's appendix, larger by e^x, as for a real exponent."""
         return float(np.exp(min(self.argument, 300.0))) * self.bound(terms)
 
     def figures(self) -> dict:
-        """From how many terms on each is converged."""
+        """The number of terms at which each sum has converged."""
 
         def least(error) -> int:
             return next(n for n in range(len(self.whole) - 1, -1, -1) if error(n) > CONVERGED) + 1
@@ -70,7 +70,7 @@ def sums(surface: Surface) -> Sums:
     heights = surface.heights_um - surface.heights_um.min()
     top_um = heights.max()
     argument = float(4 * pi * top_um / WAVELENGTH_UM)
-    # Where the terms are below 1e-12 whatever comes of them.
+    # The number of terms beyond which each is below 1e-12.
     count = ceil(argument)
     while count * log(argument) - lgamma(count + 1) > log(1e-12):
         count += 1
@@ -83,7 +83,7 @@ def sums(surface: Surface) -> Sums:
     added, power = np.zeros((count, len(x)), complex), np.ones_like(heights)
     coefficient = np.ones(len(x), complex)
     for n in range(count):
-        # The sign of the exponent is that of `ifft`, which also takes the mean.
+        # `ifft` has the sign of the exponent and takes the mean.
         terms = np.fft.ifft2(power)
         added[n] = coefficient * (terms[bins] * window).sum(axis=0)
         coefficient *= 1j * kappa_top / (n + 1)
@@ -101,7 +101,7 @@ def sums(surface: Surface) -> Sums:
 
 
 def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, np.ndarray]:
-    """The bins of the orders about each direction, and the coherence window's weight of each."""
+    """Bins of the orders about each direction, and the coherence window's weights."""
     s_um = surface.coherence_um / 4
     found = []
     for direction, extent_um, pixels in zip((x, y), surface.extent_um, surface.heights_um.shape[::-1]):
@@ -109,7 +109,7 @@ def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, n
         at = direction * extent_um / WAVELENGTH_UM
         order = (np.rint(at) if pixels > 1 else np.zeros_like(at)) + np.arange(-reach, reach + 1)[:, None]
         weight = np.exp(-2 * (pi * s_um * (at - order) / extent_um) ** 2)
-        # Beyond half the sampling rate there is nothing.
+        # Orders beyond the Nyquist limit have no weight.
         found.append((order.astype(int) % pixels, np.where(abs(order) <= pixels / 2, weight, 0)))
     (jx, gx), (jy, gy) = found
     jx, jy = np.broadcast_arrays(jx[None], jy[:, None])
@@ -117,7 +117,7 @@ def neighbours(surface: Surface, x: np.ndarray, y: np.ndarray) -> tuple[tuple, n
 
 
 def pictures(found: Sums) -> list[tuple[str, Image.Image]]:
-    """The power of the four parts and of the whole, each on a logarithmic scale of its own, with captions."""
+    """Pictures of the power of the four parts and of the whole, each on a separate logarithmic scale, with captions."""
     parts = found.figures()["parts"]
     captions = [f"n = {r}, {r + 4}, {r + 8} …\nfrom {parts[r]} terms on" for r in range(4)]
     made = []
@@ -129,7 +129,7 @@ def pictures(found: Sums) -> list[tuple[str, Image.Image]]:
 
 
 def plot(found: list[Sums], file: Path) -> None:
-    """The error over the number of terms, of the sum and its parts, and the bound."""
+    """Draws the error of the sum and its parts over the number of terms, and the bound."""
     with matplotlib.rc_context({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": file.stem}):
         figure, axes = plt.subplots(1, len(found), figsize=(3.1 * len(found), 3.2), sharey=True, squeeze=False)
         for each, axis in zip(found, axes[0]):

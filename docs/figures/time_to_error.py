@@ -1,7 +1,7 @@
-"""How long a picture takes to come down to an error, and what it costs beside Mitsuba's own material.
+"""Time of a picture to a given error, and its ratio to Mitsuba's material.
 
 A cell is a scene in a variant. Its pictures are rendered in turn, one of each material a round, until the cell's time
-is spent; ratios are of times in the same round, so that whatever else the machine does falls on both.
+is over. Ratios are those of one round, so that other programs on the machine affect both times.
 """
 
 from __future__ import annotations
@@ -21,42 +21,41 @@ from .benchmark_scenes import REFERENCE, BenchmarkScene
 from .cost import ratios
 
 VARIANTS = ("llvm_ad_rgb", "llvm_ad_spectral", "scalar_rgb", "scalar_spectral")
-# The error to which times are given.
+# Target error of the times.
 ERROR = 0.05
-# Share of the mean below which a pixel is no longer judged relative to itself.
+# Fraction of the mean brightness that replaces darker pixels as the unit of relative errors.
 FLOOR = 0.1
-# Sizes that each material of a cell chooses from: the largest of which it can render enough. A fast one takes a larger
-# picture, so that the fixed cost of a render, some hundredths of a second with Dr.Jit, is small beside the rest of it.
-# Times are given for a picture of NOMINAL_PIXELS. Errors are all found at the smallest size: pixels that see more of
-# the scene are noisier.
+# Picture sizes. A material takes the largest of which it can render enough, so that the fixed cost of a render, some
+# hundredths of a second with Dr.Jit, is small. Times are scaled to NOMINAL_PIXELS. Errors are measured at the smallest
+# size, since larger pixels are noisier.
 SIZES = ((24, 16), (48, 32), (96, 64), (192, 128))
 NOMINAL_PIXELS = 256 * 256
-# Rounds of a cell. The least number has a median and some idea of the noise; a cell that has fewer says so by `rounds`.
+# Smallest and largest number of rounds of a cell; three give a median.
 ROUNDS_MIN, ROUNDS_MAX = 3, 25
-# Rounds that the size is chosen for.
+# Number of rounds for which the size is chosen.
 ROUNDS_AIM = 4
-# Pictures of the smallest size out of which a material's error is found whose rounds are of another.
+# Number of pictures of the smallest size for a material's error, if its rounds have another size.
 NOISE_PICTURES = 8
-# Seconds a cell may take when nobody says, without making tables and compiling.
+# Default seconds of a cell, without building tables and compiling.
 BUDGET_S = 6.0
 
 
 def relative_deviation(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> np.ndarray:
-    """Deviations (judged pixels, channels) over the truth, or over a tenth of its mean where it is darker."""
+    """Relative deviations, (judged pixels, channels); pixels below FLOOR of the mean are relative to that."""
     floor = FLOOR * truth[judged].mean()
     return (image - truth)[judged] / np.maximum(np.abs(truth[judged]), floor)
 
 
 def relative_error(image: np.ndarray, truth: np.ndarray, judged: np.ndarray) -> float:
-    """Root of the mean over judged pixels and channels of the squared deviation."""
+    """Rms relative deviation over judged pixels and channels."""
     return float(np.sqrt(np.mean(relative_deviation(image, truth, judged) ** 2)))
 
 
 def noise(images: np.ndarray) -> dict:
-    """Relative error of one of so many independent pictures (n, rows, columns, 3) of the same thing, n > 1.
+    """Relative error of one of n > 1 independent pictures of a scene, (n, rows, columns, 3).
 
-    The converged picture is the mean of all. It has 1/n of a picture's variance, and each picture is in it, so that
-    deviations from it are too small by √(1 − 1/n), which is put right. `error_std` is the standard error of the result,
+    The reference is their mean. It contains each picture, so deviations from it are too small by √(1 − 1/n), which is
+    corrected. `error_std` is the standard error of the result,
     `channel_errors` are those of red, green and blue.
     """
     n = len(images)
@@ -72,15 +71,15 @@ def noise(images: np.ndarray) -> dict:
 
 
 def seconds_to_error(seconds: float, error: float, aim: float = ERROR) -> float:
-    """When a picture is down to the error `aim` that has `error` after `seconds`: as the root of the time."""
+    """Seconds to the error `aim` for a picture with `error` after `seconds`; error falls with the root of time."""
     return seconds * (error / aim) ** 2
 
 
 def settled(seconds_of: Callable[[tuple], float], limit_s: float, sizes: tuple = SIZES) -> tuple[int, int]:
-    """A size that takes no longer than the limit, climbed to from the smallest in as long strides as it can.
+    """The largest size within the time limit, found in steps from the smallest.
 
-    A step is only taken where it fits even if all of the time were in proportion to pixels, so that a fixed cost makes
-    for more steps, and never for too large a picture.
+    A step is taken if it fits even when all time is proportional to pixels. A fixed cost thus leads to more steps and
+    never to too large a picture.
     """
     place = 0
     while True:
@@ -101,7 +100,7 @@ def pixels(size: tuple[int, int]) -> int:
 
 @dataclass(frozen=True)
 class Render:
-    """Linear sRGB (rows, columns, 3), and what it took: by the clock, and of all threads' work."""
+    """A picture in linear sRGB, (rows, columns, 3), with wall-clock seconds and CPU seconds of all threads."""
 
     image: np.ndarray
     seconds: float
@@ -109,15 +108,14 @@ class Render:
 
 
 def render(scene: mi.Scene, seed: int) -> Render:
-    """One picture; the first of a kernel compiles it."""
+    """Renders one picture; the first one compiles the kernel."""
     start, cpu = time.perf_counter(), time.process_time()
     image = np.array(mi.render(scene, seed=seed), dtype=np.float64)[:, :, :3]
     return Render(image, time.perf_counter() - start, time.process_time() - cpu)
 
 
 def resize(scene: mi.Scene, size: tuple[int, int]) -> None:
-    """Another size of the picture. A scene that is loaded anew would have everybody's kernels compiled anew: they list
-    whatever there is."""
+    """Sets another picture size; loading the scene anew would compile all kernels again."""
     parameters = mi.traverse(scene)
     parameters["sensor.film.size"] = list(size)
     parameters["sensor.film.crop_size"] = list(size)
@@ -133,10 +131,10 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
     def seconds(name: str, size: tuple[int, int]) -> float:
         resize(scenes[name], size)
         if not variant.startswith("scalar"):
-            # Compiles the kernel, which has the size in it.
+            # The first render compiles the kernel of this size.
             render(scenes[name], seed=1)
         rendered = render(scenes[name], seed=2)
-        # On a busy machine a short render is mostly waiting, which says nothing of a longer one.
+        # On a busy machine short renders mostly wait, so the smaller of both times counts.
         return min(rendered.seconds, rendered.cpu_s)
 
     limit_s = budget_s / len(scenes) / ROUNDS_AIM
@@ -153,7 +151,7 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
         if size != SIZES[0]:
             resize(scenes[name], SIZES[0])
             pictures[name] = [render(scenes[name], seed=3 + i).image for i in range(NOISE_PICTURES)]
-    # What is not collected is still listed in the kernels of the next cell.
+    # Objects that are not collected would be listed in the kernels of the next cell.
     scenes.clear()
     bsdfs.clear()
     gc.collect()
@@ -168,13 +166,11 @@ def measure(scene: BenchmarkScene, variant: str, budget_s: float = BUDGET_S) -> 
 
 
 def ways(runs: dict[str, list[Render]], pictures: dict[str, list[np.ndarray]]) -> list[dict]:
-    """The figures of each material out of its renders, held against REFERENCE; errors are those of its pictures, which
-    have one size for all.
+    """Figures of each material from its renders and pictures, relative to REFERENCE.
 
-    All times are those of a picture of NOMINAL_PIXELS, in proportion to the pixels. `time_ratio` is at equal samples a
-    pixel, and of the same round; `cpu_ratio` is the same of the work of all threads, which other programs on the
-    machine hardly change. `error_time_ratio` is of the times to equal relative error, each against its own converged
-    picture.
+    Times are scaled to NOMINAL_PIXELS. `time_ratio` is at equal samples a pixel, within a round. `cpu_ratio` is that of
+    CPU seconds, which other programs hardly affect. `error_time_ratio` is that of times to equal relative error, each
+    against its own converged picture.
     """
     times, cpu, found = {}, {}, []
     for name, made in runs.items():

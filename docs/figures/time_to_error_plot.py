@@ -1,4 +1,4 @@
-"""The plot of times to an error."""
+"""The plot of times to a given error."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ plt.rcParams.update({"svg.fonttype": "none", "font.size": 9, "svg.hashsalt": "su
 
 
 def draw(cells: list[dict], aim: float, side: int, path: Path) -> None:
-    """Seconds to the error on a logarithmic axis, a row for each scene and relief: filled for the diffraction, hollow
-    for Mitsuba's own material, one colour for each variant."""
+    """Draws seconds to the error on a logarithmic axis, with a row for each scene and relief.
+
+    Filled marks are the diffraction, hollow ones Mitsuba's material; each variant has a colour.
+    """
     rows = list(dict.fromkeys((c["scene"], w["name"]) for c in cells for w in c["ways"] if w["name"] != REFERENCE))
     figure, ax = plt.subplots(figsize=(8, 0.7 * len(rows) + 1.4))
     for cell in cells:

@@ -1,30 +1,30 @@
-"""A relief as the tip of an atomic-force microscope sees it: dilated by a sphere.
+"""A relief imaged by the tip of an atomic-force microscope: dilation by a sphere.
 
-The tip is a sphere of radius R on a shaft no wider. Its apex stops above x where it first touches the relief h, so that
-the picture is s(x) = max over |u| ≤ R of h(x + u) + √(R² − |u|²) − R.
+The tip is a sphere of radius R on a shaft no wider. Its apex stops above x where the tip first touches the relief h, so
+the image is s(x) = max over |u| ≤ R of h(x + u) + √(R² − |u|²) − R.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-# Offsets u along a radius. Half a step of R/10 off, the sphere is R/800 from its highest point.
+# Number of offsets u along a radius. Half a step of R/10 from the apex, the sphere is lower by R/800.
 STEPS = 10
 
 
 def seen_profile(heights_um: np.ndarray, step_um: float, radius_um: float) -> np.ndarray:
-    """The picture of one period of a grating, whose heights are `step_um` apart and do not vary along the grooves."""
+    """The image of one period of a grating that is constant along its grooves, with samples `step_um` apart."""
     reach = int(radius_um / step_um)
-    # The heights themselves are among the offsets, so that nothing is seen below the relief.
+    # Offset 0 is included, so the image is never below the relief.
     offsets = np.arange(-reach, reach + 1)
     return np.max([np.roll(heights_um, -u) + cap_um(u * step_um, radius_um) for u in offsets], axis=0)
 
 
 def seen_tile(heights_um: np.ndarray, pixel_um: float, radius_um: float) -> np.ndarray:
-    """The picture of a tile `[iy, ix]` that repeats, at its pixels.
+    """The image of a tile `[iy, ix]` that repeats, at its pixels.
 
-    Between the pixels the relief is the band-limited function through them, evaluated by shifts of its spectrum, so
-    that a tip may be finer than a pixel.
+    Between pixels the relief is band-limited and evaluated by shifts of its spectrum, so the tip may be smaller than
+    a pixel.
     """
     spectrum = np.fft.rfft2(heights_um)
     rows, columns = heights_um.shape
@@ -41,5 +41,5 @@ def seen_tile(heights_um: np.ndarray, pixel_um: float, radius_um: float) -> np.n
 
 
 def cap_um(distance_um: float, radius_um: float) -> float:
-    """√(R² − d²) − R: the apex's height less that of the sphere's underside at the distance d from the axis."""
+    """√(R² − d²) − R: the apex's height minus the height of the sphere's underside at distance d from the axis."""
     return float(np.sqrt(max(radius_um**2 - distance_um**2, 0.0)) - radius_um)

@@ -1,4 +1,4 @@
-"""The page `tour-scan`: what the tips of an atomic-force microscope do to gratings and skins, and to their colours."""
+"""The part `tour-scan`: effect of an atomic-force microscope's tip on gratings and skins, and on their colours."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ PAGE = "tour-scan"
 RADII_NM = (5, 10, 30)
 GRATINGS, SKINS = ("blazed", "lamellar"), ("elaphe", "xenopeltis")
 PERIOD_UM, HEIGHT_UM = 2.5, {"blazed": 0.25, "lamellar": 0.125}
-# Heights of a grating this far apart resolve the finest tip ten times; 5000 make a period.
+# Distance of a grating's samples, a tenth of the smallest tip; 5000 make a period.
 STEP_UM = 0.0005
 WAVELENGTH_NM, THETA_I_DEG = 550, 30
-# Pixels across a map of the hemisphere, and the share of white from which on a pixel of it counts as lit.
+# Side of a map in pixels, and the fraction of white above which a pixel counts as lit.
 SIZE, LIT = 128, 0.01
-# Half the width, relative, of the window of spatial frequencies that counts as a skin's first order.
+# Relative half width of the window of spatial frequencies that counts as a skin's first order.
 WINDOW = 0.25
 
 
@@ -39,21 +39,21 @@ class Tile:
     pixel_um: float
 
     def seen(self, radius_um: float) -> Tile:
-        """The relief as a tip sees it."""
+        """The relief imaged by a tip."""
         if self.name in GRATINGS:
             profile = seen_profile(self.heights_um[0], self.pixel_um, radius_um)
             return Tile(self.name, np.tile(profile, (len(self.heights_um), 1)), self.pixel_um)
         return Tile(self.name, seen_tile(self.heights_um, self.pixel_um, radius_um), self.pixel_um)
 
     def write(self, folder: Path) -> tuple:
-        """Words of the tool for the relief, written to a file."""
+        """Writes the relief; returns the command's arguments for it."""
         file = folder / f"{self.name}.npy"
         np.save(file, self.heights_um)
         return ("--height-field", file, "--pixel-size", self.pixel_um, "--level", "none", "--tiling", "periodic")
 
 
 def figures() -> dict:
-    """All surfaces under all tips."""
+    """The numbers of all surfaces under all tips."""
     with TemporaryDirectory() as folder:
         surfaces = {name: surface_figures(tile, Path(folder)) for name, tile in tiles(Path(folder))}
     for name, surface in surfaces.items():
@@ -80,7 +80,7 @@ def worst(surfaces: dict) -> dict:
     found = {
         f"{name}_{kind}": max(tip[key] for tip in tips) for name, key in keys.items() for kind, tips in kinds.items()
     }
-    # A difference of 1 is just noticeable.
+    # An eye just notices a ΔE of 1.
     insist(PAGE, found["mean_fine"] < 1, "what the finer tips change is not noticeable in the mean")
     return found
 
@@ -90,7 +90,7 @@ def tiles(folder: Path):
     for name in GRATINGS:
         at = (np.arange(round(PERIOD_UM / STEP_UM)) + 0.5) * STEP_UM / PERIOD_UM
         profile = HEIGHT_UM[name] * (at if name == "blazed" else at < 0.5)
-        # A tile of four rows: one row is no map.
+        # Four rows, since a single row is refused.
         yield name, Tile(name, np.tile(profile, (4, 1)), STEP_UM)
     for name in SKINS:
         file = folder / "preset.npy"
@@ -99,7 +99,7 @@ def tiles(folder: Path):
 
 
 def surface_figures(tile: Tile, folder: Path) -> dict:
-    """The relief as it is, and as each tip sees it."""
+    """Orders, period and colours of the relief itself, and imaged by each tip."""
     words = tile.write(folder)
     period_um = period_of(words)
     reference = folder / "reference.exr"
@@ -135,7 +135,7 @@ def surface_figures(tile: Tile, folder: Path) -> dict:
 
 
 def two_strongest(orders: dict[int, float]) -> list[int]:
-    """The two strongest orders; of two that mirror each other, with the same share, one."""
+    """The two strongest orders; of two mirrored orders with equal power, one."""
     found: list[int] = []
     for order in sorted(orders, key=orders.get, reverse=True):
         if not any(np.isclose(orders[order], orders[other], rtol=1e-6) for other in found):
@@ -149,9 +149,9 @@ def period_of(words: tuple) -> float:
 
 
 def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
-    """Shares of light at normal incidence in each order along x.
+    """Fractions of the light at normal incidence in each order along x.
 
-    Of a grating they are the tool's; of a skin, what goes into a window about the order's spatial frequency.
+    Those of a grating are by `sunbeam orders`; an order of a skin is a window about its spatial frequency.
     """
     if tile.name in GRATINGS:
         told = json.loads(sunbeam("orders", *words, "--wavelength", WAVELENGTH_NM, "--json"))
@@ -164,7 +164,7 @@ def orders_of(tile: Tile, words: tuple, period_um: float) -> dict[int, float]:
 
 
 def draw(words: tuple, file: Path) -> None:
-    """A map of the hemisphere lit from `THETA_I_DEG`, 10 µm coherent so that a grating's orders are pixels wide."""
+    """Draws a map lit from `THETA_I_DEG`, with a coherence length of 10 µm, so that orders are pixels wide."""
     light = ("--theta-i", THETA_I_DEG, "--size", SIZE, "--coherence-length", 10)
     sunbeam("brdf-map", "-o", file, *words, *light)
 

@@ -1,4 +1,4 @@
-"""The page `validity`: where scalar diffraction itself stops being right."""
+"""The part `validity`: errors of scalar diffraction against Maxwell's equations."""
 
 from __future__ import annotations
 
@@ -28,24 +28,24 @@ from .page import images
 from .validity_proof import proof
 from .validity_sweeps import compared, mean_error, mean_sum, sawtooth, sides, sinusoid
 
-# The gratings of the table and of the means over everything.
+# Gratings of the table and of the overall means.
 CASES = (
     *(("sinusoid", slope, sinusoid(2.5, slope)) for slope in (5.0, 10.0, 20.0, 45.0)),
     *(("sawtooth", facet, sawtooth(2.5, facet)) for facet in (3.0, 5.71, 10.0)),
     *(("lamellar", None, Grating("lamellar", period, sweeps.SWEPT_HEIGHT_UM)) for period in (1.25, 2.5, 5.0)),
 )
-# Share of the power in the wrong orders up to which the model is called right.
+# Largest accepted fraction of the power in wrong orders.
 BOUND = 0.05
-# Angles of incidence up to which a rule holds.
+# Upper ends of the ranges of incidence for which limits are given.
 REACHES_DEG = (30.0, 60.0, 75.0)
-# Surfaces of the project whose slopes are set against the rule.
+# Presets whose slopes are listed for comparison.
 SURFACES = ("blazed", "elaphe", "xenopeltis")
-# Coherence lengths with which the limited model's sums are given, in um.
+# Coherence lengths in µm of the sums of the limited model.
 COHERENCE_LENGTHS_UM = (65.0, 400.0, 4000.0)
 
 
 def row(kind: str, slope: float | None, grating: Grating) -> dict:
-    """A line of the table: the misplaced power of each model at each angle, and the model's sum over the orders."""
+    """A row of the table: misplaced power of each model at each angle, and the model's sum over orders."""
     return {
         "kind": kind,
         "slope_deg": slope,
@@ -60,7 +60,7 @@ def row(kind: str, slope: float | None, grating: Grating) -> dict:
 
 
 def sweep(make, values, side: int = 1) -> dict:
-    """The misplaced power along a sweep: `[model][angle][value]`."""
+    """Misplaced power along a sweep: `[model][angle][value]`."""
     angles = [side * angle + 0.0 for angle in sweeps.ANGLES_DEG]
     return {
         "values": list(values),
@@ -70,7 +70,7 @@ def sweep(make, values, side: int = 1) -> dict:
 
 
 def rule(swept: dict, falling: bool = False) -> dict:
-    """For each model the value up to which (from which on) the bound holds at every angle up to each of the reaches."""
+    """For each model and reach the value up to which (`falling`: from which) the bound holds at all angles."""
     found = {}
     for model in MODELS:
         errors = np.array(swept["misplaced"][model.name])
@@ -80,7 +80,7 @@ def rule(swept: dict, falling: bool = False) -> dict:
 
 
 def model_checks() -> dict:
-    """How well the model's efficiencies are read off: against closed forms, and against the integral of a lobe."""
+    """Errors of the model's efficiencies against closed forms, and against the integral of a lobe."""
     lights = [Light(550.0, angle) for angle in sweeps.ANGLES_DEG]
     closed, lobe = [], []
     for grating in (sinusoid(2.5, 20), sawtooth(2.5, 5.71), Grating("lamellar", 2.5, 0.25)):
@@ -95,7 +95,7 @@ def model_checks() -> dict:
 
 
 def limiting() -> list[dict]:
-    """What the limit leaves of a shallow sinusoid, by coherence length: sums over the orders at each angle."""
+    """Sums over the orders of a shallow sinusoid with conserved energy, by coherence length and angle."""
     grating = Grating("sinusoidal", 1.6, 0.1)
     lights = [Light(wavelength, angle) for angle in sweeps.ANGLES_DEG for wavelength in sweeps.WAVELENGTHS_NM]
     rows = []
@@ -107,7 +107,7 @@ def limiting() -> list[dict]:
 
 
 def surfaces() -> list[dict]:
-    """Root mean square slopes along both axes, in degrees."""
+    """Rms slopes of the presets along both axes, in degrees."""
     rows = []
     for name in SURFACES:
         told = json.loads(sunbeam("height-field", "--preset", name))
@@ -117,7 +117,7 @@ def surfaces() -> list[dict]:
 
 
 def figures() -> dict:
-    """Every figure of the page; its plots are written beside it."""
+    """All numbers of the part; writes its plots."""
     folder = images("validity")
     slopes = sweep(lambda slope: sinusoid(sweeps.PERIOD_UM, slope), sweeps.SLOPES_DEG)
     away = sweep(lambda facet: sawtooth(sweeps.PERIOD_UM, facet), sweeps.FACETS_DEG)

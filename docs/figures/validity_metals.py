@@ -1,4 +1,4 @@
-"""The part of the page `validity` on metals: three theories beside judges, and where the phase screen ends."""
+"""Metals in the part `validity`: three theories against independent solvers, and limits of the phase screen."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ from .validity_sweeps import compared, sawtooth, sides, sinusoid
 NAMES = {"none": "perfect conductor", "Al": "aluminium", "Ag": "silver", "Au": "gold"}
 JUDGES = {"none": "boundary integral", "sinusoidal": "coordinate transform", "lamellar": "SCATMECH"}
 THEORIES = (SCALAR, FRESNEL, EXACT)
-# Times that a call with `rigorous` may take by one with `scalar`; the times themselves depend on the machine.
+# Largest accepted ratio of the time of a call with `rigorous` to one with `scalar`.
 COST_MAX = 1.5
-# The sinusoid whose calls are timed, and the wavelength of its index, um and nm.
+# Period and height in µm of the timed sinusoid, and the wavelength in nm of its index.
 TIMED_UM, INDEX_NM = (0.8, 0.12), 550.0
-# Lights on each grating whose table is held against the solver.
+# Number of random lights for the comparison of a table with the solver, and their seed.
 TABLED_LIGHTS, SEED = 30, 5
-# What a table may be off by: root mean square and 99th percentile, of silver and of the others.
+# Largest accepted errors of a table, rms and 99th percentile, of silver and of other media.
 TABLE_MAX = {"Ag": (0.008, 0.03)}
 TABLE_MAX_ELSE = (0.004, 0.015)
-# Families swept over their period, um, as on the rest of the page.
+# Periods in µm of the swept gratings.
 PERIODS_UM = (1.25, 2.5, 5.0)
 FAMILIES = {
     "sinusoid": lambda period: sinusoid(period, sweeps.SWEPT_SLOPE_DEG),
@@ -56,13 +56,13 @@ COLOURS = {"none": "k", "Al": "tab:blue", "Ag": "tab:green", "Au": "tab:orange"}
 
 
 def spread(errors: np.ndarray) -> dict:
-    """Of an order: root mean square, 99th percentile, and largest."""
+    """Rms, 99th percentile and largest of errors of orders."""
     size = np.abs(errors)
     return {"rms": float(np.sqrt(np.mean(size**2))), "p99": float(np.quantile(size, 0.99)), "worst": float(size.max())}
 
 
 def beside_judges(answers: list[Judged], found: list[dict]) -> list[dict]:
-    """A row a metal and shape: how far each theory, in `found` by answer, is from its judge."""
+    """A row for each metal and shape: errors of each theory, in `found` by answer, against the solver."""
     groups: dict[tuple, list[int]] = {}
     for i, answer in enumerate(answers):
         groups.setdefault((answer.setting.metal, answer.setting.shape), []).append(i)
@@ -88,7 +88,7 @@ def beside_judges(answers: list[Judged], found: list[dict]) -> list[dict]:
 
 
 def by_metal(answers: list[Judged], found: list[dict]) -> dict:
-    """All shapes of a metal together, by theory."""
+    """Errors over all shapes of a metal, by theory."""
     made = {}
     for metal in METALS:
         group = [i for i, answer in enumerate(answers) if answer.setting.metal == metal]
@@ -99,18 +99,18 @@ def by_metal(answers: list[Judged], found: list[dict]) -> dict:
 
 
 def tabled() -> list[Setting]:
-    """The first drawn grating of each shape in each medium; sawteeth in metals are those of the perfect conductor."""
+    """The first random grating of each shape in each medium; sawteeth in metals have the perfect conductor's shapes."""
     first: dict[tuple, Setting] = {}
     for setting in settings():
         first.setdefault((setting.metal, setting.shape), setting)
     gratings = [first.get((metal, shape), first["none", shape]) for metal in METALS for shape in SHAPES]
     metals = [metal for metal in METALS for _ in SHAPES]
-    # The command has one index for all wavelengths.
+    # The command takes one index for all wavelengths.
     return [replace(grating, metal=metal, index_nm=INDEX_NM) for grating, metal in zip(gratings, metals)]
 
 
 def tables() -> dict:
-    """Gratings at random lights, their tables beside the solver: one by one, and by metal."""
+    """Errors of tables against the solver at random lights, by grating and by metal."""
     rng = np.random.default_rng(SEED)
     rows: list[dict] = []
     by: dict[str, list[np.ndarray]] = {}
@@ -137,7 +137,7 @@ def tables() -> dict:
 
 
 def truth(grating: Grating, metal: str, light: Light) -> np.ndarray:
-    """The power of the orders that leave, by the solver."""
+    """Powers of the propagating orders, by the solver."""
     theta, phi = abs(light.theta_i_deg), 0.0 if light.theta_i_deg >= 0 else 180.0
     setting = Setting(metal, grating.preset, grating.period, grating.height, light.wavelength_nm, theta, phi)
     by = orders(setting, "--theory", "rigorous", *optics(setting))
@@ -172,7 +172,7 @@ def swept() -> dict:
 
 
 def first_within(swept_metal: dict, theory: str, reach_deg: float, bound: float) -> float | None:
-    """The least period swept from which on a theory is within a bound at every angle up to the reach, or `None`."""
+    """The smallest period from which a theory is within the bound at all angles up to the reach, or `None`."""
     found = None
     for period in sorted(map(float, swept_metal), reverse=True):
         angles = swept_metal[str(period)]
@@ -183,7 +183,7 @@ def first_within(swept_metal: dict, theory: str, reach_deg: float, bound: float)
 
 
 def cost() -> dict:
-    """What calls of the BSDF take with `rigorous` by what they take with `scalar`, in aluminium."""
+    """Time of BSDF calls with `rigorous` relative to `scalar`, in aluminium."""
     use_variant("llvm_ad_spectral", fall_back=False)
     n = index("Al", INDEX_NM)
     relief = {"type": "diffraction", "preset": "sinusoidal", "period": TIMED_UM[0], "height": TIMED_UM[1]}
@@ -196,7 +196,7 @@ def cost() -> dict:
 
 
 def figures(path, bound: float, reaches_deg: tuple) -> dict:
-    """Every figure of the part; its plot is written to `path`."""
+    """All numbers on metals; writes the plot to `path`."""
     answers = load()
     found = [powers(answer) for answer in answers]
     muellers = np.concatenate([mueller_errors(answer) for answer in answers if answer.jones is not None])
@@ -237,7 +237,7 @@ def figures(path, bound: float, reaches_deg: tuple) -> dict:
 
 
 def draw(path, sweep: dict) -> None:
-    """Misplaced power against the angle of incidence at one period."""
+    """Draws misplaced power against the angle of incidence at one period."""
     figure, axes = plt.subplots(1, len(sweep), figsize=(11, 3.6), sharey=True)
     for ax, (kind, metals) in zip(axes, sweep.items()):
         for metal, periods in metals.items():

@@ -1,4 +1,4 @@
-"""The plots of the page `validity`."""
+"""The plots of the part `validity`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .validity_sweeps import Grating, compared, sawtooth, sinusoid
 
 STYLES = {STAM_LIMITED.name: "-", STAM.name: "--", UNIT.name: ":"}
 COLOURS = ("tab:blue", "tab:green", "tab:orange", "tab:red")
-# A step of 3 degrees that meets no order at the horizon.
+# Angles in steps of 3°, shifted so that no order is at the horizon.
 FINE_ANGLES_DEG = tuple(float(angle) for angle in np.arange(-83.3, 84, 3))
 SHOWN_ORDERS = (0, -1, -2)
 SHOWN_NM = 550.0
@@ -31,7 +31,7 @@ def save(figure, path: Path) -> None:
 
 
 def angles(path: Path) -> None:
-    """Efficiencies of a few orders against the angle of incidence, rigorous and both forms of the obliquity factor."""
+    """Draws efficiencies of some orders against the angle of incidence, rigorous and by both obliquity factors."""
     cases = (
         ("sinusoid 2.5 µm, steepest slope 10°", sinusoid(2.5, 10.0)),
         ("sawtooth 2.5 µm, facets 5.7°", sawtooth(2.5, 5.71)),
@@ -60,7 +60,7 @@ def angles(path: Path) -> None:
 
 
 def curves(ax, swept: dict, x, bound: float, **text) -> None:
-    """The misplaced power of each model (line) at each angle (colour)."""
+    """Draws misplaced power of each model (line style) at each angle (colour)."""
     for model in MODELS:
         for errors, angle, colour in zip(swept["misplaced"][model.name], swept["angles_deg"], COLOURS):
             label = f"θi = {angle:.0f}°" if model is STAM_LIMITED else None
@@ -77,7 +77,7 @@ def models_legend(figure) -> None:
 
 
 def slopes(path: Path, sinusoids: dict, away: dict, facing: dict, bound: float) -> None:
-    """Against the steepest slope."""
+    """Draws misplaced power against the steepest slope."""
     figure, axes = plt.subplots(1, 3, figsize=(11, 4), sharey=True)
     panels = (
         (sinusoids, "sinusoid", "steepest slope in degrees"),
@@ -92,7 +92,7 @@ def slopes(path: Path, sinusoids: dict, away: dict, facing: dict, bound: float) 
 
 
 def periods(path: Path, by_period: dict, mean_nm: float, bound: float) -> None:
-    """Against the period, in mean wavelengths."""
+    """Draws misplaced power against the period in mean wavelengths."""
     figure, axes = plt.subplots(1, 3, figsize=(11, 4), sharey=True)
     for ax, (kind, swept) in zip(axes, by_period.items()):
         x = np.array(swept["values"]) * 1e3 / mean_nm

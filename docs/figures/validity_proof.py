@@ -1,4 +1,4 @@
-"""What the rigorous solver of the page `validity` is held against."""
+"""Checks of the rigorous solver of the part `validity`."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from tests.judges.gratings.profile import Sinusoid, blazed, echelette, lamellar
 WAVELENGTHS_NM = (450.0, 650.0)
 ANGLES_DEG = (0.0, -60.0, 75.0)
 PROFILES = (Sinusoid(2.5, 0.25), Sinusoid(2.5, 0.8), blazed(2.5, 0.25), blazed(2.5, 0.7), lamellar(2.5, 0.25))
-# Period and height of lamellar gratings, steep for their period to shallow.
+# Period and height in µm of lamellar gratings.
 LAMELLAR_UM = ((1.25, 0.3), (2.5, 0.125), (2.5, 0.25), (5.0, 0.125))
-# Sinusoids for which Rayleigh's expansion converges.
+# Period and height in µm of sinusoids within the convergence of Rayleigh's expansion.
 SHALLOW_UM = ((1.25, 0.1), (2.5, 0.14), (2.5, 0.3), (5.0, 0.25))
-# Slope of the facets of an echelette lit along their normal.
+# Slope of the facets of the echelette in the Littrow check.
 LITTROW_SLOPE_DEG = 20.0
-# Extinction of the metal and harmonics of the coupled waves; the two are refined together.
+# Extinction of the metal and harmonics of the coupled waves, refined together.
 METALS = ((100.0, 80), (300.0, 160))
 COUPLED_CASES = ((2.5, 0.125, 550.0, 30.0), (1.25, 0.3, 550.0, 60.0))
 
@@ -28,15 +28,15 @@ def lights():
 
 
 def difference(a: Efficiencies, b: Efficiencies) -> float:
-    """The largest of an order in either polarisation."""
+    """Largest difference of an order in either polarisation."""
     return float(max(np.abs(a.te - b.te).max(), np.abs(a.tm - b.tm).max()))
 
 
 def littrow(order: int) -> Efficiencies:
-    """An echelette lit along the normal of its facets, at the wavelength of which −order goes back the same way.
+    """An echelette lit along the normal of its facets, at the wavelength whose −order is retroreflected.
 
-    In TM the standing wave before the facets also meets the condition on the walls between them, along which it runs:
-    all light goes into that order (the theorem of Maréchal and Stroke, 1959).
+    In TM all light goes into that order (theorem of Maréchal and Stroke, 1959): the standing wave before the facets
+    also satisfies the boundary condition on the walls between them.
     """
     profile = echelette(2.5, LITTROW_SLOPE_DEG)
     wavelength_nm = 2e3 * profile.period * np.sin(np.radians(LITTROW_SLOPE_DEG)) / order
@@ -44,7 +44,7 @@ def littrow(order: int) -> Efficiencies:
 
 
 def reciprocity(profile) -> float:
-    """How far orders differ when the light comes back along them."""
+    """Largest difference of an order's power when light returns along it."""
     worst = 0.0
     for wavelength_nm, angle in lights():
         there = solve(profile, wavelength_nm, angle)
@@ -57,7 +57,7 @@ def reciprocity(profile) -> float:
 
 
 def coupled(period: float, height: float, wavelength_nm: float, angle: float, metal: tuple) -> dict:
-    """The largest difference of an order from the coupled waves, for TE and TM."""
+    """Largest difference of an order from coupled-wave analysis, for TE and TM."""
     own = solve(lamellar(period, height), wavelength_nm, angle)
     te, tm = coupled_waves(period, height, wavelength_nm, angle, *metal)
     at = metal[1] + own.orders
@@ -73,7 +73,7 @@ def coupled(period: float, height: float, wavelength_nm: float, angle: float, me
 
 
 def proof() -> dict:
-    """Largest differences of an efficiency."""
+    """Largest differences of an efficiency, by check."""
     finer = Resolution().finer(2)
     return {
         "refined": max(difference(solve(p, *at), solve(p, *at, finer)) for p in PROFILES for at in lights()),

@@ -1,4 +1,4 @@
-"""The gratings and lights of the page `validity`, and the model's errors on them."""
+"""Gratings and lights of the part `validity`, and the model's errors on them."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ PERIOD_UM = 2.5
 SLOPES_DEG = (2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 45.0)
 FACETS_DEG = (1.0, 2.0, 3.0, 5.71, 7.5, 10.0, 15.0, 20.0, 30.0)
 PERIODS_UM = (0.8, 1.25, 1.75, 2.5, 3.5, 5.0, 10.0)
-# Of the sweep over periods: slope of the sinusoid, facets of the sawtooth, height of the lamellar grating.
+# Sweep over periods: slope of the sinusoid, slope of the sawtooth's facets, height of the lamellar grating.
 SWEPT_SLOPE_DEG, SWEPT_FACET_DEG, SWEPT_HEIGHT_UM = 10.0, 5.71, 0.125
 
 
 def sinusoid(period: float, slope_deg: float) -> Grating:
-    """Of that steepest slope."""
+    """The sinusoid with this steepest slope."""
     return Grating("sinusoidal", period, period * np.tan(np.radians(slope_deg)) / np.pi)
 
 
@@ -40,14 +40,14 @@ def sawtooth(period: float, facet_deg: float) -> Grating:
 
 
 def profile(grating: Grating) -> Sinusoid | Polygon:
-    """The same for the rigorous solver."""
+    """The grating's profile for the rigorous solver."""
     make = {"sinusoidal": Sinusoid, "blazed": blazed, "lamellar": lamellar}[grating.preset]
     return make(grating.period, grating.height)
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """One grating under one light: the rigorous efficiencies and, by the name of the model, the model's."""
+    """Efficiencies of a grating under one light: rigorous, and by each model."""
 
     light: Light
     rigorous: Efficiencies
@@ -59,7 +59,7 @@ class Comparison:
 
 @cache
 def compared(grating: Grating, angles_deg: tuple, wavelengths_nm: tuple = WAVELENGTHS_NM) -> list[Comparison]:
-    """All angles at all wavelengths, angle by angle; the tool is asked for what has no closed form."""
+    """Comparisons at all angles and wavelengths, angle by angle; the command computes models without a closed form."""
     lights = [Light(wavelength, angle) for angle in angles_deg for wavelength in wavelengths_nm]
     scalar = {
         model.name: efficiencies(grating, model, lights)
@@ -76,33 +76,32 @@ def compared(grating: Grating, angles_deg: tuple, wavelengths_nm: tuple = WAVELE
 
 
 def sides(grating: Grating) -> tuple:
-    """The angles to light it from; a sawtooth from both sides, first with its facets turned away from the light."""
+    """Angles of incidence; for a sawtooth on both sides, first with its facets turned away from the light."""
     return ANGLES_DEG + (tuple(-angle for angle in ANGLES_DEG[1:]) if grating.preset == "blazed" else ())
 
 
 def mean_error(grating: Grating, model: Model, angle: float, polarisation: str = "unpolarised") -> float:
-    """The misplaced power, as the mean over the wavelengths."""
+    """Misplaced power, mean over the wavelengths."""
     at = [c for c in compared(grating, sides(grating)) if c.light.theta_i_deg == angle]
     return float(np.mean([c.misplaced(model, polarisation) for c in at]))
 
 
 def mean_sum(grating: Grating, model: Model, angle: float) -> float:
-    """The sum over the orders, as the mean over the wavelengths."""
+    """Sum over the orders, mean over the wavelengths."""
     at = [c for c in compared(grating, sides(grating)) if c.light.theta_i_deg == angle]
     return float(np.mean([c.scalar[model.name].sum() for c in at]))
 
 
 def rms_per_order(gratings: list[Grating], model: Model, polarisation: str = "unpolarised") -> float:
-    """Root of the mean square over all orders of all lights."""
+    """Rms error over all orders of all lights."""
     errors = [c.scalar[model.name] - getattr(c.rigorous, polarisation) for g in gratings for c in compared(g, sides(g))]
     return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
 
 def reaches(x: tuple, errors: list[float], bound: float, falling: bool = False) -> float | None:
-    """The x up to which the error stays at or below a bound, or with `falling` from which on; between points in
-    proportion.
+    """The x up to which (`falling`: from which) the error is at most `bound`, linearly interpolated.
 
-    None where it never does; the end of x where it always does.
+    None if it never is; the end of x if it always is.
     """
     x, errors = (list(reversed(values)) if falling else list(values) for values in (x, errors))
     for i, error in enumerate(errors):

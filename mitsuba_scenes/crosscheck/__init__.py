@@ -1,1 +1,1 @@
-"""The path tracer and the realtime renderer held against each other: `python -m mitsuba_scenes.crosscheck`."""
+"""Comparison of the path tracer and the realtime renderer: `python -m mitsuba_scenes.crosscheck`."""

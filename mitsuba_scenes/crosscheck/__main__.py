@@ -1,4 +1,4 @@
-"""Holds the path tracer and the realtime renderer against each other: pixel by pixel, to the eye, method by method."""
+"""Compares the path tracer and the realtime renderer: values at points, pictures, and every realtime method."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .run import Disagreement, crosscheck, insist
 
 
 def main(words: list[str] | None = None) -> int:
-    """The command line; 0, 1 where the renderers disagree, or 2 with one line that says what is wrong."""
+    """The command line; 0, 1 where the renderers disagree, or 2 after one line that says what is wrong."""
     parser = argparse.ArgumentParser(prog="python -m mitsuba_scenes.crosscheck", description=__doc__)
     parser.add_argument("-o", "--output", type=output_folder, default=str(REPOSITORY / "out" / "crosscheck"))
     parser.add_argument("--variant", default=DEFAULT_VARIANT, help="variant of Mitsuba, a spectral one")

@@ -1,4 +1,4 @@
-"""How well two linear pictures agree, pixel by pixel."""
+"""Relative error between the pixels of two linear pictures."""
 
 from __future__ import annotations
 
@@ -6,21 +6,22 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-# The error of a pixel is relative to its own colour, but to no less than this share of the picture's 99th percentile:
-# what is darker is black to the eye, and known in single precision only against the bright orders beside it.
+# Pixels below this fraction of the picture's 99th percentile do not count: they appear black, and single precision
+# resolves them only relative to the bright orders beside them.
 FLOOR_SHARE = 0.01
-# Pixels that are lit, but darker than this share of the brightest, are no part of a picture's percentile: an order of a
-# grating lights a few of its pixels, and leaves the others at the tail of a Gaussian.
+# Pixels below this fraction of the brightest do not enter the percentile: a grating's order lights few pixels and
+# leaves the others in the tail of a Gaussian.
 BLACK_SHARE = 1e-6
+# Largest accepted median and 99th percentile of the error; measured are 1e-4 and 4e-3 at most (docs/crosscheck.md).
 MEDIAN_LIMIT = 1e-3
 P99_LIMIT = 1e-2
-# With fewer pixels that are not black the figures would say nothing.
+# Smallest number of counted pixels for which percentiles are meaningful.
 FEWEST_PIXELS = 50
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Relative errors over the `pixels` whose colours are above the floor in one picture at least."""
+    """Relative errors over the `pixels` with a colour above `floor` in at least one of the pictures."""
 
     pixels: int
     floor: float
@@ -30,10 +31,11 @@ class Agreement:
 
     @property
     def holds(self) -> bool:
+        """Whether both limits are kept."""
         return self.median < MEDIAN_LIMIT and self.p99 < P99_LIMIT
 
     def figures(self) -> dict:
-        """Everything, for a report."""
+        """All values, for a report."""
         return {**asdict(self), "holds": self.holds, "text": str(self)}
 
     def __str__(self) -> str:
@@ -41,7 +43,7 @@ class Agreement:
 
 
 def agreement(a: np.ndarray, b: np.ndarray, mask: np.ndarray) -> Agreement:
-    """Compares (height, width, 3) pictures where the mask is set. The size of a colour is the length of its vector."""
+    """Compares pictures, (height, width, 3), where `mask` is set; the size of a colour is the length of its vector."""
     a, b = a[mask], b[mask]
     size = np.maximum(np.linalg.norm(a, axis=1), np.linalg.norm(b, axis=1))
     if not (np.isfinite(a).all() and np.isfinite(b).all()):

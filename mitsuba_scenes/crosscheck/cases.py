@@ -1,4 +1,4 @@
-"""The surfaces, lights and views on which the renderers are compared, and what both are told of them."""
+"""Surfaces, lights and views of the comparison, and their parameters for both renderers."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from .realtime import surface_words
 
 # Folder of measured data, which the repository does not hold.
 DATA = Path(os.environ.get("SUNBEAM_DATA", REPOSITORY.parent / "shared" / "data"))
-# The published atomic-force scans, by species.
+# The published atomic-force scans by species.
 SCANS = {species: DATA / "afm" / f"{species}.gsf" for species in ("elaphe", "xenopeltis")}
 SCAN = SCANS["xenopeltis"]
 SKINS = ("blazed", "elaphe", "xenopeltis")
-# Rays along each side of a pixel in pictures: a relief of few orders is bright in few places, which fewer rays miss,
-# but is quick to evaluate.
+# Rays along each side of a pixel: a relief of few orders is bright in few directions, which fewer rays would miss, and
+# fast to evaluate.
 FEW_ORDERS, MANY_ORDERS = 16, 6
-# Parameters that say what the relief is.
+# Parameters of the relief itself.
 RELIEF = (
     "preset",
     "period",
@@ -43,13 +43,13 @@ RELIEF = (
     "tiling",
     "level",
 )
-# The patch model with nothing added: what FLSS, Single 2014's method, computes on a GPU.
+# The model that FLSS, Single 2014's method, computes on a GPU.
 SAME_MODEL = {"model": "patch", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 
 @dataclass(frozen=True)
 class Case:
-    """A surface by name, as parameters of the plugin `diffraction`, which are the tool's too."""
+    """A named surface; `skin` has the parameters of the plugin `diffraction`, which the command shares."""
 
     name: str
     skin: dict
@@ -57,28 +57,28 @@ class Case:
 
 
 def cases(scan: Path = SCAN) -> list[Case]:
-    """A measured scan where it is present, and the presets."""
+    """The measured scan, if present, and the presets."""
     chosen = [Case(name, preset_skin(name), FEW_ORDERS if name == "blazed" else MANY_ORDERS) for name in SKINS]
     if not scan.exists():
         print(f"NOT CHECKED: no scan at {scan}, so no measured height field is compared", flush=True)
         return chosen
-    # A scan without periodic continuation has no orders, which is what FLSS works with.
+    # FLSS sums orders, which only a scan that repeats has.
     return [Case(f"scan-{scan.stem}", {**scanned_skin(scan), "tiling": "periodic"}, FEW_ORDERS), *chosen]
 
 
 def sun(azimuth_deg: float, elevation_deg: float) -> Light:
-    """Parallel light and no sky, which both renderers have."""
+    """Directional light without sky, the light of the realtime renderer."""
     return Light(azimuth_deg, elevation_deg, sun="directional", sky=0)
 
 
 def mirrored(case: Case, folder: Path) -> Case:
-    """The same surface with x turned round, h(−x, y): the sign of u changes, and nothing else does."""
+    """The surface with h(−x, y), which changes the sign of u alone."""
     exr, npy = folder / f"{case.name}-relief.exr", folder / f"{case.name}-mirrored.npy"
     folder.mkdir(parents=True, exist_ok=True)
     surface = {name: value for name, value in case.skin.items() if name != "rotation"}
     sunbeam("height-field", "-o", exr, *surface_words(surface))
     bitmap = mi.Bitmap(str(exr))
-    # Pictures have their first row at the top, arrays theirs at y = 0.
+    # The first row of a picture is the top, that of an array is y = 0.
     heights = np.array(bitmap, dtype=np.float64).reshape(bitmap.height(), bitmap.width())[::-1]
     # The pixel at x = 0 stays where it is.
     np.save(npy, np.roll(heights[:, ::-1], 1, axis=1))
@@ -89,15 +89,15 @@ def mirrored(case: Case, folder: Path) -> Case:
 
 
 def plugin(case: Case, **parameters) -> mi.BSDF:
-    """The BSDF of the case, on one side."""
+    """The one-sided BSDF of the case."""
     return mi.load_dict({"type": "diffraction", **case.skin, **parameters})
 
 
 @contextmanager
 def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
-    """Turns the relief of the BSDF by so much, until the context ends; its tables stay."""
+    """Turns the BSDF's relief by `degrees` until the context ends; its tables stay."""
     parameters = mi.traverse(bsdf)
-    # A copy: what the dictionary hands out changes with it.
+    # A copy, since the dictionary's own value changes with it.
     rotation = mi.Float(parameters["rotation.value"])
     parameters["rotation.value"] = rotation + degrees
     parameters.update()
@@ -111,7 +111,7 @@ def turned(bsdf: mi.BSDF, degrees: float) -> Iterator[None]:
 def bare_scene(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, spp: int, film: dict | None = None) -> dict:
     """Snake, sun and camera without the ground; `film` replaces that of the view.
 
-    The sun has one direction and nothing else gives light, so sampling the BSDF would find none.
+    BSDF samples are turned off, since they cannot hit the only light, a directional sun.
     """
     scene = snake_scene(bsdf, files, light, view, spp)
     scene["integrator"] = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}

@@ -1,8 +1,11 @@
-"""Check (c): what each realtime method costs and how far it is from the path-traced ensemble, for one view.
+"""Check (c) of the cross-check: time of each realtime method and its difference from path tracing, for one view.
 
-Nothing has to hold here: the methods are different models of the same skin, and the table says how different. Part of a
-difference is that a few rays a pixel miss some of a skin's glints, whatever the method. So each is also compared with
-the ensemble along the very same rays, where the model alone is left.
+The methods are different models of the same skin, so no limit applies: the check reports differences. Two models of
+coherence (docs/model.md#coherence) are compared: `patch` is a single coherence window at a fixed position, `ensemble`
+the mean over all positions. The reference is the path-traced ensemble with many samples a pixel.
+
+A renderer with few rays a pixel misses some of a skin's glints. Each method is therefore also compared with the
+ensemble evaluated along the renderer's own rays: the difference that remains is that of the models.
 """
 
 from __future__ import annotations
@@ -24,33 +27,41 @@ from . import points, realtime, spectral
 from .cases import Case, bare_scene, plugin
 from .quadrature import Quadrature
 
+# Realtime methods (docs/realtime.md). Dhillon et al. 2014: FLSS sums uniform wavelengths, NMM the wavelengths of orders
+# alone, PQ a tile that repeats P×Q times. The others are Stam's shader and the colour table.
 METHODS = ("flss", "nmm", "pq", "stam", "table")
-# Rays along each side of a pixel: with fewer, the speckle of the patch model hides what the methods differ by.
+# Rays along each side of a pixel. Chosen: with fewer, the speckle of the patch model hides the methods' differences.
 SUPERSAMPLE = 4
-# The path tracer's ensemble along the rays of the realtime renderer, without and with its energy kept, its default.
-SAME_RAYS, ENERGY_KEPT = "ensemble, same rays", "ensemble, energy kept"
-# The realtime renderer's colour table that keeps energy too.
+# The plugin's ensemble along the rays of the realtime renderer, without energy conservation.
+SAME_RAYS = "ensemble, same rays"
+# The plugin's ensemble along the same rays, with energy conservation (docs/model.md#energy), the plugin's default.
+ENERGY_KEPT = "ensemble, energy kept"
+# The realtime renderer's colour table with energy conservation.
 TABLE_KEPT = "table, energy kept"
-# Pixels across each of the three pictures on the sheet.
+# Width in pixels of each of the three pictures in a row of the contact sheet.
 PANEL = 288
-# The published methods keep no energy, so the reference keeps none either; what it changes is told beside them.
+# Parameters of the reference skin. The published methods have no energy conservation, so the reference has none;
+# ENERGY_KEPT and TABLE_KEPT show its effect.
 REFERENCE = {"model": "ensemble", "obliquity": "stam", "conserve_energy": False, "eta": KERATIN}
 
 
 def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, folder: Path) -> dict:
-    """Errors and times of each method, and of the ensemble along the same rays."""
+    """Errors and times of each method, and of the ensemble along the same rays.
+
+    Writes pictures into `folder`. `spp` is the number of the path tracer's samples per pixel.
+    """
 
     def file(name: str) -> Path:
         return folder / f"methods-{case.name}-{name.replace(', ', '-').replace(' ', '-')}.exr"
 
     reports = {}
     for method in METHODS:
-        # The published methods know no ensemble.
+        # The published methods have the patch model only.
         skin = {**case.skin, **REFERENCE, "model": "ensemble" if method == "table" else "patch"}
         reports[method] = realtime.render(file(method), method, files.mesh, skin, light, view, SUPERSAMPLE)
     skin = {**case.skin, **REFERENCE, "conserve_energy": True}
     reports[TABLE_KEPT] = realtime.render(file(TABLE_KEPT), "table", files.mesh, skin, light, view, SUPERSAMPLE)
-    # The sum over wavelengths is that of the full-spectrum method.
+    # The path tracer sums over the same wavelengths, with the same weights, as the full-spectrum method.
     quadrature = Quadrature.of_report(reports["flss"])
 
     ensembles = {SAME_RAYS: plugin(case, **REFERENCE)}
@@ -68,6 +79,7 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
     for name, pixels in pictures.items():
         picture.check(pixels, file(name).name)
         mi.Bitmap(pixels.astype(np.float32)).write(str(file(name)))
+    # Pictures are compared at pixels whose rays all meet the skin.
     mask = file("mask").with_suffix(".png")
     seen = _pixels(rays.seen).all(axis=(1, 3))
     mi.Bitmap(np.where(seen, 255, 0).astype(np.uint8)).write(str(mask))
@@ -96,18 +108,19 @@ def check(case: Case, files: SnakeFiles, light: Light, view: View, spp: int, fol
 
 
 def _pixels(rays: np.ndarray) -> np.ndarray:
-    """The rays of each pixel along axes 1 and 3."""
+    """Values (rows, columns, …) of rays, by pixel: (rows of pixels, SUPERSAMPLE, columns of pixels, SUPERSAMPLE, …)."""
     height, width, *rest = rays.shape
     return rays.reshape(height // SUPERSAMPLE, SUPERSAMPLE, width // SUPERSAMPLE, SUPERSAMPLE, *rest)
 
 
 def caption(name: str, figures: dict) -> str:
+    """The line below the pictures of one method."""
     text = f"reference | {name} | FLIP {figures['flip']['mean']:.3f}, CIEDE2000 {figures['delta_e_2000']['mean']:.2f}"
     return text + (f", {figures['gpu_ms']:.0f} ms on the GPU" if "gpu_ms" in figures else "")
 
 
 def lines(found: dict) -> list[str]:
-    """A table to print."""
+    """The result of `check` as lines of a table: colour difference ΔE (CIEDE2000), FLIP and relative squared error."""
     table = [
         f"  times are those of {found['adapter']}; on the right against the ensemble along the same rays",
         f"{'':24}{'ΔE mean':>9}{'ΔE 99 %':>9}{'FLIP':>8}{'relMSE':>10}"

@@ -1,6 +1,6 @@
-"""The same points: Mitsuba finds what each pixel's centre sees, and its BSDF is asked there, wavelength by wavelength.
+"""Values at pixel centres: Mitsuba traces a ray through each, and its BSDF is evaluated there at given wavelengths.
 
-No sampling and no filter is left, so both renderers have to give the same numbers.
+Without sampling and filtering, both renderers must give equal values.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from ..light import Light
 from ..scene import View
 from .quadrature import Quadrature
 
-# Wavelengths that an interaction carries in a spectral variant.
+# Wavelengths of an interaction in a spectral variant.
 CARRIED = 4
-# Neighbouring pixels that see the same scale: the angle between their normals, and the step in distance as a share of
-# it. A scale's rim turns the normal by more; a step of 2 % is a tenth of the body's width.
+# Largest angle between normals of neighbouring pixels on one scale; at a scale's rim it is larger.
 SMOOTH_DEG = 12.0
+# Largest relative step of the distance between such pixels: a tenth of the body's width.
 SMOOTH_DISTANCE = 0.02
 
 
 @dataclass(frozen=True)
 class Points:
-    """What the pixels' centres see; arrays of shape (height, width, ...)."""
+    """The points seen through the pixels' centres; arrays of shape (height, width, …)."""
 
     # Directions to the camera and to the sun in the shading frame of the skin.
     to_camera: np.ndarray
     to_sun: np.ndarray
-    # There is skin.
+    # The ray meets skin.
     seen: np.ndarray
-    # It is seen from above, and the sun from it.
+    # The point faces the camera and the sun, and is not in shadow.
     lit: np.ndarray
-    # Away from silhouettes, rims of scales and edges of shadows.
+    # The point and its neighbours are lit and on one smooth piece of the surface.
     inside: np.ndarray
 
 
@@ -56,7 +56,7 @@ def points(scene: mi.Scene, light: Light, view: View) -> Points:
 
 
 def _hit(scene: mi.Scene, light: Light, place: mi.Point2f) -> tuple:
-    """Whether and how far off the surface is, directions to camera and sun, normal, and whether it is in shadow."""
+    """Data of one ray: hit or not, distance, local directions to camera and sun, normal, shadowed or not."""
     ray, _ = scene.sensors()[0].sample_ray(0.0, 0.5, place, mi.Point2f(0.5))
     si = scene.ray_intersect(ray)
     to_sun = mi.Vector3f(*light.to_sun().tolist())
@@ -65,18 +65,19 @@ def _hit(scene: mi.Scene, light: Light, place: mi.Point2f) -> tuple:
 
 
 def _windows(values: np.ndarray) -> np.ndarray:
-    """The 3 x 3 neighbourhood of each pixel but the outermost, as (height − 2, width − 2, ..., 3, 3)."""
+    """The 3 × 3 neighbourhoods of all pixels except the outermost, (height − 2, width − 2, …, 3, 3)."""
     return np.lib.stride_tricks.sliding_window_view(values, (3, 3), axis=(0, 1))
 
 
 def _eroded(mask: np.ndarray) -> np.ndarray:
+    """The pixels whose whole 3 × 3 neighbourhood is set."""
     out = np.zeros_like(mask)
     out[1:-1, 1:-1] = _windows(mask).all(axis=(-2, -1))
     return out
 
 
 def _is_smooth(valid: np.ndarray, distance: np.ndarray, normal: np.ndarray) -> np.ndarray:
-    """Whether the neighbourhood of a pixel lies on one smooth piece of the surface."""
+    """The pixels whose 3 × 3 neighbourhood lies on one smooth piece of the surface."""
     valid = _eroded(valid)
     centre = normal[1:-1, 1:-1, :, None, None]
     turned = (_windows(normal) * centre).sum(axis=2).min(axis=(-2, -1)) < math.cos(math.radians(SMOOTH_DEG))
@@ -88,20 +89,20 @@ def _is_smooth(valid: np.ndarray, distance: np.ndarray, normal: np.ndarray) -> n
 
 
 def radiance(bsdf: mi.BSDF, at: Points, quadrature: Quadrature) -> np.ndarray:
-    """Linear sRGB (height, width, 3) of the points in the sun, black elsewhere; a white plane facing the sun is 1."""
+    """Linear sRGB, (height, width, 3), of the lit points, black elsewhere; a white plane facing the sun has 1."""
     wi, wo = at.to_camera[at.lit], at.to_sun[at.lit]
     nm = quadrature.wavelengths_nm
     colour = np.zeros((len(wi), 3))
     for first in range(0, len(nm), CARRIED):
         carried = nm[first : first + CARRIED]
-        # The last ones are repeated, and not counted.
+        # The last batch is padded by repetition, and the padding is dropped.
         values = _values(bsdf, wi, wo, np.resize(carried, CARRIED))[:, : len(carried)]
         colour += math.pi * values @ quadrature.weights[first : first + CARRIED]
     return _picture(at, colour)
 
 
 def colours(bsdf: mi.BSDF, at: Points) -> np.ndarray:
-    """As `radiance`, in a variant whose BSDFs answer in linear sRGB."""
+    """Linear sRGB as `radiance` has it, in an RGB variant."""
     return _picture(at, math.pi * _values(bsdf, at.to_camera[at.lit], at.to_sun[at.lit], np.empty(0)))
 
 
@@ -126,13 +127,13 @@ def _values(bsdf: mi.BSDF, wi: np.ndarray, wo: np.ndarray, nm: np.ndarray) -> np
     si = dr.zeros(mi.SurfaceInteraction3f, len(wi))
     si.wi = mi.Vector3f(np.ascontiguousarray(wi.T))
     if len(nm):
-        # Arrays and not literals, so that all wavelengths share one kernel.
+        # Arrays instead of literals, so that all wavelengths share one kernel.
         si.wavelengths = [mi.Float(np.full(len(wi), value, dtype=np.float32)) for value in nm]
     return np.array(bsdf.eval(ctx, si, mi.Vector3f(np.ascontiguousarray(wo.T)))).T
 
 
 def mirrored(at: Points, rotation_deg: float) -> Points:
-    """The points with the sign of u turned round in the frame of a relief so rotated: what they see is h(−x, y)."""
+    """The points with the sign of u changed in the frame of a relief with this rotation, as for h(−x, y)."""
     angle = math.radians(rotation_deg)
     x = np.array([math.cos(angle), math.sin(angle), 0.0])
 

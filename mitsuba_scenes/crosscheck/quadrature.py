@@ -1,4 +1,4 @@
-"""The sum over wavelengths that both renderers share."""
+"""Wavelengths and weights of the sum over the spectrum, shared by both renderers."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Quadrature:
-    """`wavelengths_nm` (n,), equally spaced, and `weights` (n, 3), which make linear sRGB of a reflectance at them."""
+    """Equidistant `wavelengths_nm`, (n,), and `weights`, (n, 3), from reflectances to linear sRGB."""
 
     wavelengths_nm: np.ndarray
     weights: np.ndarray
 
     @staticmethod
     def of_report(report: dict) -> Quadrature:
-        """What `sunbeam render` used, out of its report."""
+        """The quadrature in a report of `sunbeam render`."""
         found = report["quadrature"]
         quadrature = Quadrature(np.array(found["wavelengths_nm"]), np.array(found["weights"]))
         count = len(quadrature.wavelengths_nm)
@@ -26,4 +26,5 @@ class Quadrature:
 
     @property
     def step_nm(self) -> float:
+        """Distance between neighbouring wavelengths."""
         return float(self.wavelengths_nm[1] - self.wavelengths_nm[0])

@@ -1,4 +1,4 @@
-"""The realtime renderer and the comparison of pictures, through the command line tool."""
+"""The realtime renderer and the comparison of pictures, through the command `sunbeam`."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from ..tool import sunbeam
 def render(
     output: Path, method: str, mesh: Path, skin: dict, light: Light, view: View, supersample: int = 1, **options
 ) -> dict:
-    """Draws the snake on the GPU with the plugin's parameters `skin`, and returns the tool's report.
+    """Draws the snake on the GPU with the plugin's parameters `skin`, and returns the command's report.
 
-    The light is the sun alone, in parallel; what the skin does not diffract is left out.
+    The light is a directional sun. Pigment and ground are left out.
     """
     words = ["render", "-o", output, "--method", method, "--mesh", mesh, "--blend", "none", "--ground", "false"]
     words += ["--size", f"{view.width}x{view.height}", "--supersample", supersample, "--fov", view.fov_deg]
@@ -26,16 +26,17 @@ def render(
 
 
 def compare(a: Path, b: Path, **options) -> dict:
-    """The figures of `sunbeam compare`; `a` is the reference."""
+    """The report of `sunbeam compare`; `a` is the reference."""
     return json.loads(sunbeam("compare", a, b, *_named(options)))
 
 
 def surface_words(skin: dict) -> list:
-    """The tool's arguments of the plugin's parameters."""
+    """Arguments of the command for the plugin's parameters `skin`."""
     return _named({"height-field" if name == "filename" else name: value for name, value in skin.items()})
 
 
 def _named(options: dict) -> list:
+    """Options of the command by their Python names."""
     words = []
     for name, value in options.items():
         words += [f"--{name.replace('_', '-')}", str(value).lower() if isinstance(value, bool) else value]

@@ -1,4 +1,4 @@
-"""All the checks, one after the other, on one set of views and lights."""
+"""All checks of the comparison, on one set of views and lights."""
 
 from __future__ import annotations
 
@@ -15,31 +15,30 @@ from ..snake import snake_files
 from . import methods, same_picture, same_points
 from .cases import SCAN, cases, sun
 
-# A few scales of the back, so close that the speckle of the patch model is no smaller than a pixel.
+# A few scales of the back, close enough that the patch model's speckle is larger than a pixel.
 CLOSE = View(96, 64, fov_deg=8.0)
-# The middle of it, pixel for pixel: a picture takes hundreds of rays a pixel.
+# The middle of CLOSE at the same scale, smaller because pictures take hundreds of rays a pixel.
 CLOSER = View(48, 32, fov_deg=4.0)
 # The whole snake, as in the demonstration.
 WHOLE = View(72, 48)
-# Azimuth and elevation in degrees; each of them lights an order of the blazed grating in the close view.
+# Azimuth and elevation in degrees; in each light CLOSE has an order of the blazed grating.
 LIGHTS = tuple(sun(*angles) for angles in ((-180.0, 25.0), (-60.0, 40.0), (-30.0, 25.0)))
-# Samples a pixel of path-traced pictures: of the patch model, and of the ensemble, which has no speckle.
+# Samples a pixel of path-traced pictures: of the patch model, and of the ensemble without speckle.
 SPP_PATCH, SPP_ENSEMBLE = 2304, 1024
-# What the methods are compared on: a grating of few orders, and a skin.
+# Surfaces of the comparison of methods: a grating of few orders, and a skin.
 COMPARED = ("blazed", "xenopeltis")
-# Surfaces of the short form: the scan and a grating, or where the scan is absent a skin.
+# Number of surfaces of the short form: the scan and a grating, or without the scan a grating and a skin.
 SHORT = 2
 
 
 class Disagreement(Exception):
-    """The renderers do not agree, or a check would not have noticed; the message says where."""
+    """The renderers disagree, or a negative control passed; the message says where."""
 
 
 def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
-    """Runs the checks in the variant that is set, and returns the figures.
+    """Runs the checks in the selected variant and returns the figures, with failures under "failures".
 
-    In its `short` form on two surfaces, in one light, and the methods on one of these.
-    Writes `crosscheck.json` and the pictures; what failed is listed under "failures".
+    Writes `crosscheck.json` and the pictures. The `short` form has two surfaces in one light, and the methods on one.
     """
     if not mi.is_spectral:
         raise SetupError(f"the renderers are compared by wavelength: {mi.variant()} is not a spectral variant")
@@ -73,6 +72,6 @@ def crosscheck(output: Path, scan: Path = SCAN, short: bool = False) -> dict:
 
 
 def insist(report: dict) -> None:
-    """Raises Disagreement where something failed."""
+    """Raises Disagreement if a check of the report failed."""
     if report["failures"]:
         raise Disagreement("; ".join(report["failures"]))

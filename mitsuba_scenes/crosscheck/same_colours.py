@@ -1,6 +1,7 @@
-"""Check (a) for a grating by Maxwell's equations: the colours of the same points, in a variant that carries colours.
+"""Check (a) for a grating by Maxwell's equations: colours at the same points, in an RGB variant.
 
-Both read the same efficiencies: the plugin with the places of orders in double precision, the GPU's `table` in single.
+Both renderers read the same efficiencies. The plugin computes positions of orders in double precision, the GPU's
+`table` in single.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from .same_points import CONTROL_ROTATION_DEG
 
 
 def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, folder: Path) -> list[dict]:
-    """The figures for each direction of the light, with the negative controls beside them."""
+    """Agreement for each direction of the light, with the negative controls."""
     bsdf = plugin(case)
     found = []
     for number, light in enumerate(lights, 1):

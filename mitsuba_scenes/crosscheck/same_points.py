@@ -1,4 +1,4 @@
-"""Check (a): the colours of the same points in both renderers, and of points that are made to differ."""
+"""Check (a): colours at the same points in both renderers, with negative controls."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .agreement import agreement
 from .cases import SAME_MODEL, Case, bare_scene, plugin, turned
 from .quadrature import Quadrature
 
-# Tables so exact that what is left is the single precision of the realtime renderer, whose series heed it too.
+# Tolerance of tables and series, below the single precision of the realtime renderer's sums.
 TOLERANCE = 1e-5
-# What the negative controls turn the relief by.
+# Rotation of the relief in the negative control.
 CONTROL_ROTATION_DEG = 1.0
 
 
 def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, folder: Path) -> list[dict]:
-    """The figures for each direction of the light, with the negative controls beside them."""
+    """Agreement for each direction of the light, with the negative controls."""
     skin = {**case.skin, **SAME_MODEL}
     bsdf = plugin(case, **SAME_MODEL, tolerance=TOLERANCE)
     found = []
@@ -57,7 +57,7 @@ def check(case: Case, files: SnakeFiles, lights: Iterable[Light], view: View, fo
 
 
 def lines(found: list[dict]) -> list[str]:
-    """What to print."""
+    """The result as lines of text."""
     printed = []
     for figures in found:
         controls = ", ".join(f"{name} {of_control['median']:.1e}" for name, of_control in figures["controls"].items())
@@ -66,7 +66,7 @@ def lines(found: list[dict]) -> list[str]:
 
 
 def failures(name: str, found: list[dict]) -> list[str]:
-    """What is not as it must be: the same points that differ, and different ones that agree."""
+    """Failures: points that differ, and controls that pass."""
     wrong = []
     for figures in found:
         light = f"the sun at azimuth {figures['light']['azimuth_deg']:g}°"

@@ -1,4 +1,4 @@
-"""An ordinary picture by Mitsuba in bands of wavelengths, summed as the realtime renderer sums."""
+"""A picture by Mitsuba in spectral bands with the realtime renderer's quadrature."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from ..snake import SnakeFiles
 from .cases import bare_scene
 from .quadrature import Quadrature
 
-# The integral of D65 over a band is the sum over this many points, exact to 1e-6 for a curve made of straight lines.
+# Points of the numerical integral of D65 over a band; the error is 1e-6, since Mitsuba's D65 is piecewise linear.
 POINTS_PER_BAND = 101
 
 
 def film(view: View, quadrature: Quadrature) -> dict:
-    """A film whose bands respond as each colour is weighted, straight between the wavelengths.
+    """A film whose bands respond as each colour's weights, linear between the wavelengths.
 
-    No band is negative: what a colour takes away is a band of its own.
+    Bands are not negative: the negative part of a colour's weights is a band of its own.
     """
     step, nm = quadrature.step_nm, quadrature.wavelengths_nm
     nodes = [nm[0] - step, *nm, nm[-1] + step]
     bands = {
-        # Mitsuba sorts its properties by name.
+        # Mitsuba sorts properties by name.
         f"band_{i}": {
             "type": "irregular",
             "wavelengths": ", ".join(map(str, nodes)),
@@ -44,14 +44,15 @@ def film(view: View, quadrature: Quadrature) -> dict:
 
 
 def colours(bands: np.ndarray, quadrature: Quadrature) -> np.ndarray:
-    """Linear sRGB of a picture in these bands: weighted, the mean reflectance about each wavelength in D65."""
+    """Linear sRGB of a picture in the bands of `film`."""
     return bands @ np.array([signs for signs, _ in _responses(quadrature)])
 
 
 def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
-    """What each band adds to linear sRGB, one or minus one, and its response at the wavelengths, nowhere negative.
+    """For each band its contribution to linear sRGB, ±1 in one channel, and its response at the wavelengths, ≥ 0.
 
-    A weight counts the reflectance in D65, so it is divided by the D65 in the triangle about its wavelength.
+    Weights multiply reflectances, and the film measures radiance under D65. So a response is the weight over the
+    integral of D65 in the triangle about its wavelength.
     """
     across = np.linspace(-1, 1, POINTS_PER_BAND)
     nm = quadrature.wavelengths_nm[:, None] + quadrature.step_nm * across
@@ -62,14 +63,14 @@ def _responses(quadrature: Quadrature) -> list[tuple[np.ndarray, np.ndarray]]:
 
 
 def _d65() -> tuple[np.ndarray, np.ndarray]:
-    """Mitsuba's illuminant, straight between these nm, scaled so that a white plane that faces the sun reflects it."""
+    """Wavelengths in nm and values of Mitsuba's D65, piecewise linear: the radiance of a white plane facing the sun."""
     spectrum = mi.traverse(mi.load_dict({"type": "d65"}))
     values = np.array(spectrum["values"])
     return np.linspace(*spectrum["range"], len(values)), values
 
 
 def picture(bsdf: mi.BSDF, files: SnakeFiles, light: Light, view: View, quadrature: Quadrature, spp: int) -> np.ndarray:
-    """Linear sRGB (height, width, 3) of the snake in the sun."""
+    """Linear sRGB, (height, width, 3), of the snake in the sun."""
     side = math.ceil(math.sqrt(spp))
     scene = mi.load_dict(bare_scene(bsdf, files, light, view, side**2, film(view, quadrature)))
     return colours(np.array(mi.render(scene), dtype=np.float64), quadrature)

@@ -1,6 +1,6 @@
-//! The brightness at which a picture is shown.
+//! Automatic exposure of a picture.
 
-/// Share of the pixels that may be clipped.
+/// Fraction of the lit pixels that may clip.
 const CLIPPED: f64 = 0.01;
 
 /// The factor at which 1 % of the pixels that are not black exceed 1 in some channel of linear sRGB; 1 for a black

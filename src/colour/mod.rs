@@ -1,11 +1,11 @@
-//! Colour: from spectra to the numbers in a picture, and how different two of them look.
+//! Colour: spectra to sRGB, tone mapping, and colour differences.
 //!
 //! - [`cie_xyz`] and [`d65`]: the CIE 1931 2° observer and the daylight D65, by wavelength in nm.
 //! - [`SpectralToRgb`]: weights that turn samples of a reflectance-like function over wavelength,
 //!   seen in D65, into linear sRGB; a function that is 1 everywhere is exactly the white (1, 1, 1).
 //! - [`xyz_to_linear_srgb`], [`linear_srgb_to_xyz`], [`srgb_encode`], [`srgb_bytes`], [`srgb_decode`].
-//! - [`tone_map`]: radiance to what a screen can show.
-//! - [`automatic_exposure`]: the brightness at which a picture is shown.
+//! - [`tone_map`]: radiance to displayable colours.
+//! - [`automatic_exposure`]: the exposure of a picture.
 //! - [`xyz_to_lab`], [`linear_srgb_to_lab`] and [`ciede2000`].
 //!
 //! XYZ is relative throughout: the D65 white has Y = 1.

@@ -24,7 +24,7 @@ pub fn srgb_encode(linear: [f64; 3]) -> [f64; 3] {
     linear.map(|value| Srgb::from_linear(unit(value)))
 }
 
-/// [`srgb_encode`] as a picture's bytes, from a table of straight pieces: within 0.6 of a step of what it gives.
+/// [`srgb_encode`] as bytes, from a piecewise linear table: within 0.6 of a step.
 pub fn srgb_bytes(linear: [f64; 3]) -> [u8; 3] {
     linear.map(|value| Srgb::from_linear(unit(value)))
 }

@@ -1,6 +1,8 @@
-/// From here on highlights are compressed.
+//! Tone mapping for display.
+
+/// Radiance from which highlights are compressed.
 const KNEE: f64 = 0.8;
-/// How far above [`KNEE`] a radiance is shown halfway between it and 1.
+/// Radiance above [`KNEE`] that is shown halfway between the knee and 1.
 const SHOULDER: f64 = 0.6;
 
 /// Linear radiance brightened by `2^stops`, for [`super::srgb_encode`]: colours up to 0.8 are kept, those above are

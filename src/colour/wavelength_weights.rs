@@ -5,8 +5,8 @@ use crate::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::array;
 use std::sync::LazyLock;
 
-/// Red, green, blue (linear sRGB) and luminance under D65 and the CIE 1931 observer, per nm. Each sums to one over the whole nm
-/// of the tables' range, so that a reflectance of one is white.
+/// Red, green, blue (linear sRGB) and luminance under D65 and the CIE 1931 observer, per nm. Each sums to one over the
+/// whole nm of the tables' range, so that a reflectance of one is white.
 ///
 /// ```
 /// use sunbeam::colour::WavelengthWeights;

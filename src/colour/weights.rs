@@ -4,7 +4,7 @@ use thiserror::Error;
 
 use super::{cie_xyz, d65, xyz_to_linear_srgb};
 
-/// Why a wavelength grid was refused.
+/// Reason that a wavelength grid was refused.
 #[derive(Debug, Error, PartialEq)]
 pub enum ColourError {
     /// First wavelength or step not finite and positive.
@@ -81,7 +81,7 @@ impl SpectralToRgb {
     /// The grid of the full-spectrum method: 380 to 780 nm in the given step (Single 2014 uses 5 nm).
     ///
     /// # Errors
-    /// As [`SpectralToRgb::new`].
+    /// The errors of [`SpectralToRgb::new`].
     pub fn visible(step_nm: f64) -> Result<Self, ColourError> {
         let count = if step_nm > 0.0 { (400.0 / step_nm + 1e-9).floor() as usize + 1 } else { 0 };
         // A step of a millionth of a nm would only exhaust the memory.
@@ -106,8 +106,8 @@ impl SpectralToRgb {
         &self.weights
     }
 
-    /// The weights as a density per nm at a wavelength in nm, linear between the samples and zero beyond them; its integral is
-    /// (1, 1, 1) as far as the outermost weights count for nothing.
+    /// The weights as a density per nm at a wavelength in nm, linear between the samples and zero beyond them; its
+    /// integral is (1, 1, 1) as far as the outermost weights count for nothing.
     pub fn density(&self, wavelength_nm: f64) -> [f64; 3] {
         let place = (wavelength_nm - self.first_nm) / self.step_nm;
         let below = place.floor();
@@ -128,7 +128,7 @@ impl SpectralToRgb {
         rgb
     }
 
-    /// The same as [`SpectralToRgb::rgb`] for a function of the wavelength in nm.
+    /// [`SpectralToRgb::rgb`] of a function of the wavelength in nm.
     pub fn rgb_of(&self, mut function: impl FnMut(f64) -> f64) -> [f64; 3] {
         let mut rgb = [0.0; 3];
         for (nm, weight) in self.wavelengths_nm().zip(&self.weights) {

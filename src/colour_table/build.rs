@@ -1,4 +1,4 @@
-//! Fills the rings and turns their samples into packed spline coefficients.
+//! Build of a colour table: integrates the rings' samples and packs their spline coefficients.
 
 use super::pack::{exponent_offset, pack};
 use super::path::{LANES, Lanes, Path, Reading, Reflectance, STEP_SIGMAS, STEPS_MIN, VISIBLE_UM};
@@ -9,34 +9,34 @@ use crate::colour::SpectralToRgb;
 use crate::height_field::HeightField;
 use crate::numeric::math::cubic_b_spline;
 use crate::table::{
-    BuildDemand, Model, Progress, Purpose, SpectralTable, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM,
+    BuildDemand, CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, Progress, Purpose, SpectralTable, Spectrum, TableError,
+    Tiling,
 };
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Most readings of joined records that filling may take: some seconds on two cores.
+/// Largest number of record reads of a build: some seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
 
-/// Share of a build that is taken to be the spectral table's.
+/// Fraction of the progress that the spectral table counts for.
 const SPECTRAL_SHARE: f64 = 0.5;
 
-/// What a table is made for.
+/// Parameters of a colour table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTableOptions {
     /// Four standard deviations of the coherence window, in µm.
     pub coherence_length_um: f64,
-    /// Which coherence model is tabulated.
+    /// Coherence model.
     pub model: Model,
     /// Whether the tile repeats.
     pub tiling: Tiling,
-    /// Relative error of the spectral table that the colours are made of.
+    /// Relative error of the spectral table that colours are integrated from.
     pub tolerance: f64,
-    /// Multiplies the number of samples in each of the three directions, 0.25 to 4; 1 is within a ΔE₂₀₀₀ of 1 for 99 % of
-    /// the pixels.
+    /// Factor on the number of samples along each axis, 0.25 to 4. At 1 the ΔE₂₀₀₀ of 99 % of pixels is below 1.
     pub resolution: f64,
-    /// Factor on what building the spectral table may take in memory and time, at least 1.
+    /// Factor on the limits of memory and time of the spectral table, at least 1.
     pub build_limit: f64,
 }
 
@@ -50,10 +50,9 @@ impl ColourTable {
         Self::build_reflecting(field, options, &|_, _| 1.0, &Progress::none()).map(|(table, _)| table)
     }
 
-    /// As [`ColourTable::build`], with what the interface reflects at a wavelength in nm (380 to 780) and a cosine at the
-    /// half vector (0 to 1) inside the integral over wavelength. It should be smooth in the cosine, of which the table takes
-    /// as many samples as the relief asks for: six on a flat one. Answers the spectral table as well, for the
-    /// coherence length that is shown.
+    /// Builds the table with a reflectance inside the integral: `reflected(nm, cos)` for wavelengths of 380 to 780 nm
+    /// and the cosine at the half vector. It should be smooth in the cosine, which the heights sample: six of them on a
+    /// flat relief. Also returns the spectral table, at the colour table's coherence length.
     ///
     /// # Errors
     /// As [`ColourTable::build`].
@@ -85,8 +84,8 @@ impl ColourTable {
             field,
             options.model,
             options.tiling,
-            coherence_length_um / 4.0,
-            2e3 / WAVELENGTH_MIN_NM,
+            CoherenceWindow::new(coherence_length_um),
+            FREQUENCY_MAX_PER_UM,
             options.tolerance,
         );
         let built = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?;
@@ -103,20 +102,20 @@ impl ColourTable {
 
 /// Standard deviation in cycles/µm of the narrowest feature of S, that of an order's Gaussian.
 fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) -> f64 {
-    let s = coherence_length_um / 4.0;
+    let s = CoherenceWindow::new(coherence_length_um).sigma_um();
     let window_um = match tiling {
         Tiling::Periodic => s,
         Tiling::Aperiodic => {
-            // A tapered scan is itself a window, whose autocorrelation is as wide as that of a Gaussian of a third of its
-            // width. The narrower of the two counts; the power joins them smoothly.
+            // A tapered scan is itself a window, whose autocorrelation is as wide as that of a Gaussian of a third of
+            // its width. The narrower window dominates; the exponent blends the two smoothly.
             let (lx, ly) = field.extent_um();
             s.powi(-2).hypot((0.35 * lx.max(ly)).powi(-2)).powf(-0.5)
         }
     };
-    1.0 / (TAU * window_um * 2f64.sqrt())
+    CoherenceWindow::from_sigma_um(window_um).order_sigma_per_um()
 }
 
-/// The plan of the rings, for the surface's coherence length or the largest whose table is small enough.
+/// Plan of the rings, for the surface's coherence length or the longest one whose table is within the limits.
 fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f64) {
     let (low, high) = field.range_um();
     let mut coherence_length_um = options.coherence_length_um;
@@ -132,7 +131,7 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
     }
 }
 
-/// Readings that filling takes.
+/// Number of record reads of a build.
 fn cost(plan: &Rings, sigma: f64) -> f64 {
     let along = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings
@@ -143,7 +142,7 @@ fn cost(plan: &Rings, sigma: f64) -> f64 {
         .sum()
 }
 
-/// The w at which the phase of the relief is about one radian at 0.5 µm: below, F falls as w².
+/// The w at which the relief's phase is about one radian at 0.5 µm; below it `F` falls as w².
 fn knee(spectrum: &Spectrum) -> f64 {
     (0.5 / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
 }
@@ -181,7 +180,7 @@ fn fill(
                     integrals
                 })
                 .collect();
-            // Where each ring begins in a batch.
+            // Start of each ring in a batch.
             let starts = group.iter().scan(0, |next, ring| {
                 let start = *next;
                 *next += ring.heights() * 3;
@@ -217,7 +216,8 @@ fn filled(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FilledRing {
         values.chunks_exact(numbers).flat_map(|v| &v[3 * height..3 * height + 3]).map(|v| f64::from(v.abs())).sum()
     };
     let knee_squared = knee * knee;
-    // What F has at the first sample beyond its square law, which bends by less than a factor of three up to the knee.
+    // Excess of F over its square law at the first sample; the law changes by less than a factor of three up to the
+    // knee.
     let near_knee = samples.partition_point(|w| *w < knee).min(heights - 1);
     let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
     let zero_squared = (samples[near_knee].powi(2) * fall - 3.0 * samples[0] * samples[0]).clamp(0.0, knee_squared);
@@ -272,7 +272,7 @@ fn prefilter_around(values: &mut [f32], numbers: usize) {
             *value = *state;
         }
     }
-    // The way back starts from what it would have come to after one turn.
+    // The anticausal pass starts from its value after one turn.
     state.fill(0.0);
     for row in values.chunks_exact(numbers).take(warm_up).rev() {
         state.iter_mut().zip(row).for_each(|(state, value)| *state = POLE * (*state - value));
@@ -312,7 +312,7 @@ fn assemble(
         });
         words.extend(filled.coefficients.chunks_exact(3).map(|c| pack([c[0], c[1], c[2]], exponent_offset)));
     }
-    // Whole fours, as buffers are bound and packets are read.
+    // Padded to packets of four words.
     words.resize(words.len().next_multiple_of(4), 0);
     let layout = ColourLayout {
         knee_radius: plan.knee_radius as f32,

@@ -1,4 +1,4 @@
-//! How a table is read, by value or by a recorded kernel.
+//! Look-up of a colour, for every family of numbers.
 
 use super::{ColourLayout, Ring};
 use crate::numeric::math::{cubic_b_spline_weights, polynomial};
@@ -6,32 +6,32 @@ use crate::numeric::{Index, Number, Numbers, Real};
 use std::array;
 use std::f64::consts::LN_2;
 
-/// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
+/// Largest |q|²: that of two parallel unit vectors, with room for rounding.
 pub const SUM_SQUARED_MAX: f32 = 4.001;
 
-/// Bits of a mantissa in [`super::pack`], half of whose range its words have added.
+/// Bits of a mantissa in [`super::pack`]; stored mantissas are offset by half their range.
 const MANTISSA_BITS: u32 = super::pack::EXCESS.ilog2() + 1;
 
-/// A colour table as an evaluator reads it.
+/// A [`super::ColourTable`] over one family of numbers.
 #[derive(Clone, Copy, Debug)]
 pub struct ColourView<N: Numbers> {
-    /// How the words are to be read.
+    /// Constants of the look-up.
     pub layout: ColourLayout,
-    /// [`super::ColourTable::words`].
+    /// Table data.
     pub words: N::Words,
 }
 
 impl<N: Numbers> ColourView<N> {
-    /// The colour `F` of `q = (u, v, w)` (see the [module](super)), linear sRGB in 1/sr; colours outside sRGB have negative
-    /// channels. Zero unless `active`, `w > 0`, and `q` the sum of two unit vectors.
+    /// The colour `F` of `q = (u, v, w)` (see the [module](super)), linear sRGB in 1/sr; colours outside sRGB have
+    /// negative channels. Zero unless `active`, `w > 0`, and `q` the sum of two unit vectors.
     #[inline(always)]
     pub fn relief_rgb(&self, u: N::Real, v: N::Real, w: N::Real, active: N::Mask) -> [N::Real; 3] {
         let lit = N::Real::lit;
         let squared = u.fma(u, v * v);
-        // Nothing that is not finite is the sum of two unit vectors.
+        // False for NaN and infinities.
         let valid = active & lit(0.0).lt(w) & w.fma(w, squared).le(lit(SUM_SQUARED_MAX.into()));
         let turn = turns(u, v);
-        // As the twin in WGSL has it, division by division: next to a bright order a rounding of the place among the rings shows.
+        // The divisions are those of the WGSL twin: beside a bright order a rounding of the ring's position shows.
         let growth = lit(self.layout.growth.into());
         let stretched = (u * u + v * v).sqrt() * growth / lit(self.layout.knee_radius.into());
         let arsinh = (stretched + (stretched * stretched + lit(1.0)).sqrt()).log2() * lit(LN_2);
@@ -48,8 +48,8 @@ impl<N: Numbers> ColourView<N> {
         })
     }
 
-    /// The value on the ring of this number at `turn` (a direction in turns) and `w`; numbers below 0 are beyond the centre,
-    /// on the other side. `efolds` is `ln(1 + w/w_log)`.
+    /// The value on a ring at `turn` (a direction in turns) and `w`. Negative ring numbers are beyond the centre, on
+    /// the opposite side. `efolds` is `ln(1 + w/w_log)`.
     #[inline(always)]
     fn on_ring(&self, number: N::Real, turn: N::Real, w: N::Real, efolds: N::Real, active: N::Mask) -> [N::Real; 3] {
         let (lit, index) = (N::Real::lit, N::Index::lit);
@@ -68,22 +68,22 @@ impl<N: Numbers> ColourView<N> {
         let row = y.floor().min(N::real(heights) - lit(4.0));
         let across = cubic_b_spline_weights(x - column);
         let along = cubic_b_spline_weights(y - row);
-        // A turn lies in [−½, 1], so one addition makes the number of the direction positive, and one subtraction small
-        // enough.
+        // A turn lies in [−½, 1]: one addition makes the direction's number positive, one subtraction brings it into
+        // range.
         let beyond = N::index(column + around - lit(1.0));
         let mut direction = N::Index::select(directions.le(beyond), beyond - directions, beyond);
         let start = offset + N::index(row);
-        // The four heights side by side, which vectors of four serve; [channel][height].
+        // `[channel][height]`, four heights per SIMD vector.
         let mut sums = [[lit(0.0); 4]; 3];
         for across in across {
             let first = direction * heights + start;
-            // Word by word: they begin anywhere.
+            // Word by word, since a record need not begin at a packet.
             let words: [N::Index; 4] = array::from_fn(|j| {
                 let [word] = N::gather::<1>(self.words, first + index(j as u32), active);
                 word
             });
-            // A mantissa in the place of a float's makes `(1 + m/512)·2^e`, of which 1.5·2^e is the excess: exact, and no
-            // conversion of whole numbers.
+            // A mantissa placed in a float's makes `(1 + m/512)·2^e`; subtracting 1.5·2^e removes the offset exactly,
+            // without an integer conversion.
             let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
             let excess = powers.map(|power| N::from_bits(power | index(1 << 22)));
             let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
@@ -114,8 +114,9 @@ const TURNS: [f64; 8] = [
     -6.453_036_6e-4,
 ];
 
-/// The direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 for no direction. WGSL leaves `atan2` 4096 units in
-/// the last place, which is a quarter of the distance between directions, so both twins have this.
+/// Direction of `(u, v)` in turns from +u towards +v, −½ to ½; 0 for the zero vector. WGSL allows `atan2` an error of
+/// 4096 units in the last place, a quarter of the distance between directions. Both twins therefore use this
+/// polynomial.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
     let (across, along) = (v.abs(), u.abs());
@@ -140,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn turns_are_those_of_the_arc_tangent() {
+    fn turns_match_the_arc_tangent() {
         for i in 0..2000 {
             let angle = (f64::from(i) - 1000.0) * 1e-3 * std::f64::consts::PI;
             let (sin, cos) = angle.sin_cos();

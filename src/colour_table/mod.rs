@@ -1,21 +1,28 @@
-//! The colour of a surface as a table over `q = wi + wo = (u, v, w)`: the whole integral over wavelength, read with a few
-//! fetches by the path tracer in RGB and by the realtime renderer.
+//! Colour table: a surface's colour over the scattering vector `q = wi + wo = (u, v, w)`, integrated over wavelength.
+//! RGB variants and the realtime renderer read it.
 //!
-//! The colour of a pair of directions, obliquity aside, is
-//! `F(q) = ∫ R(λ, |q|/2)·S(f; κ)/λ² · weight(λ) dλ` with `f = (u, v)/λ` and `κ = 2πw/λ`: a function of `q` alone, since the
-//! cosine at the half vector is `|q|/2`. `R` is what the interface reflects (1 where it is left to the caller). Features of `F`
-//! are very uneven. Across the radius `r = |(u, v)|` they are as fine as the coherence window makes an order, about
-//! 0.003; along the radius the integral over wavelength has smeared them to about 4 % of `r`; and in `w` they are as
-//! wide as `λ/`(range of heights). So the table has rings ([`rings`]) whose spacing grows in proportion to `r`, as many directions on
-//! each as its circumference asks for, and few heights. On a ring F is a cubic B-spline in direction (periodic) and height;
-//! between rings it is the cubic through four of them: 64 words of 32 bits a look-up ([`ColourView`]).
+//! ```text
+//! F(q) = ∫ R(λ, |q|/2)·S(f; κ)/λ² · weight(λ) dλ,   f = (u, v)/λ,  κ = 2πw/λ
+//! ```
 //!
-//! Since `|q| ≤ 2`, records shorten outwards. Near the horizon `F` falls as `w²` where order zero is not, and the obliquity
-//! factor divides by that. So that relative accuracy survives, rings hold `F·(w² + knee²)/(w² + zero²)`, with a `zero` at
-//! which the power of order zero, as the ring sees it, takes over.
+//! `R` is the interface's Fresnel reflectance, whose cosine at the half vector is `|q|/2`, or 1 if the caller applies
+//! it. The obliquity factor is left out, so `F` depends on `q` alone. Its features have three scales:
 //!
-//! Colours outside sRGB keep their negative channels. Wavelengths count by D65 and the CIE 1931 observer, whose tables end at
-//! 380 and 780 nm; `S/λ² = 1` at every wavelength is (1, 1, 1).
+//! - around the centre, at the radius `r = |(u, v)|`: the width of an order, about 0.003;
+//! - along the radius: about 4 % of `r`, since wavelengths smear an order radially;
+//! - in `w`: λ over the range of heights.
+//!
+//! The table therefore consists of rings ([`rings`]) whose spacing grows in proportion to `r`. A ring has directions in
+//! proportion to its circumference, and few samples in `w` ("heights"). On a ring `F` is a cubic B-spline in direction
+//! (periodic) and height; between rings it is the cubic through four of them. A look-up reads 64 words
+//! ([`ColourView`]).
+//!
+//! Since `|q| ≤ 2`, outer rings have fewer heights. Away from order zero `F` falls as `w²` near the horizon, and the
+//! obliquity factor divides by `w²`. To keep relative accuracy, rings store `F·(w² + knee²)/(w² + zero²)`. Below `zero`
+//! the power of order zero, as seen by the ring, dominates.
+//!
+//! Colours outside sRGB keep their negative channels. The weights are D65 times the CIE 1931 observer from 380 to 780
+//! nm, scaled so that `S/λ² = 1` at every wavelength is (1, 1, 1).
 
 mod build;
 mod lookup;
@@ -32,20 +39,21 @@ use crate::numeric::{Numbers, Plain};
 use crate::table::TableError;
 use serde::{Deserialize, Serialize};
 
-/// Accepted multiples of the table's samples along each of its axes.
+/// Accepted factors on the number of samples along each axis.
 pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
 /// The colour of a surface over `(u, v, w)`; see the [module](self).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTable {
     layout: ColourLayout,
-    /// Spline coefficients, `[ring][direction][height]`, packed by [`pack`], then eight words for each ring ([`Ring::words`]).
+    /// Spline coefficients `[ring][direction][height]`, packed by [`pack`]; then eight words per ring
+    /// ([`Ring::words`]).
     #[serde(with = "words")]
     words: Vec<u32>,
     report: ColourTableReport,
 }
 
-/// What a look-up has to know besides the words.
+/// Constants of a look-up, besides the table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourLayout {
     /// Radius below which rings are equally spaced, over `growth`.
@@ -54,11 +62,11 @@ pub struct ColourLayout {
     pub growth: f32,
     /// Scale of w below which knots are equally spaced again.
     pub w_log: f32,
-    /// Added to a word's exponent to make that of a float.
+    /// Offset from a word's exponent to a float's.
     pub exponent_offset: u32,
-    /// The outermost ring's number.
+    /// Number of the outermost ring.
     pub last_ring: u32,
-    /// Where the rings' records begin among the words, in packets of four.
+    /// Start of the rings' records, in packets of four words.
     pub rings_at: u32,
 }
 
@@ -75,13 +83,13 @@ pub struct Ring {
     pub knots_per_w: f32,
     /// Knots per e-fold of `1 + w/w_log`.
     pub knots_per_efold: f32,
-    /// `knee²` of the module's page.
+    /// `knee²` of the [module](super).
     pub knee_squared: f32,
-    /// `zero²` of the module's page, at most `knee²`.
+    /// `zero²` of the [module](super), at most `knee²`.
     pub zero_squared: f32,
 }
 
-/// What building took and gave.
+/// Size, build time and error of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTableReport {
     /// Bytes of the table.
@@ -90,20 +98,20 @@ pub struct ColourTableReport {
     pub rings: usize,
     /// Directions on the outermost ring.
     pub directions: usize,
-    /// The coherence length shown, in µm: that of the surface, or less where its features would take more than
-    /// [`ColourTable::LIMIT_BYTES`] or too long to integrate.
+    /// Coherence length of the table in µm: the surface's, or a shorter one if the surface's features would exceed
+    /// [`ColourTable::LIMIT_BYTES`] or take too long to integrate.
     pub coherence_length_um: f64,
     /// Standard deviation in cycles/µm of the narrowest feature, that of an order.
     pub order_sigma_per_um: f64,
-    /// Relative error of the spectral table that it is made of; see [`crate::table::TableReport`].
+    /// Relative error of the spectral table it is integrated from; see [`crate::table::TableReport`].
     pub spectral_error: f64,
-    /// Seconds for everything.
+    /// Seconds of the whole build.
     pub build_seconds: f64,
 }
 
-/// Why a table was not built.
+/// Reason that a table was not built.
 #[derive(Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum ColourTableError {
     #[error(transparent)]
     Table(#[from] TableError),
@@ -112,17 +120,17 @@ pub enum ColourTableError {
 }
 
 impl Ring {
-    /// Words that a ring's record takes.
+    /// Number of words of a ring's record.
     const WORDS: usize = 8;
 
-    /// The record: whole numbers as they are, others by their bits.
+    /// The record: integers as they are, floats by their bits.
     fn words(&self) -> [u32; Self::WORDS] {
         let [w, efold, knee, zero] =
             [self.knots_per_w, self.knots_per_efold, self.knee_squared, self.zero_squared].map(f32::to_bits);
         [self.offset, self.directions, self.heights, w, efold, knee, zero, 0]
     }
 
-    /// Of [`Ring::WORDS`] words.
+    /// A ring from its record of [`Ring::WORDS`] words.
     fn from_words(words: &[u32]) -> Self {
         let [offset, directions, heights] = std::array::from_fn(|i| words[i]);
         let [knots_per_w, knots_per_efold, knee_squared, zero_squared] =
@@ -132,28 +140,28 @@ impl Ring {
 }
 
 impl ColourTable {
-    /// No table is larger.
+    /// Largest size of a table in bytes.
     pub const LIMIT_BYTES: usize = 64 << 20;
-    /// Nor has more rings, which is what half of the smallest uniform buffer of any graphics adapter holds. The limit of bytes
-    /// comes first.
+    /// Largest number of rings. Their records fill half of the smallest uniform buffer of any graphics adapter; in
+    /// practice [`ColourTable::LIMIT_BYTES`] is reached first.
     pub const RINGS_MAX: usize = 1024;
 
-    /// What building took and gave.
+    /// Size, build time and error of a table.
     pub fn report(&self) -> &ColourTableReport {
         &self.report
     }
 
-    /// What a look-up has to know besides the words.
+    /// Constants of a look-up, besides the table data.
     pub fn layout(&self) -> &ColourLayout {
         &self.layout
     }
 
-    /// All words: the samples', then the rings'.
+    /// Table data: samples, then rings' records.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// The words of the samples alone, a multiple of four.
+    /// Data of the samples alone; their number is a multiple of four.
     pub fn samples(&self) -> &[u32] {
         &self.words[..4 * self.layout.rings_at as usize]
     }
@@ -163,7 +171,7 @@ impl ColourTable {
         self.words[4 * self.layout.rings_at as usize..].chunks_exact(Ring::WORDS).map(Ring::from_words)
     }
 
-    /// The table as numbers by value read it.
+    /// The table over plain numbers.
     pub fn view<F>(&self) -> ColourView<Plain<'_, F>>
     where
         for<'a> Plain<'a, F>: Numbers<Words = &'a [u32]>,
@@ -172,7 +180,7 @@ impl ColourTable {
     }
 }
 
-/// Words as bytes, little-endian, which take less time and place than numbers of any length.
+/// Serialises words as little-endian bytes, which is faster and smaller than varints.
 mod words {
     use serde::de::{Error, Visitor};
     use serde::{Deserializer, Serializer};
@@ -190,7 +198,7 @@ mod words {
                 f.write_str("bytes of whole words")
             }
             fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Vec<u32>, E> {
-                if !bytes.len().is_multiple_of(4) {
+                if bytes.len() % 4 != 0 {
                     return Err(E::invalid_length(bytes.len(), &self));
                 }
                 Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())

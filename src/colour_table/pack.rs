@@ -1,15 +1,15 @@
-//! Three signed numbers in 32 bits: mantissas of 9 bits, each with 256 added, and a shared exponent of 5.
+//! Packing of a colour in 32 bits: three signed mantissas of 9 bits, offset by 256, and a shared exponent of 5 bits.
 
-/// What words have added to mantissas, so that none is negative.
+/// Offset of stored mantissas, which makes them non-negative.
 pub(super) const EXCESS: u32 = 256;
 /// Largest mantissa; the sign takes the ninth bit.
 const MANTISSA_MAX: f32 = 255.0;
 /// Largest stored exponent.
 const EXPONENT_MAX: i32 = 31;
 
-/// What is added to a stored exponent so that the largest one just serves `largest`, the largest absolute value to come.
+/// Offset of stored exponents with which the largest one represents `largest`, the largest absolute value of the table.
 pub(super) fn exponent_offset(largest: f32) -> u32 {
-    // Beyond these bounds the powers of two or their products with a mantissa would not be normal numbers.
+    // Beyond these bounds powers of two, or their products with a mantissa, would be denormal or infinite.
     (exponent(largest.max(f32::MIN_POSITIVE)) + 127 - EXPONENT_MAX).clamp(1, 200) as u32
 }
 
@@ -56,7 +56,7 @@ mod tests {
             }
         }
         assert_eq!(unpack(pack([0.0; 3], offset), offset), [0.0; 3]);
-        // Too small to be kept, not garbage.
+        // Values too small become zero.
         assert_eq!(unpack(pack([1e-9, 0.0, 0.0], offset), offset), [0.0; 3]);
     }
 }

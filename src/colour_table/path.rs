@@ -1,26 +1,26 @@
-//! The integral over wavelength along rays of the frequency plane.
+//! Integral over wavelength along rays of the frequency plane.
 //!
-//! At a direction of a ring, the wavelengths run along one ray: `ρ = r/λ`, and `dλ/λ² = −dρ/r`. All rings of a group have
-//! the same directions, so along each ray the records of the spectral table are joined once, on a grid of ρ that steps
-//! over orders finely enough, and then read by every ring and at every w.
+//! At a direction of a ring, all wavelengths lie on one ray: `ρ = |f| = r/λ`, and `dλ/λ² = −dρ/r`. Rings of a group
+//! share their directions. The records of the spectral table are therefore interpolated once along each ray, on a grid
+//! of ρ that resolves orders, and then read by every ring at every w.
 
 use super::rings::RingPlan;
 use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
-use crate::table::{KernelKind, NodeCurve, SpectralTable};
+use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
 use std::f64::consts::TAU;
 
-/// Rays that are integrated together, lane by lane.
+/// Number of rays integrated together, in lanes.
 pub(super) const LANES: usize = 16;
-/// A number on each of the rays.
+/// One number per ray.
 pub(super) type Lanes = [f32; LANES];
 /// Step along a ray in standard deviations of an order's Gaussian; the trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
-/// Fewest steps over the visible wavelengths: the colour matching functions are smooth over 6 nm.
+/// Least number of steps over the visible wavelengths; the colour matching functions are smooth over 6 nm.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// The visible wavelengths in µm.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
 
-/// What the interface reflects at a wavelength in nm and a cosine at the half vector.
+/// Reflectance of the interface from wavelength (nm) and cosine at the half vector.
 pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// The grid of ρ in cycles/µm along the rays of one group of rings.
@@ -30,7 +30,7 @@ pub(super) struct Path {
     count: usize,
 }
 
-/// How the joined record at one place of the path adds to one ring at one w.
+/// Contribution of the record at one position of the path to one ring at one w.
 pub(super) struct Reading {
     place: usize,
     height: usize,
@@ -55,7 +55,7 @@ impl Path {
         self.first + place as f64 * self.step
     }
 
-    /// Everything that does not depend on the ray, place by place, [`RingPlan::heights`] of them at each.
+    /// Readings that all rays share: for each position [`RingPlan::heights`] per ring.
     pub fn readings(
         &self,
         table: &SpectralTable,
@@ -95,7 +95,7 @@ impl Path {
         readings
     }
 
-    /// How many coefficients of a record are read at each place.
+    /// Number of a record's coefficients read at each position.
     pub fn coefficients(&self, readings: &[Vec<Reading>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
         for Reading { place, first, .. } in readings.iter().flatten() {
@@ -118,11 +118,11 @@ impl Path {
         for (ring, readings) in group.iter().zip(readings) {
             let start = colours.len();
             colours.resize(start + ring.heights() * 3, [0.0; LANES]);
-            // Most places of a grating are far from its orders on all of these rays.
+            // For gratings most positions are far from all orders.
             let somewhere =
                 readings.chunks_exact(ring.heights()).filter(|at_place| !joined.is_empty(at_place[0].place));
             for reading in somewhere.flatten() {
-                let Some(density) = reading.density(table.kernel(), &joined) else { continue };
+                let Some(density) = reading.density(table.quantity(), &joined) else { continue };
                 for (colour, sums) in reading.colour.iter().zip(&mut colours[start + 3 * reading.height..]) {
                     for (sum, density) in sums.iter_mut().zip(&density) {
                         *sum += colour * density;
@@ -133,7 +133,7 @@ impl Path {
         colours
     }
 
-    /// The joined records along the rays, lane by lane.
+    /// Records interpolated along the rays, one ray per lane.
     fn joined(&self, table: &SpectralTable, coefficients: &[usize], directions: usize, first_ray: usize) -> Joined {
         let rays: [[f64; 2]; LANES] = std::array::from_fn(|lane| {
             let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
@@ -149,7 +149,7 @@ impl Path {
             }
             let frequency = self.frequency(place);
             for (lane, ray) in rays.iter().enumerate() {
-                table.joined_record(ray.map(|component| frequency * component), coefficients, &mut record);
+                table.interpolated_record(ray.map(|component| frequency * component), coefficients, &mut record);
                 let needed = start + record.len();
                 if joined.values.len() < needed {
                     joined.values.resize(needed, [0.0; LANES]);
@@ -164,14 +164,14 @@ impl Path {
     }
 }
 
-/// Joined records at the places of a path, without their bands: `[place][number]`.
+/// Interpolated records along a path, without their bands: `[position][number]`.
 struct Joined {
     starts: Vec<usize>,
     values: Vec<Lanes>,
 }
 
 impl Joined {
-    /// Whether nothing is known at this place on any lane.
+    /// Whether no lane has a record at this position.
     fn is_empty(&self, place: usize) -> bool {
         self.starts[place] == self.starts[place + 1]
     }
@@ -183,10 +183,10 @@ impl Joined {
 }
 
 impl Reading {
-    /// `S/norm` on all lanes; `None` where nothing is known.
-    fn density(&self, kernel: KernelKind, joined: &Joined) -> Option<Lanes> {
+    /// `S/norm` on all lanes; `None` without a record.
+    fn density(&self, quantity: NodeQuantity, joined: &Joined) -> Option<Lanes> {
         let zero = joined.numbers(self.place, 0, 2)?;
-        let components = kernel.components();
+        let components = quantity.components();
         let curve = joined.numbers(self.place, 2 + self.first * components, 4 * components)?;
         let spline = |part: usize| -> Lanes {
             let mut sums = [0.0; LANES];
@@ -195,15 +195,15 @@ impl Reading {
             }
             sums
         };
-        Some(match kernel {
-            KernelKind::Power => {
+        Some(match quantity {
+            NodeQuantity::Power => {
                 let spline = spline(0);
                 std::array::from_fn(|lane| {
                     let at_zero = self.from_zero[0] * zero[0][lane] + self.from_zero[1] * zero[1][lane];
                     (at_zero + self.factor[0] * spline[lane]).max(0.0)
                 })
             }
-            KernelKind::Amplitude => {
+            NodeQuantity::Amplitude => {
                 let (re, im) = (spline(0), spline(1));
                 std::array::from_fn(|lane| {
                     let re_sum = zero[0][lane] + self.factor[0] * re[lane] - self.factor[1] * im[lane];

@@ -1,31 +1,31 @@
-//! Where the rings of the table lie, and what each of them holds.
+//! Plan of a colour table: radii of the rings, their directions and heights.
 
 use std::f64::consts::TAU;
 
 /// Spacing of directions in standard deviations of an order's Gaussian at
 /// [`WAVELENGTH_UM`]: a cubic B-spline errs by 0.5 % of a Gaussian's peak at this one.
 const SPACING_SIGMAS: f64 = 0.87;
-/// Spacing of the rings near the centre, likewise, for the cubic through four rings, which errs by 7 % at a spacing of one.
+/// Spacing of rings near the centre, in the same unit. The cubic through four rings errs by 7 % at a spacing of one.
 const RING_SPACING_SIGMAS: f64 = 0.45;
-/// A wavelength towards the short end of what counts for colour.
+/// Wavelength in µm near the short end of the colour matching functions.
 const WAVELENGTH_UM: f64 = 0.45;
 /// Relative spacing of the rings: the colour matching functions are bells of 4 to 9 % in wavelength.
 const GROWTH: f64 = 0.025;
 /// Knots over w in half waves of the fastest phase, that of the whole range of heights, at [`WAVELENGTH_UM`].
 const KNOTS_PER_HALF_WAVE: f64 = 1.3;
-/// Down to this w knots may be dense, where a scan's taper gives every direction a share of order zero, which falls
-/// neither as w² nor in the same way everywhere.
+/// The w down to which knots may be dense. A scan's taper spreads order zero over all directions, where F falls neither
+/// as w² nor uniformly.
 pub(super) const W_LOG: f64 = 0.02;
 /// Knots per e-fold of w for such scans.
 const KNOTS_PER_EFOLD: f64 = 1.3;
-/// Fewest and most intervals between knots.
+/// Least and greatest number of intervals between knots.
 const INTERVALS: std::ops::RangeInclusive<usize> = 3..=4096;
-/// Fewest directions on a ring.
+/// Least number of directions on a ring.
 const DIRECTIONS_MIN: usize = 16;
-/// Rings of one group have as many directions: the outermost radius of a group over its innermost.
+/// Outermost over innermost radius of a group of rings, which share their directions.
 const GROUP_RATIO: f64 = std::f64::consts::SQRT_2;
 
-/// One ring's place and resolution.
+/// Radius and resolution of one ring.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RingPlan {
     pub radius: f64,
@@ -33,25 +33,25 @@ pub(super) struct RingPlan {
     pub directions: usize,
     /// Intervals between knots over `[0, w_max]`.
     pub intervals: usize,
-    /// The largest w asked of the ring.
+    /// Largest w of a query on the ring.
     pub w_max: f64,
-    /// Knots per unit of w, and per e-fold of `1 + w/`[`W_LOG`].
+    /// Knots per unit of w; the field below counts them per e-fold of `1 + w/`[`W_LOG`].
     pub knots: (f64, f64),
 }
 
 impl RingPlan {
-    /// Spline coefficients, which is also the number of samples they are made of.
+    /// Number of spline coefficients over height, equal to the number of samples.
     pub fn heights(&self) -> usize {
         self.intervals + 3
     }
 
-    /// Where `w` lies among the knots, 0 to [`RingPlan::intervals`].
+    /// Position of `w` among the knots, 0 to [`RingPlan::intervals`].
     pub fn knot_position(&self, w: f64) -> f64 {
         self.knots.0 * w + self.knots.1 * (1.0 + w / W_LOG).ln()
     }
 
-    /// The w at which samples are taken: the knots, but for the first a little above w = 0, where squares of w have lost
-    /// their meaning, and one more within the first and the last interval.
+    /// Sampled values of w: the knots, with the first one slightly above 0 to keep squares of w representable, and one
+    /// more within the first and the last interval.
     pub fn samples(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
@@ -82,10 +82,11 @@ pub(super) struct Rings {
 }
 
 impl Rings {
-    /// `sigma` is the standard deviation of an order's Gaussian in cycles/µm, `range_um` the range of heights, `tapered` says
-    /// whether the scan stands alone, and `resolution` multiplies the number of samples in each direction.
+    /// `sigma` is the standard deviation of an order's Gaussian in cycles/µm, `range_um` the range of heights,
+    /// `tapered` says whether the scan stands alone, and `resolution` multiplies the number of samples in each
+    /// direction.
     pub fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
-        // Nothing is gained by spacings near the radius of the whole disc.
+        // The spacing stays well below the radius of the whole disc.
         let spacing = (SPACING_SIGMAS * WAVELENGTH_UM * sigma / resolution).min(0.1);
         let knee_radius = spacing * RING_SPACING_SIGMAS / SPACING_SIGMAS;
         let growth = GROWTH / resolution;
@@ -97,16 +98,16 @@ impl Rings {
                 break;
             }
             let radius = radius(k as f64);
-            // The last rings are beyond 2: what is read up to there is interpolated with them.
+            // The last rings lie beyond 2, for interpolation up to there.
             let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
             let around = TAU * 2.0 * GROUP_RATIO.powf(-group) / spacing;
-            // Asked of from half of the ring's neighbourhood inwards, up to |q| = 2.
+            // Queries reach inwards from half of the ring's neighbourhood, up to |q| = 2.
             let w_max = (4.0 - inner.max(0.0).powi(2)).sqrt();
             let per_w = 2.0 * range_um / WAVELENGTH_UM * KNOTS_PER_HALF_WAVE * resolution;
             let per_efold = if tapered { KNOTS_PER_EFOLD * resolution } else { 0.0 };
             let wanted = per_w * w_max + per_efold * (1.0 + w_max / W_LOG).ln();
             let intervals = (wanted.ceil() as usize).clamp(*INTERVALS.start(), *INTERVALS.end());
-            // A flat field wants no knots; one interval it has to have.
+            // At least one interval, even for a flat field.
             let knots = if wanted > 0.0 {
                 let scale = intervals as f64 / wanted;
                 (scale * per_w, scale * per_efold)
@@ -124,7 +125,7 @@ impl Rings {
         Self { knee_radius, growth, rings }
     }
 
-    /// Words that the rings take.
+    /// Number of words of the rings' samples.
     pub fn words(&self) -> usize {
         self.rings.iter().map(|ring| ring.directions * ring.heights()).sum()
     }

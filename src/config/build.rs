@@ -1,3 +1,5 @@
+//! Builds height fields, surfaces and gratings from a configuration.
+
 use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
 use crate::colour_table::ColourTableError;
@@ -13,9 +15,9 @@ use crate::scattering::{Obliquity, Options, SpectralIndex};
 use crate::table::{Progress, TableError, Tiling};
 use std::sync::Arc;
 
-/// Why a configuration did not become a surface.
+/// Reason why a surface was not built.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum BuildError {
     #[error(transparent)]
     Config(#[from] ConfigError),
@@ -42,20 +44,20 @@ impl SurfaceConfig {
         Ok(self.raw_height_field()?.field.levelled(self.level()))
     }
 
-    /// The height field that the configuration names as it is, filled but not levelled, and how the file was understood.
-    /// Doubts about the file are warnings in the log, too.
+    /// The height field that the configuration names, filled but not levelled, with the interpretation of its file.
+    /// Doubts about the file are also warnings in the log.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::height_field`].
+    /// The errors of [`SurfaceConfig::height_field`].
     pub fn raw_height_field(&self) -> Result<FileField, BuildError> {
         self.raw_height_field_of(None)
     }
 
-    /// As [`SurfaceConfig::raw_height_field`], where `contents` are those of the file that the configuration names: then
-    /// nothing is read from disk. For a preset they are ignored.
+    /// [`SurfaceConfig::raw_height_field`] of the contents of the file that the configuration names; nothing is read
+    /// from disk. For a preset, `contents` are ignored.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::height_field`].
+    /// The errors of [`SurfaceConfig::height_field`].
     pub fn raw_height_field_of(&self, contents: Option<&[u8]>) -> Result<FileField, BuildError> {
         self.validate()?;
         let read = match self.source() {
@@ -85,12 +87,12 @@ impl SurfaceConfig {
         Ok(read)
     }
 
-    /// The model's options, with the defaults that depend on source, model and index filled in.
+    /// The model's options. Defaults that depend on source, model and index are resolved.
     pub fn options(&self) -> Options {
         self.options_for(self.index().map(SpectralIndex::Constant).as_ref())
     }
 
-    /// The same for an index that is given elsewhere than in the configuration, `None` to reflect everything.
+    /// [`SurfaceConfig::options`] with another refractive index; `None` reflects everything.
     pub fn options_for(&self, index: Option<&SpectralIndex>) -> Options {
         let obliquity = self.obliquity.resolved(index);
         Options {
@@ -106,27 +108,27 @@ impl SurfaceConfig {
         }
     }
 
-    /// Reads the heights and builds the tables, or reads these from `cache` too.
+    /// The surface: reads the heights, and reads the tables from `cache` or builds them.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::height_field`], or tables that would take more than the build limit allows.
+    /// The errors of [`SurfaceConfig::height_field`], and tables beyond the build limit.
     pub fn build(&self, cache: &Cache) -> Result<(Surface, Origin), BuildError> {
         self.build_watched(cache, &Progress::none())
     }
 
-    /// As [`SurfaceConfig::build`], telling `progress` how far it has come.
+    /// [`SurfaceConfig::build`] with a progress.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::build`].
+    /// The errors of [`SurfaceConfig::build`].
     pub fn build_watched(&self, cache: &Cache, progress: &Progress) -> Result<(Surface, Origin), BuildError> {
         Ok(cache.surface(&self.height_field()?, &self.options(), progress)?)
     }
 
-    /// As [`SurfaceConfig::build`], but shares the surface with all in this process that were built of the same. The index is
-    /// that of [`SurfaceConfig::options_for`].
+    /// [`SurfaceConfig::build`] with the index of [`SurfaceConfig::options_for`]. Equal surfaces of this process are
+    /// shared.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::build`].
+    /// The errors of [`SurfaceConfig::build`].
     pub fn build_shared(
         &self,
         index: Option<&SpectralIndex>,
@@ -136,11 +138,11 @@ impl SurfaceConfig {
         Ok(cache.shared_surface(&self.height_field()?, &self.options_for(index), progress)?)
     }
 
-    /// As [`SurfaceConfig::build_shared`], for renderers that carry colours. `inside` is the index whose reflectance is to be
-    /// in the colours, if any.
+    /// [`SurfaceConfig::build_shared`] for renderers that carry colours. `inside` is the index of the Fresnel factor to
+    /// include in the colours, `None` to include none.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::build`].
+    /// The errors of [`SurfaceConfig::build`].
     pub fn build_shared_colours(
         &self,
         index: Option<&SpectralIndex>,
@@ -151,24 +153,24 @@ impl SurfaceConfig {
         Ok(cache.shared_colours(&self.height_field()?, &self.options_for(index), inside, progress)?)
     }
 
-    /// The profile of a grating: a preset's own, or that of a file.
+    /// The profile of a grating, from a preset or a file.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::height_field`], and a relief that varies along y or has no profile that is served.
+    /// The errors of [`SurfaceConfig::height_field`], and a relief that varies along y or has an unsupported profile.
     pub fn profile(&self) -> Result<Profile, BuildError> {
         self.validate()?;
-        if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level())
-            && let Some(profile) = preset_profile(preset, self.period, self.height)?
-        {
-            return Ok(profile);
+        if let (Source::Preset(preset), Level::None | Level::Mean) = (self.source(), self.level()) {
+            if let Some(profile) = preset_profile(preset, self.period, self.height)? {
+                return Ok(profile);
+            }
         }
         Ok(profile_of(&self.height_field()?, self.tolerance)?)
     }
 
-    /// As [`SurfaceConfig::build_shared`], by Maxwell's equations whatever `theory` says.
+    /// [`SurfaceConfig::build_shared`] by Maxwell's equations, whatever `theory` says.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::profile`], what the solver refuses, and a build that would take more than the build limit allows.
+    /// The errors of [`SurfaceConfig::profile`], errors of the solver, and a build beyond the build limit.
     pub fn build_shared_grating(
         &self,
         index: Option<&SpectralIndex>,
@@ -179,10 +181,10 @@ impl SurfaceConfig {
         Ok(cache.shared_grating(&self.profile()?, index, coherence_um, self.build_limit, progress)?)
     }
 
-    /// The same in colours.
+    /// [`SurfaceConfig::build_shared_grating`] for renderers that carry colours.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::build_shared_grating`].
+    /// The errors of [`SurfaceConfig::build_shared_grating`].
     pub fn build_shared_grating_colours(
         &self,
         index: Option<&SpectralIndex>,
@@ -193,10 +195,10 @@ impl SurfaceConfig {
         Ok(cache.shared_grating_colours(&self.profile()?, index, coherence_um, self.build_limit, progress)?)
     }
 
-    /// How the orders of [`SurfaceConfig::build_shared_grating`] polarise.
+    /// Jones matrices of the orders of [`SurfaceConfig::build_shared_grating`].
     ///
     /// # Errors
-    /// As there.
+    /// The errors of [`SurfaceConfig::build_shared_grating`].
     pub fn build_shared_jones(
         &self,
         index: Option<&SpectralIndex>,
@@ -206,10 +208,10 @@ impl SurfaceConfig {
         Ok(cache.shared_jones(&self.profile()?, index, self.build_limit, progress)?)
     }
 
-    /// The surface by the theory that the configuration names, with its own index.
+    /// The surface by the configuration's theory and index.
     ///
     /// # Errors
-    /// As [`SurfaceConfig::build`] and [`SurfaceConfig::build_shared_grating`].
+    /// The errors of [`SurfaceConfig::build`] and [`SurfaceConfig::build_shared_grating`].
     pub fn build_by_theory(&self, cache: &Cache, progress: &Progress) -> Result<(BuiltSurface, Origin), BuildError> {
         let index = self.index();
         match self.theory {
@@ -225,12 +227,12 @@ impl SurfaceConfig {
         }
     }
 
-    /// The same for heights that come from elsewhere than a preset or a file: levels them and builds the tables. `level` and
-    /// `tiling` are taken as a file's unless given. `fill` is for [`HeightField::with_holes`], before this.
+    /// The surface of heights from elsewhere than a preset or a file: levels them and builds the tables. Defaults of
+    /// `level` and `tiling` are those of a file. [`HeightField::with_holes`] applies `fill` beforehand.
     ///
     /// # Errors
-    /// A configuration that names a preset or a file or says how one is to be read, heights or pixels beyond a
-    /// millimetre, or tables that would take more than the build limit allows.
+    /// A configuration with parameters of presets or files, heights or pixels beyond a millimetre, or tables beyond the
+    /// build limit.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate_for_array()?;
         let of_numbers = |name: &&str| ReliefSource::OF_NUMBERS.contains(name);

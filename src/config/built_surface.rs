@@ -1,4 +1,4 @@
-//! What a configuration builds, with what the material reflects inside, whichever theory it is by.
+//! The surface that a configuration builds, by either theory, Fresnel factor included.
 
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
@@ -9,16 +9,16 @@ use std::sync::Arc;
 
 /// A surface by one of the theories.
 pub enum BuiltSurface {
-    /// By the phase screen, with the index of the material, `None` to reflect everything.
+    /// A phase screen, with the index of the material; `None` reflects everything.
     Scalar(Box<Surface>, Option<ComplexIndex>),
-    /// By Maxwell's equations.
+    /// A grating by Maxwell's equations.
     Rigorous(Arc<(GratingSurface, Origin)>),
 }
 
-/// What building took and gave, by the theory.
+/// Build time, memory and measured error, by theory.
 #[derive(Serialize)]
 #[serde(untagged)]
-#[allow(missing_docs)] // They are said at the reports.
+#[allow(missing_docs, reason = "the reports document the fields")]
 pub enum BuiltReport<'a> {
     Scalar(&'a SurfaceReport),
     Rigorous(&'a GratingReport),
@@ -29,7 +29,7 @@ impl BuiltSurface {
         Self::Scalar(Box::new(surface), index)
     }
 
-    /// What building took and gave.
+    /// Build time, memory and measured error.
     pub fn report(&self) -> BuiltReport<'_> {
         match self {
             Self::Scalar(surface, _) => BuiltReport::Scalar(surface.report()),
@@ -37,7 +37,7 @@ impl BuiltSurface {
         }
     }
 
-    /// What the interface makes of light between two directions, where that is not in the values.
+    /// The Fresnel factor between two directions; 1 where the values include it.
     fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
         match self {
             Self::Scalar(surface, index) => {
@@ -47,7 +47,8 @@ impl BuiltSurface {
         }
     }
 
-    /// `f_r` in 1/sr at each of the wavelengths in nm, without the cosine; zero unless both directions lie above the surface.
+    /// Calls `each` with the index of a wavelength in nm and `f_r` in 1/sr there, without the cosine. `f_r` is 0 unless
+    /// both directions lie above the surface.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
         let interface = self.interface(wi, wo);
         for (k, &nm) in wavelengths_nm.iter().enumerate() {
@@ -59,7 +60,8 @@ impl BuiltSurface {
         }
     }
 
-    /// [`BuiltSurface::eval`]; returns the density of [`BuiltSurface::sample_direction`], the mean over the wavelengths.
+    /// [`BuiltSurface::eval`]; also returns the density of [`BuiltSurface::sample_direction`] per solid angle, its mean
+    /// over the wavelengths.
     pub fn eval_pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) -> f64 {
         let interface = self.interface(wi, wo);
         let mut density = 0.0;
@@ -74,8 +76,8 @@ impl BuiltSurface {
         density / wavelengths_nm.len().max(1) as f64
     }
 
-    /// A direction for the wavelengths carried (at least one, nm) from three random numbers in [0, 1); `None` where it lies below
-    /// the horizon, or `wi` does.
+    /// A direction for the wavelengths carried (at least one, in nm) from three random numbers in [0, 1). `None` where
+    /// it or `wi` lies below the horizon.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         match self {
             Self::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),

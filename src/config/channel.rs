@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer};
 
-/// A channel as JSON has it.
+/// A channel in JSON.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "a channel's title or its number, which is whole and not negative")]
 enum Channel {

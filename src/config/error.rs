@@ -1,19 +1,19 @@
-//! Why a configuration is refused.
+//! Reasons why a configuration is refused.
 
 use super::{ETA, K};
 use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, TOLERANCE};
 use std::fmt;
 
-/// Why a configuration is refused. Each message names the parameter, what was found and what is accepted.
+/// Reason why a configuration is refused. Each message names the parameter, its value and the accepted values.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum ConfigError {
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     OutOfRange { parameter: &'static str, found: f64, accepted: Accepted },
     #[error(
-        "parameter {parameter:?} is {found} µm, but must be {accepted}: no relief that diffracts is so large. Lengths are \
-         in µm; was it meant in nm?"
+        "parameter {parameter:?} is {found} µm, but must be {accepted}: no relief that diffracts is so large. Lengths \
+         are in µm; was it meant in nm?"
     )]
     TooLong { parameter: &'static str, found: f64, accepted: Accepted },
     #[error("parameter {parameter:?} contradicts {other}: {advice}")]
@@ -38,7 +38,7 @@ pub enum Accepted {
     K,
     /// A relative error of tables, [`TOLERANCE`].
     Tolerance,
-    /// Times as much memory and time as a build may take by itself.
+    /// A factor on the memory and time of a build, [`BUILD_LIMIT`].
     BuildLimit,
     /// The edge of a sub-region of a skin, [`REGION_SIZE_UM`].
     RegionSize,

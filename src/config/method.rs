@@ -1,4 +1,4 @@
-//! A realtime method of what a configuration describes, by either theory.
+//! The realtime method that a configuration describes, by either theory.
 
 use super::{BuildError, SurfaceConfig, Theory};
 use crate::cache::{Cache, Origin};
@@ -8,7 +8,7 @@ use crate::scattering::SpectralIndex;
 use crate::table::Progress;
 use std::sync::Arc;
 
-/// A grating that is shared with all in this process that were built of the same.
+/// A grating that this process shares among all its users.
 struct SharedGrating(Arc<(GratingColourSurface, Origin)>);
 
 impl Method for SharedGrating {
@@ -30,11 +30,12 @@ impl Method for SharedGrating {
 }
 
 impl SurfaceConfig {
-    /// A realtime method by the theory that the configuration names: [`methods::build`] of its heights, or a grating by Maxwell's
-    /// equations, which only `table` knows. `index` is the material's, `None` to reflect everything; a grating has it inside.
+    /// A realtime method by the theory that the configuration names: [`methods::build`] of its heights, or a grating by
+    /// Maxwell's equations, which only `table` knows. `index` is the material's, `None` to reflect everything; a
+    /// grating has it inside.
     ///
     /// # Errors
-    /// As [`methods::build`] and [`SurfaceConfig::build_shared_grating_colours`].
+    /// The errors of [`methods::build`] and [`SurfaceConfig::build_shared_grating_colours`].
     pub fn build_method(
         &self,
         kind: MethodKind,
@@ -63,7 +64,7 @@ mod tests {
     use crate::scattering::ComplexIndex;
 
     #[test]
-    fn only_the_table_answers_by_maxwells_equations() {
+    fn only_the_table_supports_the_rigorous_theory() {
         let json = r#"{"preset":"flat","theory":"rigorous","eta":1.0,"k":6.9}"#;
         let config = SurfaceConfig::from_json(json).unwrap();
         let build = |config: &SurfaceConfig, kind, index: Option<&SpectralIndex>| {
@@ -73,7 +74,8 @@ mod tests {
             let refused = build(&config, kind, None).err().unwrap().to_string();
             assert_eq!(refused, format!("the method {kind} does not know theory = rigorous, only scalar"));
         }
-        // The whole reflectance, that of the very surface which colours are otherwise taken from, with the material inside.
+        // The whole reflectance, that of the very surface which colours are otherwise taken from, with the material
+        // inside.
         let aluminium = SpectralIndex::Constant(ComplexIndex { eta: 1.0, k: 6.9 });
         let (wi, wo) = ([0.3, 0.0, 0.91f32.sqrt()], [-0.3, 0.002, (0.91f32 - 4e-6).sqrt()]);
         let method = build(&config, MethodKind::Table, Some(&aluminium)).unwrap();

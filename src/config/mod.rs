@@ -1,7 +1,7 @@
-//! The description of a surface as users give it: one set of names for every consumer.
+//! The description of a surface, with one set of parameter names for all interfaces.
 //!
-//! A [`SurfaceConfig`] holds what was *given*; what was left out is `None` where its default depends on another
-//! parameter, and the resolving methods ([`SurfaceConfig::level`], …) say what it then is. Lengths are in µm.
+//! A [`SurfaceConfig`] holds the *given* parameters. A missing one is `None` where its default depends on another
+//! parameter; methods such as [`SurfaceConfig::level`] resolve it. Lengths are in µm.
 //!
 //! ```
 //! use sunbeam::config::SurfaceConfig;
@@ -42,21 +42,21 @@ use crate::scattering::ComplexIndex;
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 
-/// Accepted real parts of a refractive index. Beyond these nothing is known, and squares stay well within range.
+/// Accepted real parts of a refractive index: beyond all materials, and with squares in the range of numbers.
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
 /// Accepted imaginary parts of a refractive index.
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
-/// Where the heights come from.
+/// The source of the heights.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Source<'a> {
     /// A built-in surface.
     Preset(Preset),
-    /// A file, of the format that its extension says.
+    /// A file, whose extension tells the format.
     File(&'a PathBuf),
 }
 
-/// A surface's parameters; the names of the fields are those of the users' interfaces.
+/// Parameters of a surface. The names of the fields are those of the users' interfaces.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SurfaceConfig {
@@ -72,8 +72,8 @@ pub struct SurfaceConfig {
     /// Edge in µm of the sub-regions of the presets `elaphe` and `xenopeltis`; needs `region_spread` (default: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_size: Option<f64>,
-    /// By how much, relative, the frequency lies above and below the skin's in alternate sub-regions; needs `region_size`
-    /// (default: none).
+    /// Relative deviation of the frequency from the skin's in alternate sub-regions, upwards and downwards; needs
+    /// `region_size` (default: none).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region_spread: Option<f64>,
     /// A height field on disk (default: none).
@@ -91,18 +91,18 @@ pub struct SurfaceConfig {
     /// Replacement for points of the file or array without a height (default: `none`, such a relief is refused).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fill: Option<Fill>,
-    /// What is taken off the heights (default: `plane` for files, `none` for presets).
+    /// Surface subtracted from the heights (default: `plane` for files, `none` for presets).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<Level>,
-    /// How the tile goes on (default: `aperiodic` for files, `periodic` for presets).
+    /// Continuation beyond the tile (default: `aperiodic` for files, `periodic` for presets).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tiling: Option<Tiling>,
-    /// By which theory the relief diffracts (default: `scalar`).
+    /// Theory of diffraction (default: `scalar`).
     #[serde(skip_serializing_if = "is_scalar")]
     pub theory: Theory,
     /// Four standard deviations of the coherence window in µm (default: 65, filtered sunlight).
     pub coherence_length: f64,
-    /// Which window places are averaged (default: `ensemble`).
+    /// Average over window positions, or a single window (default: `ensemble`).
     pub model: Model,
     /// The obliquity factor (default: `auto`).
     pub obliquity: ObliquityChoice,
@@ -111,26 +111,26 @@ pub struct SurfaceConfig {
     pub conserve_energy: Option<bool>,
     /// Whether the V-cavity factor `M` applies (default: false).
     pub shadowing: bool,
-    /// Real part of the refractive index at all wavelengths; alone it is that of a dielectric (default: none, and the
-    /// surface reflects everything).
+    /// Real part of the refractive index at all wavelengths; without `k` a dielectric (default: none, the surface
+    /// reflects everything).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub eta: Option<f64>,
     /// Imaginary part of the refractive index; needs `eta` (default: 0).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub k: Option<f64>,
-    /// Relative error that the tables are built to (default: 1e-3).
+    /// Relative error of the tables (default: 1e-3).
     pub tolerance: f64,
-    /// Factor on what building the tables may take, 8 GB and two minutes on two cores (default: 1).
+    /// Factor on the limit of a build, 8 GB and two minutes on two cores (default: 1).
     #[serde(skip_serializing_if = "is_one")]
     pub build_limit: f64,
 }
 
-/// Left out where it says nothing.
+/// The default of `build_limit` is not serialised.
 fn is_one(limit: &f64) -> bool {
     *limit == 1.0
 }
 
-/// Left out where it is the default.
+/// The default of `theory` is not serialised.
 fn is_scalar(theory: &Theory) -> bool {
     *theory == Theory::Scalar
 }
@@ -165,7 +165,7 @@ impl Default for SurfaceConfig {
 }
 
 impl SurfaceConfig {
-    /// Reads and validates a JSON object; fields left out take their defaults.
+    /// Reads and validates a JSON object; missing fields take their defaults.
     ///
     /// # Errors
     /// [`ConfigError::Syntax`], [`ConfigError::Malformed`], and those of [`SurfaceConfig::validate`].
@@ -175,10 +175,10 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// Reads and validates a JSON object for heights that come from an array: `fill` needs no file then.
+    /// Reads and validates a JSON object for heights from an array; `fill` is accepted without a file.
     ///
     /// # Errors
-    /// Those of [`SurfaceConfig::from_json`].
+    /// The errors of [`SurfaceConfig::from_json`].
     pub fn from_json_for_array(json: &str) -> Result<Self, ConfigError> {
         let config = Self::parse(json)?;
         config.validate_for_array()?;
@@ -200,10 +200,10 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// Validates the configuration of heights that come from an array: `fill` needs no file then.
+    /// Validates the configuration for heights from an array; `fill` is accepted without a file.
     ///
     /// # Errors
-    /// Those of [`SurfaceConfig::validate`].
+    /// The errors of [`SurfaceConfig::validate`].
     pub fn validate_for_array(&self) -> Result<(), ConfigError> {
         Self { fill: None, ..self.clone() }.validate()
     }
@@ -304,7 +304,7 @@ impl SurfaceConfig {
         Ok(())
     }
 
-    /// Where the heights come from.
+    /// The source of the heights.
     pub fn source(&self) -> Source<'_> {
         match (&self.filename, self.preset) {
             (Some(path), _) => Source::File(path),
@@ -312,12 +312,12 @@ impl SurfaceConfig {
         }
     }
 
-    /// `level`, or its default for the source.
+    /// `level`, or its default.
     pub fn level(&self) -> Level {
         self.level.unwrap_or(if self.filename.is_some() { Level::Plane } else { Level::None })
     }
 
-    /// `tiling`, or its default for the source.
+    /// `tiling`, or its default.
     pub fn tiling(&self) -> Tiling {
         let stands_alone = self.filename.is_some() && self.theory == Theory::Scalar;
         self.tiling.unwrap_or(if stands_alone { Tiling::Aperiodic } else { Tiling::Periodic })
@@ -328,13 +328,13 @@ impl SurfaceConfig {
         self.eta.map(|eta| ComplexIndex { eta, k: self.k.unwrap_or(0.0) })
     }
 
-    /// `conserve_energy`, or its default for the model.
+    /// `conserve_energy`, or its default.
     pub fn conserve_energy(&self) -> bool {
         self.conserve_energy.unwrap_or(self.model == Model::Ensemble)
     }
 }
 
-/// Drops serde_json's " at line 1 column 23": users did not write the JSON.
+/// The message without serde_json's " at line 1 column 23": users did not write the JSON.
 fn without_position(message: &str) -> String {
     message.rsplit_once(" at line ").map_or(message, |(head, _)| head).to_owned()
 }

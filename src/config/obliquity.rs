@@ -1,14 +1,14 @@
-//! The obliquity factor as users choose it.
+//! The parameter `obliquity`.
 
 use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};
 
-/// The obliquity factor as users choose it.
+/// The choice of the obliquity factor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ObliquityChoice {
-    /// `small_slope` for a dielectric ([`SpectralIndex::is_dielectric`]: `k` is at most a tenth of `eta` at every wavelength that it
-    /// is given for), `stam` for a conductor and for what reflects everything.
+    /// `small_slope` for a dielectric ([`SpectralIndex::is_dielectric`]: `k` is at most a tenth of `eta` at every
+    /// wavelength given), `stam` for a conductor and for a surface that reflects everything.
     #[default]
     Auto,
     /// [`Obliquity::Stam`].
@@ -20,10 +20,10 @@ pub enum ObliquityChoice {
 }
 
 impl ObliquityChoice {
-    /// All of them, the default first.
+    /// All choices, the default first.
     pub const ALL: [Self; 4] = [Self::Auto, Self::Stam, Self::SmallSlope, Self::Unit];
 
-    /// The name that users give.
+    /// The name in the users' interfaces.
     pub fn name(self) -> &'static str {
         match self {
             Self::Auto => "auto",
@@ -33,7 +33,7 @@ impl ObliquityChoice {
         }
     }
 
-    /// What it is for an index, `None` for a surface that reflects everything.
+    /// The factor for a refractive index, `None` for a surface that reflects everything.
     pub fn resolved(self, index: Option<&SpectralIndex>) -> Obliquity {
         match self {
             Self::Auto if index.is_some_and(SpectralIndex::is_dielectric) => Obliquity::SmallSlope,

@@ -28,7 +28,7 @@ fn json_round_trip_keeps_every_field() {
 }
 
 #[test]
-fn each_number_out_of_range_is_named_with_what_is_accepted() {
+fn errors_of_numbers_name_parameter_and_range() {
     let cases = [
         ("period", r#"{"preset":"blazed","period":0}"#, "(0, 1e3]"),
         ("height", r#"{"preset":"blazed","height":-1}"#, "(0, 1e3]"),
@@ -52,7 +52,7 @@ fn each_number_out_of_range_is_named_with_what_is_accepted() {
 }
 
 #[test]
-fn each_unknown_choice_and_wrong_type_is_named_with_what_is_accepted() {
+fn errors_of_choices_and_types_name_the_accepted_ones() {
     let cases = [
         ("preset", r#"{"preset":"blazd"}"#, "xenopeltis"),
         ("level", r#"{"level":"flat"}"#, "plane"),

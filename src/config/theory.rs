@@ -1,26 +1,26 @@
-//! By which theory a relief is taken to diffract.
+//! The parameter `theory`.
 
 use super::{ConfigError, Source, SurfaceConfig};
 use crate::height_field::Preset;
 use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
 
-/// By which theory a relief is taken to diffract.
+/// The theory of diffraction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Theory {
-    /// A phase screen: any relief (docs/model.md#the-reflectance).
+    /// A phase screen, for any relief (docs/model.md#the-reflectance).
     #[default]
     Scalar,
-    /// Maxwell's equations: reliefs that vary along x alone (docs/model.md#gratings-by-maxwells-equations).
+    /// Maxwell's equations, for reliefs that vary along x only (docs/model.md#gratings-by-maxwells-equations).
     Rigorous,
 }
 
 impl Theory {
-    /// Both, the default first.
+    /// All theories, the default first.
     pub const ALL: [Self; 2] = [Self::Scalar, Self::Rigorous];
 
-    /// The name that users give.
+    /// The name in the users' interfaces.
     pub fn name(self) -> &'static str {
         match self {
             Self::Scalar => "scalar",
@@ -30,7 +30,7 @@ impl Theory {
 }
 
 impl SurfaceConfig {
-    /// Refuses what Maxwell's equations have no use for.
+    /// Refuses parameters that contradict the rigorous theory.
     pub(super) fn validate_theory(&self) -> Result<(), ConfigError> {
         if self.theory == Theory::Scalar {
             return Ok(());
@@ -53,7 +53,8 @@ impl SurfaceConfig {
         match self.source() {
             Source::Preset(Preset::Cd | Preset::Elaphe | Preset::Xenopeltis) => contradiction(
                 "preset",
-                "it takes reliefs that vary along x alone: \"blazed\", \"sinusoidal\", \"lamellar\", \"flat\", or a file of one",
+                "it takes reliefs that vary along x alone: \"blazed\", \"sinusoidal\", \"lamellar\", \"flat\", or a \
+                 file of one",
             ),
             _ => Ok(()),
         }
@@ -65,7 +66,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_theory_has_no_use_for_is_named() {
+    fn parameters_that_contradict_the_rigorous_theory_are_named() {
         for (parameter, json) in [
             ("model", r#"{"preset":"blazed","theory":"rigorous","model":"patch"}"#),
             ("shadowing", r#"{"preset":"blazed","theory":"rigorous","shadowing":true}"#),

@@ -177,9 +177,8 @@ impl<const K: usize> Source<'_, K> {
             _ => 0.0,
         };
         let mut t = albedo.map(|albedo| albedo.max(1.0));
-        if let Some(known) = known
-            && (0..K).any(|k| albedo[k] > 1.0 + NEGLIGIBLE && asked(t[k]) > had[k])
-        {
+        let is_lacking = (0..K).any(|k| albedo[k] > 1.0 + NEGLIGIBLE && asked(t[k]) > had[k]);
+        if let Some(known) = known.filter(|_| is_lacking) {
             let planes = group.planes.map(|plane| known.layout.between(plane));
             let divided: Vec<_> = parts
                 .into_iter()

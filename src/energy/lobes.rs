@@ -5,7 +5,7 @@ use super::power_grid::PowerGrid;
 use super::quadrature::hemisphere;
 use crate::numeric::{Number, Real, Values};
 use crate::scattering::{COSINE_MIN, ComplexIndex, Obliquity, Options, Pair, Vec3};
-use crate::table::{KernelKind, NodeCurve, PowerCurves, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{NodeCurve, NodeQuantity, PowerCurves, SpectralTable, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use std::collections::BTreeMap;
 use std::f64::consts::{LOG2_E, TAU};
 
@@ -70,7 +70,7 @@ impl<'a> Lobes<'a> {
         lobes: impl Fn() -> Power<'a>,
         smooth: impl Fn() -> Power<'a>,
     ) -> Option<Self> {
-        (table.kernel() == KernelKind::Power).then(|| {
+        (table.quantity() == NodeQuantity::Power).then(|| {
             let power = if panels_over_the_hemisphere(table) <= PANELS_MAX { smooth() } else { lobes() };
             Self { table, options, power, mirrored: false }
         })
@@ -146,7 +146,7 @@ impl<'a> Lobes<'a> {
         // |λf − wi| = radius along the surface.
         let radius = self.ridge_sine().min(1.0 - INSIDE * sigma);
         let root = (b * b - a * (wi[0] * wi[0] + wi[1] * wi[1] - radius * radius)).sqrt();
-        let nm = 1e3 * (if which.is_multiple_of(2) { b + root } else { b - root }) / a;
+        let nm = 1e3 * (if which % 2 == 0 { b + root } else { b - root }) / a;
         (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(&nm).then_some(nm)
     }
 
@@ -217,7 +217,7 @@ impl<'a> Places<'a> {
 
     /// Visits all, and has none then.
     fn take<V: Values>(&mut self, integrand: &Integrand<V>, mut visit: impl FnMut([V::Real; 3], V::Real)) {
-        while !self.count.is_multiple_of(V::COUNT) {
+        while self.count % V::COUNT != 0 {
             self.push(Place::NONE);
         }
         for first in (0..self.count).step_by(V::COUNT) {

@@ -1,6 +1,6 @@
 //! The power of a table of wide nodes on a grid of frequencies, for integrals by the thousand.
 
-use crate::table::{HEADER, NodeCurve, SpectralTable, WAVELENGTH_MIN_NM};
+use crate::table::{FREQUENCY_MAX_PER_UM, HEADER, NodeCurve, SpectralTable};
 use rayon::prelude::*;
 
 /// Spacing of the grid in standard deviations of a node.
@@ -30,7 +30,7 @@ impl PowerGrid {
         let sigma = axes.map(|axis| axis.sigma / axis.period_um);
         let per_f = sigma.map(|sigma| 1.0 / (SPACING_SIGMAS * sigma));
         let reach = [0, 1].map(|c| {
-            let known = (axes[c].cutoff / axes[c].period_um).min(2e3 / WAVELENGTH_MIN_NM);
+            let known = (axes[c].cutoff / axes[c].period_um).min(FREQUENCY_MAX_PER_UM);
             (known * per_f[c]).ceil() as usize + 2
         });
         let steps_per_kappa = (STEPS_A_KNOT / table.kappa_step()).max(STEPS_MIN / table.kappa_max());
@@ -53,9 +53,9 @@ impl PowerGrid {
         let at = |c: usize, j: i64| j as f64 / axes[c].period_um * per_f[c] + reach[c] as f64;
         let spread = REACH_SIGMAS / SPACING_SIGMAS;
         let near = |c: usize, centre: f64, count: usize| {
-            let (joining, nodes) = (axes[c].joining, axes[c].period_um / per_f[c]);
+            let (kernel, nodes) = (axes[c].kernel, axes[c].period_um / per_f[c]);
             let (low, high) = ((centre - spread).ceil().max(0.0) as usize, (centre + spread).floor().max(-1.0) as i64);
-            (low..count.min((high + 1) as usize)).map(move |i| (i, joining.weight((i as f64 - centre) * nodes) as f32))
+            (low..count.min((high + 1) as usize)).map(move |i| (i, kernel.weight((i as f64 - centre) * nodes) as f32))
         };
         let mut by_row = vec![Vec::new(); rows];
         for ((jx, jy, _), powers) in kept.iter().zip(&of_nodes) {

@@ -78,7 +78,7 @@ impl<const K: usize> Source<'_, K> {
         };
         // A little beyond the range and brought back, since the last planes have a gap on one side alone.
         let plane = ((gap as f64 + 1.5 * towards - 0.25) / gaps as f64).clamp(0.0, 1.0);
-        let order = i.is_multiple_of(2).then_some(i / 2);
+        let order = (i % 2 == 0).then_some(i / 2);
         match order.and_then(|order| self.ridge_plane(layout, at, order)) {
             Some(plane) => Look { at, plane, order },
             None => Look { at, plane, order: None },

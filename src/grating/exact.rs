@@ -3,8 +3,8 @@
 use super::GratingError;
 use super::lobe::REACH;
 use super::solved::medium;
-use super::surface::sigma_per_um;
 use crate::scattering::{Pair, SpectralIndex, Vec3};
+use crate::table::CoherenceWindow;
 use std::f64::consts::TAU;
 use sunbeam_rigorous::{Discretisation, Profile, Resolution, check_size};
 
@@ -23,7 +23,7 @@ pub struct ExactGrating {
 impl ExactGrating {
     /// A profile in air above a medium of this index, or above a perfect conductor (`None`).
     pub fn new(profile: Profile, index: Option<SpectralIndex>, coherence_length_um: f64) -> Self {
-        Self { profile, index, sigma_per_um: sigma_per_um(coherence_length_um) }
+        Self { profile, index, sigma_per_um: CoherenceWindow::new(coherence_length_um).order_sigma_per_um() }
     }
 
     /// `f_r` in 1/sr, as [`GratingSurface::eval`](super::GratingSurface::eval): zero unless both directions lie above

@@ -13,9 +13,8 @@ use crate::clock::Instant;
 use crate::lobe::{self, Answer, Sample};
 use crate::numeric::{Numbers, Plain};
 use crate::scattering::{SpectralIndex, Vec3};
-use crate::table::{Estimate, Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
+use crate::table::{CoherenceWindow, Estimate, Progress, WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 use serde::{Deserialize, Serialize};
-use std::f64::consts::{SQRT_2, TAU};
 use sunbeam_rigorous::Profile;
 
 /// Number of random incidences and wavelengths at which a table's error is measured.
@@ -91,7 +90,7 @@ impl GratingSurface {
         let EfficiencyTable { layout, words, solved } = table;
         let report =
             GratingReport { bytes: 4 * words.len(), solved, rms, p99, build_seconds: start.elapsed().as_secs_f64() };
-        let sigma_per_um = sigma_per_um(coherence_length_um);
+        let sigma_per_um = CoherenceWindow::new(coherence_length_um).order_sigma_per_um();
         Ok(Self { layout: GratingLayout { efficiencies: layout, period_um, sigma_per_um }, words, report })
     }
 
@@ -113,7 +112,10 @@ impl GratingSurface {
     /// A copy with another coherence length in µm.
     #[must_use]
     pub fn with_coherence_length(self, coherence_length_um: f64) -> Self {
-        let layout = GratingLayout { sigma_per_um: sigma_per_um(coherence_length_um), ..self.layout };
+        let layout = GratingLayout {
+            sigma_per_um: CoherenceWindow::new(coherence_length_um).order_sigma_per_um(),
+            ..self.layout
+        };
         Self { layout, ..self }
     }
 
@@ -246,11 +248,6 @@ fn estimate(period_um: f64, nodes: usize, has_wavelengths: bool) -> Estimate {
         bytes: 2.0 * stored * entries(cells, wavelengths),
         seconds: 0.5 * cells * TYPICAL_INCIDENCES * incidence,
     }
-}
-
-/// Standard deviation of an order in cycles/µm.
-pub(super) fn sigma_per_um(coherence_length_um: f64) -> f64 {
-    4.0 / (coherence_length_um * TAU * SQRT_2)
 }
 
 #[cfg(test)]

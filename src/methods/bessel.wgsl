@@ -1,5 +1,7 @@
-// Twin of bessel.rs. Loops are unrolled, here and in orders.wgsl: llvmpipe ends all loops of an invocation after 65535
-// passes in total. A multiple of four values is written.
+// Twin of bessel.rs for one argument. `count` is rounded up to a multiple of four.
+//
+// Loops are unrolled here and in orders.wgsl: the software adapter llvmpipe ends all loops of an invocation after 65535
+// turns in total.
 
 const TERMS_MAX: u32 = 256u;
 const SMALL_ARGUMENT: f32 = 1e-3;

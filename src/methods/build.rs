@@ -1,4 +1,4 @@
-//! Making a method.
+//! Builds a method of a height field.
 
 use super::flss::Flss;
 use super::nmm::Nmm;
@@ -14,16 +14,32 @@ use crate::height_field::HeightField;
 use crate::scattering::Options;
 use crate::table::{COHERENCE_LENGTH_UM, Model, Progress, TOLERANCE, Tiling};
 
-/// What the table takes of the time where the albedo is made too.
-const TABLE_SHARE: f64 = 0.6;
+/// Fraction of the time that the colour table takes where the albedo is built too, for the progress (bench
+/// `colour_table`).
+const TABLE_FRACTION: f64 = 0.6;
 
-/// Makes a method for a surface, of whose options the obliquity and the shadowing are the caller's, but for the albedo
-/// where energy is conserved: that is of these options and holds for no others. Numbers of terms and
-/// orders that are not given follow from the surface's `tolerance`, a relative error.
+/// Builds a method for a surface.
+///
+/// Obliquity and shadowing of the surface's options are the caller's to apply. Only the albedo, where energy is
+/// conserved, contains them and holds for no others. Numbers of terms and orders that are not given follow from the
+/// surface's `tolerance`, a relative error.
+///
+/// ```
+/// use sunbeam::methods::{MethodKind, MethodOptions, build};
+/// use sunbeam::{Model, Options, Preset};
+///
+/// let field = Preset::Blazed.build(None, None)?;
+/// let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
+/// let method = build(MethodKind::Nmm, &field, &surface, &MethodOptions::default())?;
+/// // Light along the normal; green at order 1 of 2.5 µm.
+/// let green = method.answer_rgb([0.0, 0.0, 1.0], [-0.22, 0.0, 0.9755]);
+/// assert!(green[1] > green[0] && green[1] > green[2]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// # Errors
-/// A number out of range, a model, tiling or conservation of energy that the method does not know, or a relief that is more than it can
-/// hold in single precision; see [`MethodError`].
+/// A number out of range; a model, tiling or conservation of energy that the method does not have; or a relief that it
+/// cannot hold in single precision. See [`MethodError`].
 pub fn build(
     kind: MethodKind,
     field: &HeightField,
@@ -33,10 +49,10 @@ pub fn build(
     build_watched(kind, field, surface, options, &Progress::none())
 }
 
-/// As [`build`], telling `progress` how far it has come.
+/// [`build`] with a progress.
 ///
 /// # Errors
-/// As [`build`].
+/// The errors of [`build`].
 pub fn build_watched(
     kind: MethodKind,
     field: &HeightField,
@@ -71,10 +87,12 @@ pub fn build_watched(
             let (model, tiling, resolution) = (surface.model, surface.tiling, options.resolution);
             let build_limit = surface.build_limit;
             let options = ColourTableOptions { coherence_length_um, model, tiling, tolerance, resolution, build_limit };
-            let table_share = if surface.conserve_energy { TABLE_SHARE } else { 1.0 };
-            let (of_table, of_albedo) = (progress.part(0.0, table_share), progress.part(table_share, 1.0));
-            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &of_table)?;
-            let albedo = surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &of_albedo));
+            let table_fraction = if surface.conserve_energy { TABLE_FRACTION } else { 1.0 };
+            let (table_progress, albedo_progress) =
+                (progress.part(0.0, table_fraction), progress.part(table_fraction, 1.0));
+            let (table, spectral) = ColourTable::build_reflecting(field, &options, &|_, _| 1.0, &table_progress)?;
+            let albedo =
+                surface.conserve_energy.then(|| ColourAlbedoTable::build(&spectral, surface, &albedo_progress));
             match albedo.flatten() {
                 Some(albedo) => Box::new(ConservingTable { table, albedo }),
                 None => Box::new(table),

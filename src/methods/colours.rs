@@ -1,12 +1,12 @@
-//! The colours of wavelengths as the methods need them: a list to sum over, or a density to ask anywhere.
+//! Linear-sRGB weights of wavelengths, as samples to sum over or as a density over the wavelength.
 
 use super::{WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM};
 use crate::colour::{ColourError, SpectralToRgb};
 
-/// Steps of a density, in nm.
+/// Step of a density in nm: that of the observer's table.
 const DENSITY_STEP_NM: f64 = 1.0;
 
-/// Linear-sRGB weights with their wavelength in µm in the last place, as the shaders read them.
+/// Entries `[r, g, b, λ]` of linear-sRGB weights with their wavelength in µm, as the shaders read them.
 pub(super) type Colours = Vec<[f32; 4]>;
 
 /// Samples over 380 to 780 nm in steps of `step_nm`; their weights sum to (1, 1, 1).
@@ -15,14 +15,15 @@ pub(super) fn samples(step_nm: f64) -> Result<Colours, ColourError> {
     Ok(entries(&spectrum, |_| [1.0; 3]))
 }
 
-/// Weights per µm on an even grid over 380 to 780 nm; their integral is (1, 1, 1).
+/// Weights per µm on a uniform grid over 380 to 780 nm; their integral is (1, 1, 1).
 pub(super) fn density() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     Ok(entries(&spectrum, |_| [1e3 / DENSITY_STEP_NM; 3]))
 }
 
-/// Weights per µm over λ², scaled per channel so that their integral is (1, 1, 1), in 1/µm³: what makes white of a
-/// constant from wavelengths that lie as thick as `1/λ²`.
+/// Weights divided by λ², in 1/µm³, each channel scaled so that its integral is 1.
+///
+/// With them a constant spectrum is white when it is sampled at wavelengths whose density is proportional to `1/λ²`.
 pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     let square = |nm: f64| (1e-3 * nm).powi(2);
@@ -30,6 +31,7 @@ pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     Ok(entries(&spectrum, |nm| total.map(|total| 1e3 / DENSITY_STEP_NM / (square(nm) * total))))
 }
 
+/// The weights of a spectrum times a factor of the wavelength in nm.
 fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colours {
     spectrum
         .wavelengths_nm()
@@ -42,11 +44,11 @@ fn entries(spectrum: &SpectralToRgb, factor: impl Fn(f64) -> [f64; 3]) -> Colour
         .collect()
 }
 
-/// A density of [`density`] or [`density_over_square`], between its entries linear.
+/// A [`density`] or [`density_over_square`] at a wavelength, linear between its entries.
 pub(super) fn colour_density(colours: &[[f32; 4]], wavelength_um: f32) -> [f32; 3] {
     let intervals = colours.len() - 1;
-    let place = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * intervals as f32;
-    let below = (place.max(0.0) as usize).min(intervals - 1);
-    let share = (place - below as f32).clamp(0.0, 1.0);
-    std::array::from_fn(|c| colours[below][c] * (1.0 - share) + colours[below + 1][c] * share)
+    let position = (wavelength_um - WAVELENGTH_MIN_UM) / (WAVELENGTH_MAX_UM - WAVELENGTH_MIN_UM) * intervals as f32;
+    let below = (position.max(0.0) as usize).min(intervals - 1);
+    let fraction = (position - below as f32).clamp(0.0, 1.0);
+    std::array::from_fn(|c| colours[below][c] * (1.0 - fraction) + colours[below + 1][c] * fraction)
 }

@@ -1,15 +1,16 @@
-// Constants and checks that every method shares.
+// Constants and checks that all methods share; twin of mod.rs.
 
 const TAU: f32 = 6.283185307179586;
 const WAVELENGTH_MIN_UM: f32 = 0.38;
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-// What a cosine is divided by at least.
+// Smallest cosine to divide by.
 const COSINE_MIN: f32 = 1e-7;
-// A sum of two unit vectors is at most 2 long; the rest is room for rounding.
+// Largest squared length of a sum of two unit vectors, with room for rounding.
 const SUM_SQUARED_MAX: f32 = 4.001;
 
-// An answer may be asked for in parts that add up to it, since some adapters cut long loops short. A method whose loop
-// is long takes every `answer_parts`-th turn of it, from turn `answer_part` on; others answer in part 0 only.
+// Number of this part of an answer, and of all parts. The parts of an answer add up to it: some adapters cut long loops
+// short. A method with a long loop takes every `answer_parts`-th turn, from turn `answer_part` on; others answer in
+// part 0.
 var<private> answer_part: u32 = 0u;
 var<private> answer_parts: u32 = 1u;
 

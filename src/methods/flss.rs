@@ -1,5 +1,7 @@
-//! FLSS, full lambda spectral sampling (Dhillon et al. 2014): the patch model of docs/model.md#the-reflectance at equal steps of the
-//! wavelength, each the sum over a neighbourhood of wave orders.
+//! FLSS, full lambda spectral sampling (Dhillon et al. 2014).
+//!
+//! `relief_rgb(q) = Σ_i S(f; κ)/λ_i² · weight_i` over equal steps of the wavelength, with S of the patch model
+//! (docs/model.md#the-reflectance) summed over a neighbourhood of wave orders.
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
@@ -8,38 +10,35 @@ use super::orders::{OrderCounts, Orders};
 use super::{MethodError, MethodOptions, MethodShader, Relief, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use crate::table::Progress;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
-const WGSL: &str = concat!(
-    include_str!("colours.wgsl"),
-    include_str!("bessel.wgsl"),
-    include_str!("orders.wgsl"),
-    include_str!("flss.wgsl")
-);
+const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("flss.wgsl")];
 
+/// The uniform struct of flss.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct FlssUniform {
     pub grid: OrderGrid,
+    /// Number of wavelengths.
     pub wavelengths: u32,
     pub _pad0: u32,
     pub _pad1: u32,
     pub _pad2: u32,
 }
 
-/// Equal steps of the wavelength from 380 to 780 nm.
+/// The method `flss`: equal steps of the wavelength from 380 to 780 nm.
 pub struct Flss {
     orders: Orders,
     colours: Colours,
 }
 
 impl Flss {
-    /// Transforms `field`, of which `lambda_step_nm`, `terms`, `neighbourhood` and `series` are asked; `progress` hears how far it
-    /// has come.
+    /// Transforms `field`. Of the options it heeds `lambda_step_nm`, `terms`, `neighbourhood` and `series`.
     ///
     /// # Errors
-    /// As [`super::build`].
+    /// The errors of [`super::build`].
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -51,16 +50,16 @@ impl Flss {
         Ok(Self { orders, colours: colours::samples(options.lambda_step_nm)? })
     }
 
-    /// The same with another step between wavelengths in nm; the orders are shared.
+    /// The method with another step between wavelengths in nm; the orders are shared.
     ///
     /// # Errors
-    /// A step out of range.
+    /// [`MethodError::OutOfRange`] for a step out of [`LAMBDA_STEP_NM`].
     pub fn with_lambda_step(&self, lambda_step_nm: f64) -> Result<Self, MethodError> {
         in_range("lambda_step_nm", lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
         Ok(Self { orders: self.orders.clone(), colours: colours::samples(lambda_step_nm)? })
     }
 
-    /// The terms and orders that are summed.
+    /// Numbers of terms and orders that are summed.
     pub fn counts(&self) -> OrderCounts {
         self.orders.counts()
     }
@@ -94,7 +93,7 @@ impl Relief for Flss {
         };
         MethodShader {
             name: "flss",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }

@@ -1,4 +1,4 @@
-// Twin of flss.rs.
+// Twin of flss.rs: the sum over equal steps of the wavelength.
 
 struct Flss {
     grid: OrderGrid,

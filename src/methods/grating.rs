@@ -1,27 +1,35 @@
-//! `table` of a grating by Maxwell's equations: the orders' [colours](crate::grating::GratingColourLobe), read for a pair of
-//! directions.
+//! The method `table` for a grating by Maxwell's equations: [`crate::grating::GratingColourLobe`] as a method.
 
 use super::{AnswerKind, Method, MethodShader};
 use crate::grating::GratingColourSurface;
 use crate::lobe::{LinearSrgb, Lobe};
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 
-/// The uniform struct of `grating.wgsl`: of [`crate::grating::GratingLayout`] what a value is computed with.
+/// The uniform struct of `grating.wgsl`, from [`crate::grating::GratingLayout`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct GratingUniform {
+    /// First wavelength of the efficiencies in nm.
     pub first_nm: f32,
+    /// Wavelengths of the efficiencies per nm.
     pub steps_per_nm: f32,
+    /// Number of wavelengths.
     pub wavelengths: u32,
+    /// Cells of the shortest wavelength.
     pub cells: u32,
+    /// Nodes along each side of a cell.
     pub nodes: u32,
+    /// Highest order that propagates at any wavelength.
     pub orders: f32,
-    /// Packets of four words before those of order 0.
+    /// Index of the first packet of four words with colours of order 0.
     pub order_zero: u32,
+    /// Period in µm.
     pub period_um: f32,
-    /// Frequency of the first order in cycles/µm, and its standard deviation.
+    /// Frequency of order 1 in cycles/µm.
     pub spacing: f32,
+    /// Standard deviation of an order's Gaussian in cycles/µm.
     pub sigma: f32,
     pub _pad0: u32,
     pub _pad1: u32,
@@ -60,7 +68,7 @@ impl Method for GratingColourSurface {
         };
         MethodShader {
             name: "table",
-            wgsl: vec![include_str!("grating.wgsl")],
+            wgsl: vec![wgsl!("grating.wgsl")],
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: [efficiencies, packets].map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).to_vec(),
         }

@@ -1,31 +1,43 @@
-// Twin of `GratingColourLobe::eval` in grating/colour_lobe.rs, and of what it reads there.
+// The reflectance of a grating by Maxwell's equations in linear sRGB; twin of `GratingColourLobe::eval` in
+// grating/colour_lobe.rs, of `Place` in grating/place.rs and of `EfficiencyView` in grating/efficiencies.rs.
+//
+// Symbols: d is the period in µm and ν = 1/λ in 1/µm. q = (wi + wo).xy has the length ρ. Order m has the frequency m/d
+// in cycles/µm, and is a Gaussian of standard deviation σ over frequency. Along the line νq, order m is met at ν =
+// m·q.x/(d·ρ²), with the standard deviation τ = σ/ρ. The reflectance is
+//     f_r = Σ_m e_m · exp(-b²/2) · weights(ν_m, τ) / (2πσ²),
+// where e_m is the efficiency of the order at ν_m, b its distance from the line in units of σ, and weights(ν, τ) the
+// integral of the colour weights times the Gaussian. Order 0 has no wavelength; its colour is a table over directions.
+//
+// Efficiencies are tabulated over t = νd·√(1 - y²) and a, the position of the incident order (grating/place.rs). Orders
+// pass off where t ± a is a whole number, which divides the (t, a) plane into cells.
 
-// The visible range of 1/λ in 1/µm, its middle and half its width.
+// Middle and half width of the visible range of ν in 1/µm.
 const NU_MIDDLE: f32 = 1.9912986;
 const NU_HALF: f32 = 0.78647923;
+// Standard deviations τ by which the table of weights goes beyond the visible range.
 const SPREADS: f32 = 5.0;
+// The τ in 1/µm in the middle of the table of weights, whose axis is τ/(τ + TAU_SCALE).
 const TAU_SCALE: f32 = 0.25;
+// Standard deviations σ up to which an order counts.
 const REACH: f32 = 5.0;
+// Efficiency of a table value of 1.
 const UNIT: f32 = 1.6666667e-5;
 const LOG2_E: f32 = 1.442695;
-// Nodes of the tables of weights and of order 0 along either axis.
+// Nodes of the table of weights along τ and ν, and of the table of order 0 along each axis.
 const WEIGHTS_WIDTHS: u32 = 96u;
 const WEIGHTS_PLACES: u32 = 256u;
 const ORDER_ZERO_SIDE: u32 = 48u;
 
 struct Grating {
-    // The first wavelength in nm, steps for each nm, and how many wavelengths there are.
+    // `GratingUniform` in grating.rs says what each member is.
     first_nm: f32,
     steps_per_nm: f32,
     wavelengths: u32,
-    // Cells of the shortest wavelength, nodes along either side of a cell.
     cells: u32,
     nodes: u32,
-    // The highest order that ever propagates, and the packet from which on order 0 has its colours.
     orders: f32,
     order_zero: u32,
     period_um: f32,
-    // Frequency of the first order in cycles/µm, and its standard deviation.
     spacing: f32,
     sigma: f32,
     _pad0: u32,
@@ -33,17 +45,24 @@ struct Grating {
 }
 
 @group(1) @binding(0) var<uniform> grating: Grating;
+// Efficiencies of 16 bits, two a word, after the row offsets of each wavelength and cell.
 @group(1) @binding(1) var<storage, read> efficiencies: array<u32>;
+// Packets (red, green, blue, unused): the table of weights, then that of order 0.
 @group(1) @binding(2) var<storage, read> colours: array<vec4<f32>>;
 
-// Twin of `Place`. The library has t and a in double precision, here they are single: see the test of the twins.
+// Position (t, a) among the cells. The library has t and a in double precision, here they are single:
+// crates/realtime/tests/realtime/gratings.rs bounds the difference.
 struct Place {
+    // Number of orders that propagate, less one.
     cell: u32,
+    // Number of the incident order among them, counted from the order that goes furthest to -x.
     incident: u32,
+    // Position in the cell, stretched towards its sides; each coordinate in [0, 1].
     stretched: vec2<f32>,
     propagates: bool,
 }
 
+// √x/(√x + √(1 - x)): efficiencies have square-root singularities at the sides of a cell.
 fn stretched(x: vec2<f32>) -> vec2<f32> {
     let low = sqrt(max(x, vec2<f32>(0.0)));
     let high = sqrt(max(1.0 - x, vec2<f32>(0.0)));
@@ -57,47 +76,54 @@ fn place_of(t: f32, a: f32) -> Place {
     return Place(u32(whole.x + whole.y), u32(whole.y), stretched(above - whole), all(sums > vec2<f32>(0.0)));
 }
 
-// The whole part and the rest of a place among so many nodes.
-struct Along {
+// Interpolation along an axis: the node below, and the fraction of the way to the next.
+struct Interval {
     low: u32,
-    rest: f32,
+    fraction: f32,
 }
 
-fn along(x: f32, count: u32) -> Along {
+// The interval of the position x among `count` nodes.
+fn interval_of(x: f32, count: u32) -> Interval {
     let inside = clamp(x, 0.0, f32(count - 1u));
     let low = min(floor(inside), f32(count - 2u));
-    return Along(u32(low), inside - low);
+    return Interval(u32(low), inside - low);
 }
 
-fn half(at: u32) -> f32 {
-    return f32((efficiencies[at >> 1u] >> (16u * (at & 1u))) & 0xffffu);
+// The 16-bit value of this number.
+fn table_value(number: u32) -> f32 {
+    return f32((efficiencies[number >> 1u] >> (16u * (number & 1u))) & 0xffffu);
 }
 
-// The efficiency, in units of UNIT, of one order of a wave at one of the wavelengths; `at` counts from the row's begin at the first
-// node.
-fn at_wavelength(wavelength: u32, cell: u32, at: u32, p: Along, q: Along) -> f32 {
-    let places = (cell + 1u) * (cell + 2u);
-    let first = efficiencies[wavelength * grating.cells + cell] + at;
-    let a = first + (p.low * grating.nodes + q.low) * places;
-    let c = a + grating.nodes * places;
-    return mix(mix(half(a), half(a + places), q.rest), mix(half(c), half(c + places), q.rest), p.rest);
+// Efficiency in units of UNIT at one wavelength of the table, bilinear over a cell. `entry` is the number of the pair
+// of incident and outgoing order within a node.
+fn efficiency_at(wavelength: u32, cell: u32, entry: u32, p: Interval, q: Interval) -> f32 {
+    let entries = (cell + 1u) * (cell + 2u);
+    let first = efficiencies[wavelength * grating.cells + cell] + entry;
+    let near = first + (p.low * grating.nodes + q.low) * entries;
+    let far = near + grating.nodes * entries;
+    return mix(
+        mix(table_value(near), table_value(near + entries), q.fraction),
+        mix(table_value(far), table_value(far + entries), q.fraction),
+        p.fraction,
+    );
 }
 
-// Twin of `EfficiencyView::entry`: the order that leaves is number `order` among those of the cell.
+// Efficiency of the order that leaves as number `order` among those of the cell, at a wavelength in nm.
 fn efficiency(place: Place, nm: f32, order: u32) -> f32 {
     let cell = min(place.cell, grating.cells - 1u);
-    let at = min(place.incident, cell) * (cell + 2u) + order;
-    let wavelength = along((nm - grating.first_nm) * grating.steps_per_nm, grating.wavelengths);
-    let p = along(place.stretched.x * f32(grating.nodes - 1u), grating.nodes);
-    let q = along(place.stretched.y * f32(grating.nodes - 1u), grating.nodes);
-    let shorter = at_wavelength(wavelength.low, cell, at, p, q);
-    let longer = at_wavelength(wavelength.low + 1u, cell, at, p, q);
-    return mix(shorter, longer, wavelength.rest) * UNIT;
+    let entry = min(place.incident, cell) * (cell + 2u) + order;
+    let wavelength = interval_of((nm - grating.first_nm) * grating.steps_per_nm, grating.wavelengths);
+    let p = interval_of(place.stretched.x * f32(grating.nodes - 1u), grating.nodes);
+    let q = interval_of(place.stretched.y * f32(grating.nodes - 1u), grating.nodes);
+    let shorter = efficiency_at(wavelength.low, cell, entry, p, q);
+    let longer = efficiency_at(wavelength.low + 1u, cell, entry, p, q);
+    return mix(shorter, longer, wavelength.fraction) * UNIT;
 }
 
-fn packets(begin: u32, counts: vec2<u32>, places: vec2<f32>) -> vec3<f32> {
+// A table of colours from packet `begin` on, with so many nodes along each axis, bilinear at a position in [0, 1]².
+fn colour_at(begin: u32, counts: vec2<u32>, position: vec2<f32>) -> vec3<f32> {
     let last = vec2<f32>(counts - 1u);
-    let x = clamp(places, vec2<f32>(0.0), vec2<f32>(1.0)) * last;
+    let x = clamp(position, vec2<f32>(0.0), vec2<f32>(1.0)) * last;
     let low = min(floor(x), last - 1.0);
     let t = x - low;
     let first = begin + u32(low.x) * counts.y + u32(low.y);
@@ -106,27 +132,30 @@ fn packets(begin: u32, counts: vec2<u32>, places: vec2<f32>) -> vec3<f32> {
     return mix(near, far, t.x);
 }
 
-// `∫ weight(1/ν) exp(−(ν − nu)²/2τ²) dν` of the three channels.
+// ∫ weight(1/ν) exp(-(ν - nu)²/2τ²) dν of the three channels.
 fn weights(nu: f32, tau: f32) -> vec3<f32> {
-    let place = (nu - NU_MIDDLE) / (tau * SPREADS + NU_HALF);
-    if abs(place) >= 1.0 {
+    let position = (nu - NU_MIDDLE) / (tau * SPREADS + NU_HALF);
+    if abs(position) >= 1.0 {
         return vec3<f32>(0.0);
     }
     let widths = tau / (tau + TAU_SCALE);
-    return packets(0u, vec2<u32>(WEIGHTS_WIDTHS, WEIGHTS_PLACES), vec2<f32>(widths, 0.5 * place + 0.5)) * widths;
+    let counts = vec2<u32>(WEIGHTS_WIDTHS, WEIGHTS_PLACES);
+    return colour_at(0u, counts, vec2<f32>(widths, 0.5 * position + 0.5)) * widths;
 }
 
 // The colour of order 0 between directions whose half difference is (x, y).
 fn order_zero(x: f32, y: f32) -> vec3<f32> {
-    let across = max(1.0 - y * y, 0.0);
-    let within = max(1.0 - x * x / max(across, 1e-12), 0.0);
-    return packets(grating.order_zero, vec2<u32>(ORDER_ZERO_SIDE), sqrt(vec2<f32>(within, across)));
+    let cosine_y_squared = max(1.0 - y * y, 0.0);
+    let cosine_x_squared = max(1.0 - x * x / max(cosine_y_squared, 1e-12), 0.0);
+    let position = sqrt(vec2<f32>(cosine_x_squared, cosine_y_squared));
+    return colour_at(grating.order_zero, vec2<u32>(ORDER_ZERO_SIDE), position);
 }
 
-// Twin of `Line`.
+// The line νq: length ρ and direction of q, and the orders met in the visible range.
 struct Line {
     length: f32,
-    towards: vec2<f32>,
+    direction: vec2<f32>,
+    // Orders are `sign` times the numbers from `first` to `last`.
     first: f32,
     last: f32,
     sign: f32,
@@ -134,28 +163,29 @@ struct Line {
 
 fn line_of(q: vec2<f32>) -> Line {
     let length = length(q);
-    let towards = select(q / max(length, 1e-9), vec2<f32>(1.0, 0.0), length < 1e-9);
-    let per_order = max(abs(towards.x) * grating.spacing, 1e-9);
+    let direction = select(q / max(length, 1e-9), vec2<f32>(1.0, 0.0), length < 1e-9);
+    let per_order = max(abs(direction.x) * grating.spacing, 1e-9);
     let reach = REACH * grating.sigma;
     let low = (length * (NU_MIDDLE - NU_HALF) - reach) / per_order;
     let high = (length * (NU_MIDDLE + NU_HALF) + reach) / per_order;
     let most = grating.orders;
     let first = clamp(ceil(low), -most, most + 1.0);
     let last = clamp(floor(high), -most - 1.0, most);
-    return Line(length, towards, first, last, select(1.0, -1.0, towards.x < 0.0));
+    return Line(length, direction, first, last, select(1.0, -1.0, direction.x < 0.0));
 }
 
-// What an order adds at 1/λ = nu, of which the pair lies beside it by as much as `kernel` says.
-fn of_order(order: f32, nu: f32, kernel: f32, tau: f32, x: f32, y: f32) -> vec3<f32> {
+// Contribution of an order met at ν = nu to 2πσ²·f_r. `kernel` is exp(-b²/2). x is wo.x - wi.x, and y half of wi.y -
+// wo.y.
+fn order_colour(order: f32, nu: f32, kernel: f32, tau: f32, x: f32, y: f32) -> vec3<f32> {
     let seen = clamp(nu, NU_MIDDLE - NU_HALF, NU_MIDDLE + NU_HALF);
     let periods = seen * grating.period_um;
-    let across = periods * sqrt(max((1.0 - y) * (1.0 + y), 0.0));
-    let place = place_of(across, 0.5 * (x * periods - order));
-    let at = i32(place.incident) + i32(order);
-    if !place.propagates || at < 0 || at > i32(place.cell) {
+    let t = periods * sqrt(max((1.0 - y) * (1.0 + y), 0.0));
+    let place = place_of(t, 0.5 * (x * periods - order));
+    let outgoing = i32(place.incident) + i32(order);
+    if !place.propagates || outgoing < 0 || outgoing > i32(place.cell) {
         return vec3<f32>(0.0);
     }
-    return weights(nu, tau) * (efficiency(place, 1e3 / seen, u32(at)) * kernel);
+    return weights(nu, tau) * (efficiency(place, 1e3 / seen, u32(outgoing)) * kernel);
 }
 
 fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
@@ -173,12 +203,12 @@ fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32> {
     for (var m = line.first; m <= line.last; m += 1.0) {
         let order = m * line.sign;
         let frequency = order * grating.spacing;
-        let nu = frequency * line.towards.x / max(line.length, 1e-9);
-        let beside = frequency * line.towards.y / grating.sigma;
-        let kernel = exp2(-0.5 * LOG2_E * beside * beside);
-        // Order 0 has been counted, and most orders lie far beside the pair.
+        let nu = frequency * line.direction.x / max(line.length, 1e-9);
+        let distance = frequency * line.direction.y / grating.sigma;
+        let kernel = exp2(-0.5 * LOG2_E * distance * distance);
+        // The sum begins with order 0. The kernel of most orders is zero.
         if order != 0.0 && kernel > 0.0 {
-            sum += of_order(order, nu, kernel, tau, x, y);
+            sum += order_colour(order, nu, kernel, tau, x, y);
         }
     }
     return sum / (TAU * grating.sigma * grating.sigma);

@@ -1,15 +1,17 @@
-//! The methods of realtime evaluation (docs/realtime.md), each once in Rust, the truth, and once in WGSL, its twin of the
-//! same name in the file beside it.
+//! The methods of realtime evaluation (docs/realtime.md). Each exists twice: in Rust, which defines it, and in WGSL, in
+//! the file of its name beside it, for the GPU.
 //!
-//! A [`Method`] answers a pair of directions in linear sRGB in 1/sr, and [`Method::answers`] says what: the whole reflectance, or what
-//! the relief alone does. The latter is a [`Relief`], a function of `q = wi + wo = (u, v, w)`:
-//! `∫ S(f; κ)/λ² · weight(λ) dλ`, where a `S/λ²` of 1 at every wavelength is (1, 1, 1). What does not depend on the relief (`R·O·M` of
-//! docs/model.md#the-reflectance) is then the caller's. Single precision throughout, as on the GPU; the oracle is
-//! [`crate::lobe::Exact`].
+//! A [`Method`] answers a pair of directions in linear sRGB in 1/sr. [`Method::answers`] says whether the answer is the
+//! whole reflectance or the relief's part of it. The part is a [`Relief`], a function of `q = wi + wo = (u, v, w)`: `∫
+//! S(f; κ)/λ² · weight(λ) dλ`, in which a `S/λ²` of 1 at every wavelength is (1, 1, 1). The caller multiplies it by the
+//! factors that do not depend on the relief, `R·O·M` of docs/model.md#the-reflectance.
 //!
-//! [`build`] makes one of a height field. The published methods evaluate a single window in a fixed place over a tile that repeats
-//! (`model = patch`, `tiling = periodic`); they know no other. Ours, [`ColourTable`], knows both models and tilings, and alone
-//! conserves energy where it is asked to. A grating by Maxwell's equations, `GratingColourSurface`, is a method, too.
+//! Methods are single precision throughout, as on the GPU. Tests hold them against [`crate::lobe::Exact`].
+//!
+//! [`build`] builds a method of a height field. The published methods evaluate a single window at a fixed position over
+//! a tile that repeats (`model = patch`, `tiling = periodic`) and know no other. The [`ColourTable`] knows both models
+//! and tilings, and alone can conserve energy. `GratingColourSurface`, a grating by Maxwell's equations, is a method,
+//! too.
 
 mod bessel;
 mod build;
@@ -28,6 +30,7 @@ mod stam;
 mod stam_gems;
 mod table;
 mod term_weights;
+mod wgsl;
 
 pub use crate::colour_table::{ColourTable, ColourTableOptions, ColourTableReport, RESOLUTION};
 pub use bessel::TERMS_MAX;
@@ -42,49 +45,58 @@ pub use orders::{ORDERS_BYTES_MAX, OrderCounts, TAYLOR_KAPPA_H_MAX};
 pub use pq::Pq;
 pub use stam::Stam;
 pub use stam_gems::StamGems;
+#[doc(hidden)]
+pub use wgsl::{code, code_length, utf8};
 
 use crate::colour_table::SUM_SQUARED_MAX;
+use crate::wgsl;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 
-/// What the answer of a method is.
+/// Meaning of the answer of a method.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum AnswerKind {
-    /// What the relief alone does. The caller multiplies it by Fresnel's reflectance, obliquity and shadowing, `R·O·M`.
+    /// The relief's part of the reflectance. The caller multiplies it by Fresnel factor, obliquity and shadowing,
+    /// `R·O·M`.
     Relief,
-    /// `f_r` with all that belongs to it, which is multiplied by nothing.
+    /// The whole `f_r`, all factors included.
     Reflectance,
 }
 
-/// One way to evaluate a surface in colour.
+/// An evaluator of a surface's colour.
+///
+/// `wi` is the direction to the light and `wo` that to the viewer, both unit vectors above the surface. Answers have no
+/// cosine. [`build`] has an example.
 pub trait Method: Send + Sync {
-    /// What the method answers for light from `wi` that leaves to `wo`, integrated over the visible wavelengths: linear sRGB in
-    /// 1/sr, without the cosine, of what [`Method::answers`] says. Out-of-gamut colours keep their negative components. The caller
-    /// sees to it that both directions lie above the surface.
+    /// The answer integrated over the visible wavelengths, linear sRGB in 1/sr. Colours outside sRGB have negative
+    /// channels.
     fn answer_rgb(&self, wi: [f32; 3], wo: [f32; 3]) -> [f32; 3];
 
-    /// The same at one wavelength in nm, in 1/sr: zero outside 380 to 780 nm; `None` where the method has no value by wavelength.
+    /// The answer at one wavelength in nm, in 1/sr. It is 0 outside 380 to 780 nm, and `None` where the method has no
+    /// values by wavelength.
     fn answer_spectral(&self, wi: [f32; 3], wo: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
-    /// What the answers are.
+    /// The meaning of the answers.
     fn answers(&self) -> AnswerKind;
 
-    /// The twin in WGSL with its data.
+    /// The method in WGSL, with its data.
     fn shader(&self) -> MethodShader<'_>;
 }
 
-/// A [`Method`] whose answer is what the relief alone does, which depends on `wi + wo` alone.
+/// A [`Method`] whose answer is the relief's part of the reflectance, which depends on `q = wi + wo` alone.
 pub trait Relief: Send + Sync {
-    /// What the relief answers for `q = [u, v, w]`, integrated over the visible wavelengths: linear sRGB in 1/sr, with
-    /// neither Fresnel reflectance, obliquity, shadowing nor cosine. Zero unless `q` is finite, `w > 0`, and `q` the sum of two unit
-    /// vectors.
+    /// The relief's part for `q = [u, v, w]`, integrated over the visible wavelengths, linear sRGB in 1/sr.
+    ///
+    /// Fresnel factor, obliquity, shadowing and cosine are not included. It is 0 unless `q` is finite, `w > 0`, and `q`
+    /// is the sum of two unit vectors.
     fn relief_rgb(&self, q: [f32; 3]) -> [f32; 3];
 
-    /// The same at one wavelength in nm, `S/λ²` in 1/sr: zero outside 380 to 780 nm and where [`Relief::relief_rgb`] is; `None`
-    /// where the method has no value by wavelength.
+    /// The relief's part at one wavelength in nm, `S/λ²` in 1/sr. It is 0 outside 380 to 780 nm and where
+    /// [`Relief::relief_rgb`] is 0, and `None` where the method has no values by wavelength.
     fn relief_spectral(&self, q: [f32; 3], wavelength_nm: f32) -> Option<f32>;
 
-    /// The twin in WGSL, which defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>` in place of `answer_rgb`, with its data.
+    /// The method in WGSL, with its data. It defines `fn relief_rgb(q: vec3<f32>) -> vec3<f32>` in place of
+    /// `answer_rgb`.
     fn relief_shader(&self) -> MethodShader<'_>;
 }
 
@@ -102,7 +114,7 @@ impl<R: Relief> Method for R {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        self.relief_shader().and(include_str!("relief.wgsl"))
+        self.relief_shader().and(wgsl!("relief.wgsl"))
     }
 }
 
@@ -111,12 +123,13 @@ fn sum(wi: [f32; 3], wo: [f32; 3]) -> [f32; 3] {
     std::array::from_fn(|c| wi[c] + wo[c])
 }
 
-/// A method's WGSL and what it binds.
+/// The WGSL of a method and the data that it binds.
 ///
-/// The sources declare, in group 1, a uniform struct at binding 0 and one read-only storage buffer for each entry of
-/// `storage` from binding 1 on, and define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of
-/// [`Method::answer_rgb`], which heeds `answer_part` and `answer_parts` of [`COMMON_WGSL`]: over all parts its results add up to the
-/// answer. They are compiled together with the files of [`COMMON_WGSL`] and of whoever calls them; groups 0 and 2 are theirs.
+/// The sources declare a uniform struct at binding 0 of group 1, and from binding 1 on a read-only storage buffer for
+/// each entry of `storage`. They define `fn answer_rgb(wi: vec3<f32>, wo: vec3<f32>) -> vec3<f32>`, the twin of
+/// [`Method::answer_rgb`]. It heeds `answer_part` and `answer_parts` of [`COMMON_WGSL`]: its results add up to the
+/// answer over all parts. The sources are compiled after [`COMMON_WGSL`] and with those of the caller, which has the
+/// groups 0 and 2.
 pub struct MethodShader<'a> {
     /// The method's name, for labels and messages.
     pub name: &'a str,
@@ -129,27 +142,29 @@ pub struct MethodShader<'a> {
 }
 
 impl MethodShader<'_> {
-    /// With one more source.
+    /// Appends a source.
     fn and(mut self, wgsl: &'static str) -> Self {
         self.wgsl.push(wgsl);
         self
     }
 }
 
-/// WGSL that the methods' sources may use; compiled before them.
-pub const COMMON_WGSL: &str = include_str!("common.wgsl");
+/// WGSL that the sources of methods use.
+pub const COMMON_WGSL: &str = wgsl!("common.wgsl");
 
+/// Shortest wavelength of the methods in µm.
 const WAVELENGTH_MIN_UM: f32 = 0.38;
+/// Longest wavelength of the methods in µm.
 const WAVELENGTH_MAX_UM: f32 = 0.78;
-/// What a cosine is divided by at least, as in [`crate::scattering::Pair`].
+/// Smallest cosine to divide by, as in [`crate::scattering::Pair`].
 const COSINE_MIN: f32 = 1e-7;
 
-/// Whether `q` can be a sum of two directions above the surface. Nothing that is not finite can.
+/// Whether `q` can be the sum of two directions above the surface; false where it is not finite.
 fn is_query(q: [f32; 3]) -> bool {
     q[2] > 0.0 && q.iter().map(|c| c * c).sum::<f32>() <= SUM_SQUARED_MAX
 }
 
-/// A wavelength in µm, where the methods have data for it.
+/// The wavelength in µm; `None` outside 380 to 780 nm.
 fn spectral_range_um(wavelength_nm: f32) -> Option<f32> {
     (380.0..=780.0).contains(&wavelength_nm).then_some(wavelength_nm * 1e-3)
 }

@@ -1,17 +1,19 @@
-//! NMM, non-uniform wavelengths (Dhillon et al. 2014): only those at which an order lies where one looks, each with
-//! the sum of [`super::Flss`] over a neighbourhood of orders.
+//! NMM, non-uniform wavelengths (Dhillon et al. 2014): only the wavelengths at which an order leaves in the direction
+//! of the query, each with the sum of [`super::Flss`] over a neighbourhood of orders.
 //!
-//! They are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. So they lie as thick as
-//! `|u|Lx/λ²` and `|v|Ly/λ²` over λ: dense in the blue. Both lists together, with `N = |u|Lx + |v|Ly`, sum
+//! The wavelengths are `λ = |u|Lx/n` for whole n from `|u|Lx/λmax` to `|u|Lx/λmin`, and likewise for v and Ly. Their
+//! density over λ is `|u|Lx/λ²` and `|v|Ly/λ²`: highest in the blue. With `N = |u|Lx + |v|Ly`, the sum over both lists
+//! is
 //!
-//! - *unweighted*, as in Single 2014: `Σ S/λ² · W(λ)/N`, W the colour weights over λ² scaled so that a constant is white.
-//!   The spectrum inside each channel is seen through 1/λ², hence a shift of hue;
-//! - *weighted*: `Σ S/λ² · λ²/N · weight(λ)`, that is each list with its own spacing `dλ = λ²/(|u|Lx)`, and the mean of the
-//!   two by how dense they are: a quadrature of `∫ S/λ² weight dλ`.
+//! - *unweighted* (Single 2014): `Σ S/λ² · W(λ)/N`, where W are the colour weights over λ², scaled so that a constant
+//!   is white. The factor 1/λ² within each channel shifts hues;
+//! - *weighted*: `Σ S/λ² · λ²/N · weight(λ)`. Each list has its own spacing `dλ = λ²/(|u|Lx)`, and the two are averaged
+//!   by their densities: a quadrature of `∫ S/λ² weight dλ`.
 //!
-//! Both take each sample for the share of its order that the mean over its cell is of its peak ([`line_width`]). A list
-//! counts where it can hold an order other than 0: not along an axis of one pixel, nor for `|u|Lx < λmin`. Where none
-//! counts, around (u, v) = (0, 0), the answer is white, as Single 2014 has it, at the value at 550 nm.
+//! A sample lies at the peak of an order and stands for the mean over the order's cell, so both forms multiply it by
+//! the ratio of the mean to the peak ([`line_width`]). A list counts where it can hold an order other than 0: not along
+//! an axis of one pixel, nor for `|u|Lx < λmin`. Where no list counts, around (u, v) = (0, 0), the answer is white, as
+//! in Single 2014, with the value at 550 nm.
 
 use super::colours::{self, Colours, colour_density};
 use super::order_grid::OrderGrid;
@@ -21,47 +23,44 @@ use super::{
 };
 use crate::height_field::HeightField;
 use crate::table::Progress;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f64::consts::PI;
 
-const WGSL: &str = concat!(
-    include_str!("colours.wgsl"),
-    include_str!("bessel.wgsl"),
-    include_str!("orders.wgsl"),
-    include_str!("nmm.wgsl")
-);
+const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("nmm.wgsl")];
 
-/// The finest tolerance that the neighbourhood of a colour heeds: the wavelengths that are picked put colours off by 0.2 to
-/// 0.35 by themselves (relative, docs/speed-error.md), of which more orders would mend nothing.
+/// Finest relative tolerance of the neighbourhood of a colour. The choice of wavelengths alone makes colours wrong by
+/// 0.2 to 0.35 (docs/speed-error.md), so more orders would not help.
 const COLOUR_TOLERANCE: f64 = 0.15;
 
-/// The wavelength that stands for all where the answer is white.
+/// Wavelength in µm that stands for all where the answer is white.
 pub(super) const WHITE_UM: f32 = 0.55;
 
+/// The uniform struct of nmm.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct NmmUniform {
     pub grid: OrderGrid,
+    /// [`line_width`] along x and y.
     pub line_width: [f32; 2],
     pub _pad: [f32; 2],
 }
 
-/// The wavelengths at which an order lies where one looks.
+/// The method `nmm`: wavelengths at whole orders.
 pub struct Nmm {
     orders: Orders,
-    /// The same with the neighbourhood that colours sum.
-    of_colours: Orders,
+    /// The orders with the neighbourhood of colours.
+    colour_orders: Orders,
     colours: Colours,
     line_width: [f32; 2],
 }
 
 impl Nmm {
-    /// Transforms `field`, of which `terms`, `neighbourhood`, `series` and `weighted` are asked; `progress` hears how far it
-    /// has come.
+    /// Transforms `field`. Of the options it heeds `terms`, `neighbourhood`, `series` and `weighted`.
     ///
     /// # Errors
-    /// As [`super::build`].
+    /// The errors of [`super::build`].
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -72,16 +71,16 @@ impl Nmm {
         let orders = Orders::new(field, coherence_length_um, tolerance, options, progress)?;
         let colours = if options.weighted { colours::density()? } else { colours::density_over_square()? };
         let line_width = orders.grid.sharpness.map(|sharpness| line_width(sharpness.into()) as f32);
-        let of_colours = match options.neighbourhood {
+        let colour_orders = match options.neighbourhood {
             Some(_) => orders.clone(),
             None => orders.narrowed(tolerance.max(COLOUR_TOLERANCE)),
         };
-        Ok(Self { orders, of_colours, colours, line_width })
+        Ok(Self { orders, colour_orders, colours, line_width })
     }
 
-    /// The terms and orders that are summed for a colour.
+    /// Numbers of terms and orders that are summed for a colour.
     pub fn counts(&self) -> OrderCounts {
-        self.of_colours.counts()
+        self.colour_orders.counts()
     }
 }
 
@@ -90,12 +89,12 @@ impl Relief for Nmm {
         if !is_query(q) {
             return [0.0; 3];
         }
-        let grid = &self.of_colours.grid;
+        let grid = &self.colour_orders.grid;
         let span = [0, 1].map(|axis| q[axis].abs() * grid.extent_um[axis]);
         let listed = [0, 1].map(|axis| grid.reach[axis] > 0 && span[axis] >= WAVELENGTH_MIN_UM);
         let total: f32 = (0..2).filter(|axis| listed[*axis]).map(|axis| span[axis]).sum();
         if total == 0.0 {
-            return [self.of_colours.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
+            return [self.colour_orders.density_at(q, WHITE_UM) / (WHITE_UM * WHITE_UM); 3];
         }
         let list = |axis: usize| {
             let first = (span[axis] / WAVELENGTH_MAX_UM).ceil() as u32;
@@ -103,7 +102,7 @@ impl Relief for Nmm {
             (first..=last).map(move |n| (span[axis] / n as f32, self.line_width[axis]))
         };
         let mut rgb = [0.0; 3];
-        self.of_colours.densities(q, (0..2).filter(|axis| listed[*axis]).flat_map(list), |um, width, density| {
+        self.colour_orders.densities(q, (0..2).filter(|axis| listed[*axis]).flat_map(list), |um, width, density| {
             let (weight, colour) = (density * width, colour_density(&self.colours, um));
             rgb = [0, 1, 2].map(|c| rgb[c] + weight * colour[c]);
         });
@@ -116,23 +115,24 @@ impl Relief for Nmm {
     }
 
     fn relief_shader(&self) -> MethodShader<'_> {
-        let uniform = NmmUniform { grid: self.of_colours.grid, line_width: self.line_width, _pad: [0.0; 2] };
+        let uniform = NmmUniform { grid: self.colour_orders.grid, line_width: self.line_width, _pad: [0.0; 2] };
         MethodShader {
             name: "nmm",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }
     }
 }
 
-/// What a sample at the middle of an order stands for, in orders: the mean over a cell of `Σ_k exp(−2a(p − k)²)` against
-/// its value at p = 0, a the sharpness. 1 for Gaussians that overlap, their area where they stand apart; exact, in the
-/// mean over window places, where order powers are equal.
+/// Ratio of the mean over an order's cell to the value at the order, of `Σ_k exp(−2a(p − k)²)` with the sharpness a.
+///
+/// It is 1 for Gaussians that overlap, and their area for separate ones. It is exact, in the mean over window
+/// positions, where all orders have the same power.
 fn line_width(sharpness: f64) -> f64 {
     let area = (PI / (2.0 * sharpness)).sqrt();
     let theta = |exponent: f64| 1.0 + 2.0 * (1..=4).map(|k| (-exponent * f64::from(k * k)).exp()).sum::<f64>();
-    // The sum itself, or its Poisson transform where that is the one that falls fast; five terms are exact.
+    // The sum, or its Poisson transform where the transform converges faster. Five terms are exact in single precision.
     if sharpness > 1.0 { area / theta(2.0 * sharpness) } else { 1.0 / theta(0.5 * PI * PI / sharpness) }
 }
 
@@ -141,7 +141,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_is_as_wide_as_its_area_or_its_cell() {
+    fn line_width_is_the_mean_over_the_peak() {
         for sharpness in [1e-3, 0.3, 0.999, 1.001, 1.2337, 5.0, 800.0] {
             let sum = |p: f64| (-200..=200).map(|k| (-2.0 * sharpness * (p - f64::from(k)).powi(2)).exp()).sum::<f64>();
             let steps = 4000;

@@ -1,5 +1,6 @@
-// Twin of nmm.rs.
+// Twin of nmm.rs: the sum over wavelengths at whole orders.
 
+// Wavelength in µm that stands for all where the answer is white.
 const WHITE_UM: f32 = 0.55;
 
 struct Nmm {

@@ -1,4 +1,4 @@
-//! What users may ask of a method.
+//! Kinds and options of the methods, and why one is refused.
 
 use super::bessel::TERMS_MAX;
 use crate::colour::ColourError;
@@ -9,28 +9,28 @@ use crate::transform::Series;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Accepted steps between wavelengths in nm: coarser ones do not make white, finer ones only take time.
+/// Accepted steps between wavelengths in nm. Coarser steps do not add up to white; finer ones gain no accuracy.
 pub const LAMBDA_STEP_NM: std::ops::RangeInclusive<f64> = 0.1..=100.0;
-/// Most orders along each axis that are summed at a place.
+/// Most orders along each axis that an evaluation sums.
 pub const NEIGHBOURHOOD_MAX: usize = 64;
 /// Accepted sharpness of the highlight of GPU Gems in 1/µm.
 pub const GEMS_SHARPNESS: std::ops::RangeInclusive<f64> = 0.0..=1e4;
-/// Accepted components of that highlight, linear sRGB.
+/// Accepted components of the colour of the highlight of GPU Gems, linear sRGB.
 const GEMS_HIGHLIGHT: std::ops::RangeInclusive<f64> = 0.0..=100.0;
-/// Most repeats of the tile along an axis; beyond, single precision does not resolve the peaks.
+/// Most repeats of the tile along an axis: single precision does not resolve narrower peaks.
 pub const REPEATS_MAX: u32 = 10_000;
 
-/// The published methods (docs/realtime.md), and ours.
+/// The methods: four published ones and the colour table (docs/realtime.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum MethodKind {
     /// Equal steps of the wavelength.
     Flss,
-    /// The wavelengths at which an order lies where one looks.
+    /// Only the wavelengths at which an order leaves in the direction of the query.
     Nmm,
     /// A finite number of tiles.
     Pq,
-    /// One spacing, in one of two forms.
+    /// One spacing, in one of the forms of [`StamForm`].
     Stam,
     /// The integral over wavelength, tabulated.
     Table,
@@ -62,7 +62,8 @@ impl MethodKind {
         }
     }
 
-    /// Whether the method is one of the published ones: they evaluate a single window in a fixed place over a tile that repeats.
+    /// Whether the method is a published one: it evaluates a single window at a fixed position over a tile that
+    /// repeats.
     pub const fn is_patch_only(self) -> bool {
         !matches!(self, Self::Table)
     }
@@ -75,38 +76,48 @@ impl fmt::Display for MethodKind {
 }
 
 /// Options of the methods; [`MethodKind::options`] says which of them a method heeds.
+///
+/// ```
+/// use sunbeam::methods::MethodOptions;
+///
+/// let options: MethodOptions = serde_json::from_str(r#"{"lambda_step_nm": 10, "repeats": [26, 1]}"#)?;
+/// options.validate()?;
+/// let refused = MethodOptions { lambda_step_nm: 0.0, ..options }.validate().unwrap_err();
+/// assert_eq!(refused.to_string(), "parameter \"lambda_step_nm\" is 0, but must be 0.1 to 100 nm");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct MethodOptions {
     /// Step between wavelengths in nm, 0.1 to 100 (default: 5).
     pub lambda_step_nm: f64,
-    /// Terms of the series, 1 to 256 (default: as many as the tolerance asks for).
+    /// Terms of the series, 1 to 256 (default: the number that the tolerance requires).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<usize>,
-    /// Orders that are summed along each axis, 1 to 64 (default: as many as the tolerance asks for, and for NMM's colours no
-    /// more than one of 0.15 does). Single 2014 has 3.
+    /// Orders summed along each axis, 1 to 64 (default: the number that the tolerance requires; for colours of NMM a
+    /// tolerance of at least 0.15). Single 2014 has 3.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub neighbourhood: Option<usize>,
     /// The series of the phase screen (default: `chebyshev`). Single 2014 has `taylor`.
     pub series: Series,
-    /// Whether the wavelengths that NMM picks count by the part of the spectrum they stand for (default: true). Single 2014
-    /// have false.
+    /// Whether NMM weights each wavelength by the part of the spectrum that it stands for (default: true). Single 2014
+    /// does not.
     pub weighted: bool,
-    /// How often the tile repeats, along both axes or along x and y, 1 to 10000 (default: so often that peaks are as
-    /// bright as with the coherence window).
+    /// Repeats of the tile in PQ, along both axes or along x and y, 1 to 10000 (default: peaks are as bright as with
+    /// the coherence window).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub repeats: Option<Repeats>,
-    /// The spacing in µm (default: the dominant period along x).
+    /// Spacing of Stam's model in µm (default: the dominant period along x).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub period_um: Option<f64>,
-    /// Which form of Stam's model (default: `spacing`).
+    /// Form of Stam's model (default: `spacing`).
     pub stam_form: StamForm,
-    /// The r of GPU Gems in 1/µm, 0 to 10000: the larger, the narrower the highlight (default: 50). With `gems` alone.
+    /// Sharpness r of the highlight in 1/µm, 0 to 10000 (default: 50). For the form `gems`.
     pub gems_sharpness: f64,
-    /// The colour of that highlight, linear sRGB, each 0 to 100 (default: 1, 0.7, 0.3). With `gems` alone.
+    /// Colour of the highlight, linear sRGB, each 0 to 100 (default: 1, 0.7, 0.3). For the form `gems`.
     pub gems_highlight: [f64; 3],
-    /// Multiplies the colour table's samples along each of its axes, 0.25 to 4 (default: 1, which keeps 99 % of the
-    /// hemisphere within a ΔE₂₀₀₀ of 1).
+    /// Factor on the colour table's samples along each axis, 0.25 to 4 (default: 1, which keeps 99 % of the hemisphere
+    /// within a ΔE₂₀₀₀ of 1).
     pub resolution: f64,
 }
 
@@ -121,7 +132,7 @@ impl Default for MethodOptions {
             repeats: None,
             period_um: None,
             stam_form: StamForm::default(),
-            // Free parameters of the chapter.
+            // The chapter leaves both open; the values are those of a public implementation (docs/realtime.md).
             gems_sharpness: 50.0,
             gems_highlight: [1.0, 0.7, 0.3],
             resolution: 1.0,
@@ -133,10 +144,10 @@ impl Default for MethodOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StamForm {
-    /// Ours: a reflectance of eight orders either side, in the colours of the CIE observer.
+    /// Our form: a reflectance of eight orders on each side, in the colours of the CIE observer.
     #[default]
     Spacing,
-    /// As published in GPU Gems, chapter 8: a highlight and seven orders either side, in colours of its own.
+    /// The form of GPU Gems, chapter 8: a highlight and seven orders on each side, in colours of its own.
     Gems,
 }
 
@@ -144,14 +155,14 @@ pub enum StamForm {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a whole number or an array of two")]
 pub enum Repeats {
-    /// So many along either axis.
+    /// Repeats along each axis.
     Both(u32),
-    /// So many along x and y.
+    /// Repeats along x and along y.
     Each([u32; 2]),
 }
 
 impl Repeats {
-    /// Along x and y.
+    /// Repeats along x and along y.
     pub fn xy(self) -> [u32; 2] {
         match self {
             Self::Both(both) => [both; 2],
@@ -160,30 +171,30 @@ impl Repeats {
     }
 }
 
-/// Why a method was not made.
+/// Reason why a method is not built.
 #[derive(Debug, PartialEq, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum MethodError {
     #[error("parameter {name:?} is {found}, but must be {accepted}")]
     OutOfRange { name: &'static str, found: f64, accepted: &'static str },
     #[error(
-        "the relief is too deep: at 380 nm κH is {kappa_h:.0}, and {limit} terms, the most a method holds, do not reach \
-         the tolerance"
+        "the relief is too deep: at 380 nm κH is {kappa_h:.0}, and {limit} terms, the most a method holds, do not \
+         reach the tolerance"
     )]
     TooManyTerms { kappa_h: f64, limit: usize },
     #[error(
-        "the relief is too deep for the series \"taylor\" in single precision: at 380 nm κH is {kappa_h:.0}, the limit is \
-         {limit}; use \"chebyshev\""
+        "the relief is too deep for the series \"taylor\" in single precision: at 380 nm κH is {kappa_h:.0}, the \
+         limit is {limit}; use \"chebyshev\""
     )]
     TaylorRange { kappa_h: f64, limit: f64 },
     #[error(
-        "the coherence window is so small against the tile that it joins {needed} orders along an axis, more than {limit}; \
-         use a longer coherence length, a smaller tile, or give \"neighbourhood\""
+        "the coherence window is so small against the tile that it joins {needed} orders along an axis, more than \
+         {limit}; use a longer coherence length, a smaller tile, or give \"neighbourhood\""
     )]
     TooWide { needed: usize, limit: usize },
     #[error(
-        "the wave orders would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a smaller tile, coarser \
-         pixels or fewer terms"
+        "the wave orders would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB allowed; use a smaller tile, \
+         coarser pixels or fewer terms"
     )]
     TooLarge { needed_mb: f64, limit_mb: f64 },
     #[error("the surface has no period along x; give \"period_um\"")]
@@ -237,6 +248,7 @@ impl MethodOptions {
     }
 }
 
+/// Refuses a number out of its range; `accepted` describes the range for the message.
 pub(super) fn in_range(
     name: &'static str,
     found: f64,

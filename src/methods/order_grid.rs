@@ -1,30 +1,31 @@
-//! How the orders of a tile lie; twin of the struct in orders.wgsl.
+//! The lattice of a tile's wave orders; twin of the struct `OrderGrid` in orders.wgsl.
 
 use bytemuck::{Pod, Zeroable};
 
-/// Terms that the shader sums in one pass of its loop.
+/// Terms that the shader sums in one turn of its loop.
 pub(super) const TERMS_MULTIPLE: usize = 8;
 
-/// How the orders lie, for the shaders.
+/// The lattice of a tile's wave orders, as the shaders read it. s is the standard deviation of the coherence window.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct OrderGrid {
-    /// Extent `(Lx, Ly)` of the tile.
+    /// Extent `(Lx, Ly)` of the tile in µm.
     pub extent_um: [f32; 2],
-    /// The Gaussian of the window falls as `exp(−sharpness·d²)` with the distance d in orders: `2π²s²/L²`.
+    /// `2π²s²/L²` along x and y: the window's Gaussian is `exp(−sharpness·d²)` at a distance of d orders.
     pub sharpness: [f32; 2],
-    /// Largest |jx| and |jy| that are held; 0 along an axis of one pixel, where there are no others.
+    /// Largest |jx| and |jy| held; 0 along an axis of one pixel.
     pub reach: [i32; 2],
-    /// Number of terms, a multiple of [`TERMS_MULTIPLE`]; those past the ones asked for are zero.
+    /// Number of terms, a multiple of [`TERMS_MULTIPLE`]. Terms beyond the requested ones are zero.
     pub terms: u32,
     /// 0 for Chebyshev, 1 for Taylor.
     pub series: u32,
-    /// Half the range of heights, H.
+    /// Half the range of heights, H, in µm.
     pub half_range_um: f32,
-    /// `4πs²`: S of an order of power 1 at its middle.
+    /// `4πs²` in µm²: S at the middle of an order of power 1.
     pub peak_um2: f32,
     /// Orders summed along each axis.
     pub neighbourhood: u32,
-    /// κH at which every term is needed; 0 where all are asked for at any.
+    /// The κH from which on every term is summed. Below it, one term less is summed per unit of κH. 0 for a given
+    /// number of terms, which are all summed at any κH.
     pub argument_of_terms: f32,
 }

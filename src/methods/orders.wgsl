@@ -1,7 +1,10 @@
-// Twin of orders.rs: the wave orders of a tile, and Single 2014's sum over a neighbourhood of them.
+// The wave orders of a tile, and Single 2014's sum over a neighbourhood of them; twin of orders.rs, which has the
+// symbols, and of term_weights.rs.
 
+// Exponent from which on the Gaussian of an amplitude is left out.
 const FAINT: f32 = 40.0;
 
+// order_grid.rs says what each member is.
 struct OrderGrid {
     extent_um: vec2<f32>,
     sharpness: vec2<f32>,
@@ -17,19 +20,21 @@ struct OrderGrid {
 // Pairs of an even and an odd term, [jy][jx][n], jy from 0, jx from -reach.
 @group(1) @binding(2) var<storage, read> order_terms: array<vec4<f32>>;
 
-// Of the wavelength in hand, by set_term_weights.
+// Weights of the terms at the present wavelength; set_term_weights writes them.
 var<private> term_weights: array<f32, TERMS_MAX>;
-// Those that matter, a multiple of eight.
+// Number of terms to sum, a multiple of eight.
 var<private> term_count: u32;
 
-fn order_place(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> vec2<f32> {
+// The position of q among the orders, in orders.
+fn order_position(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> vec2<f32> {
     return q.xy / wavelength_um * grid.extent_um;
 }
 
-fn nearest_order(place: vec2<f32>) -> vec2<f32> {
-    return floor(place + 0.5);
+fn nearest_order(position: vec2<f32>) -> vec2<f32> {
+    return floor(position + 0.5);
 }
 
+// Sets the weights of the terms for one wavelength: (2 - δ_n0)·J_n(κH) or (κH)^n/n!, with the sign of i^n.
 fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
     let x = TAU * w / wavelength_um * grid.half_range_um;
     let spare = u32(max(grid.argument_of_terms - x, 0.0));
@@ -55,10 +60,12 @@ fn set_term_weights(grid: OrderGrid, w: f32, wavelength_um: f32) {
     term_weights[0] = constant;
 }
 
+// The weights of an even and of the following odd term, each twice.
 fn weight_pair(even: u32) -> vec4<f32> {
     return vec2<f32>(term_weights[even], term_weights[even + 1u]).xxyy;
 }
 
+// The amplitude c_j of an order that is held: (re, im).
 fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
     let sign = select(1, -1, order.y < 0);
     let row = (sign * order.y) * (2 * grid.reach.x + 1);
@@ -74,25 +81,27 @@ fn order_amplitude(grid: OrderGrid, order: vec2<i32>) -> vec2<f32> {
     return vec2<f32>(sum.x - f32(sign) * sum.w, f32(sign) * sum.y + sum.z);
 }
 
-fn order_fall(grid: OrderGrid, distance: vec2<f32>) -> f32 {
+// Exponent of the Gaussian at a distance of so many orders.
+fn order_exponent(grid: OrderGrid, distance: vec2<f32>) -> f32 {
     return dot(grid.sharpness, distance * distance);
 }
 
+// S in µm²: the sum over a block of the nearest orders.
 fn order_density(grid: OrderGrid, q: vec3<f32>, wavelength_um: f32) -> f32 {
-    let place = order_place(grid, q, wavelength_um);
+    let position = order_position(grid, q, wavelength_um);
     let reach = vec2<f32>(grid.reach);
-    if order_fall(grid, place - clamp(nearest_order(place), -reach, reach)) > FAINT {
+    if order_exponent(grid, position - clamp(nearest_order(position), -reach, reach)) > FAINT {
         return 0.0;
     }
     set_term_weights(grid, q.z, wavelength_um);
-    let first = vec2<i32>(floor(place - 0.5 * f32(grid.neighbourhood))) + 1;
+    let first = vec2<i32>(floor(position - 0.5 * f32(grid.neighbourhood))) + 1;
     let last = min(first + i32(grid.neighbourhood) - 1, grid.reach);
     let start = max(first, -grid.reach);
     var sum = vec2<f32>();
     for (var jy = start.y; jy <= last.y; jy++) {
         for (var jx = start.x; jx <= last.x; jx++) {
             let order = vec2<i32>(jx, jy);
-            let exponent = order_fall(grid, place - vec2<f32>(order));
+            let exponent = order_exponent(grid, position - vec2<f32>(order));
             if exponent < FAINT {
                 sum += exp(-exponent) * order_amplitude(grid, order);
             }

@@ -1,10 +1,12 @@
-//! PQ (Dhillon et al. 2014): the tile repeats P×Q times, and beyond there is nothing.
+//! PQ (Dhillon et al. 2014): the tile repeats P×Q times and ends there.
 //!
-//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²` with `p = (u, v)·L/λ`, `D_P(p) = sin(πPp)/(P·sin(πp))` and j the order
-//! nearest to p, as Single 2014 rounds. Over the cell of an order `∫D_P² dp = 1/P`, so the power integrates to
-//! `Σ|c_j|² = 1`. Where two orders meet, S jumps; and between the orders it rings, which is what costs the method its
-//! accuracy. The coherence length only gives the default of P and Q: `2√π·s/L`, at least 1, rounded, with which the peaks
-//! are as bright as with a Gaussian window.
+//! `S = Lx·Ly·P·Q · |c_j|² · D_P(p_x)² · D_Q(p_y)²`, with the position `p = (u·Lx, v·Ly)/λ`, the order j nearest to p
+//! (as Single 2014 rounds), and the kernel `D_P(p) = sin(πPp)/(P·sin(πp))`. Over the cell of an order `∫D_P² dp = 1/P`,
+//! so the power integrates to `Σ|c_j|² = 1`. S jumps where two orders meet and rings between the orders, which limits
+//! the accuracy of the method.
+//!
+//! P and Q default to `2√π·s/L`, rounded and at least 1, with s the standard deviation of the coherence window: peaks
+//! are then as bright as with the Gaussian window.
 
 use super::colours::{self, Colours};
 use super::options::{LAMBDA_STEP_NM, in_range};
@@ -13,43 +15,41 @@ use super::orders::{OrderCounts, Orders};
 use super::{MethodError, MethodOptions, MethodShader, REPEATS_MAX, Relief, Repeats, is_query, spectral_range_um};
 use crate::height_field::HeightField;
 use crate::table::Progress;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f32::consts::PI;
 
-const WGSL: &str = concat!(
-    include_str!("colours.wgsl"),
-    include_str!("bessel.wgsl"),
-    include_str!("orders.wgsl"),
-    include_str!("pq.wgsl")
-);
+const WGSL: [&str; 4] = [wgsl!("colours.wgsl"), wgsl!("bessel.wgsl"), wgsl!("orders.wgsl"), wgsl!("pq.wgsl")];
 
-/// Below this `πPd` the kernel is its series; the next term is under 1e-9 there.
+/// The `πPd` below which the kernel is its series; the next term is under 1e-9 there.
 pub(super) const SINC_SERIES: f32 = 0.01;
 
+/// The uniform struct of pq.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct PqUniform {
     pub grid: OrderGrid,
+    /// P and Q.
     pub repeats: [f32; 2],
+    /// Number of wavelengths.
     pub wavelengths: u32,
     pub _pad: u32,
 }
 
-/// A finite number of tiles.
+/// The method `pq`: a finite number of tiles.
 pub struct Pq {
-    /// Its peak is `Lx·Ly·P·Q`; it sums no neighbourhood.
+    /// With the peak `Lx·Ly·P·Q` and a neighbourhood of one order.
     orders: Orders,
     repeats: [f32; 2],
     colours: Colours,
 }
 
 impl Pq {
-    /// Transforms `field`, of which `lambda_step_nm`, `terms`, `series` and `repeats` are asked; `progress` hears how far it
-    /// has come.
+    /// Transforms `field`. Of the options it heeds `lambda_step_nm`, `terms`, `series` and `repeats`.
     ///
     /// # Errors
-    /// As [`super::build`].
+    /// The errors of [`super::build`].
     pub fn new(
         field: &HeightField,
         coherence_length_um: f64,
@@ -60,49 +60,50 @@ impl Pq {
         let options = MethodOptions { neighbourhood: Some(1), ..options.clone() };
         let mut orders = Orders::new(field, coherence_length_um, tolerance, &options, progress)?;
         let (lx, ly) = field.extent_um();
-        let as_bright = |extent_um: f64| {
+        let default_repeats = |extent_um: f64| {
             let repeats = 0.5 * std::f64::consts::PI.sqrt() * coherence_length_um / extent_um;
             repeats.round().clamp(1.0, REPEATS_MAX.into()) as u32
         };
-        let repeats = options.repeats.map_or([as_bright(lx), as_bright(ly)], Repeats::xy);
+        let repeats = options.repeats.map_or([default_repeats(lx), default_repeats(ly)], Repeats::xy);
         orders.grid.peak_um2 = (lx * ly * f64::from(repeats[0]) * f64::from(repeats[1])) as f32;
         Ok(Self { orders, repeats: repeats.map(|n| n as f32), colours: colours::samples(options.lambda_step_nm)? })
     }
 
-    /// The same with another step between wavelengths in nm; the orders are shared.
+    /// The method with another step between wavelengths in nm; the orders are shared.
     ///
     /// # Errors
-    /// A step out of range.
+    /// [`MethodError::OutOfRange`] for a step out of [`LAMBDA_STEP_NM`].
     pub fn with_lambda_step(&self, lambda_step_nm: f64) -> Result<Self, MethodError> {
         in_range("lambda_step_nm", lambda_step_nm, &LAMBDA_STEP_NM, "0.1 to 100 nm")?;
         Ok(Self { orders: self.orders.clone(), repeats: self.repeats, colours: colours::samples(lambda_step_nm)? })
     }
 
-    /// The terms and orders that are summed.
+    /// Numbers of terms and orders that are summed.
     pub fn counts(&self) -> OrderCounts {
         self.orders.counts()
     }
 
-    /// How often the tile repeats along x and y.
+    /// Repeats of the tile along x and y.
     pub fn repeats(&self) -> [u32; 2] {
         self.repeats.map(|n| n as u32)
     }
 
-    /// Calls `visit` with S in µm² for each of the wavelengths in µm at which the nearest order is held.
+    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths whose nearest
+    /// order is not held are left out.
     fn densities<T>(
         &self,
         q: [f32; 3],
         wavelengths_um: impl Iterator<Item = (f32, T)>,
-        mut visit: impl FnMut(f32, T, f32),
+        mut receive: impl FnMut(f32, T, f32),
     ) {
-        let lit = wavelengths_um.filter_map(|(um, with)| {
-            let (order, distance) = Orders::nearest(self.orders.place(q, um));
-            self.orders.holds(order).then_some((um, (order, distance, with)))
+        let lit = wavelengths_um.filter_map(|(um, value)| {
+            let (order, distance) = Orders::nearest(self.orders.position(q, um));
+            self.orders.holds(order).then_some((um, (order, distance, value)))
         });
-        self.orders.grid.at_wavelengths(q[2], lit, |um, (order, distance, with), weights| {
+        self.orders.grid.at_wavelengths(q[2], lit, |um, (order, distance, value), weights| {
             let c = self.orders.amplitude(order, weights);
             let kernel = repeat_kernel(self.repeats[0], distance[0]) * repeat_kernel(self.repeats[1], distance[1]);
-            visit(um, with, self.orders.grid.peak_um2 * (c[0] * c[0] + c[1] * c[1]) * kernel * kernel);
+            receive(um, value, self.orders.grid.peak_um2 * (c[0] * c[0] + c[1] * c[1]) * kernel * kernel);
         });
     }
 }
@@ -137,14 +138,15 @@ impl Relief for Pq {
         };
         MethodShader {
             name: "pq",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours)), Cow::Borrowed(self.orders.bytes())],
         }
     }
 }
 
-/// `sin(πPd)/(P·sin(πd))`, |d| ≤ ½ orders from the nearest, with its limit at 0. Whole orders only change its sign.
+/// `sin(πPd)/(P·sin(πd))` at a distance of d orders from the nearest, |d| ≤ ½; 1 at d = 0. Farther orders differ in
+/// sign only.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     let x = PI * distance;
     if repeats * x.abs() < SINC_SERIES {
@@ -158,7 +160,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_kernel_is_one_at_its_order_and_integrates_to_one_part_in_p() {
+    fn kernel_is_one_at_its_order_and_its_square_integrates_to_one_over_p() {
         for repeats in [1.0, 2.0, 7.0, 64.0, 10_000.0f32] {
             assert_eq!(repeat_kernel(repeats, 0.0), 1.0);
             // On either side of the switch to the series.
@@ -170,7 +172,7 @@ mod tests {
             let steps = 3 * repeats as u32 + 1;
             let square = |i: u32| f64::from(repeat_kernel(repeats, i as f32 / steps as f32 - 0.5)).powi(2);
             let integral = (0..steps).map(square).sum::<f64>() / f64::from(steps);
-            // Places between orders are single-precision numbers times up to 10⁴.
+            // Distances are single-precision numbers, multiplied by up to 10⁴.
             assert!((integral * f64::from(repeats) - 1.0).abs() < 1e-3, "{repeats}: {integral}");
         }
     }

@@ -1,5 +1,6 @@
-// Twin of pq.rs.
+// Twin of pq.rs: a finite number of tiles.
 
+// The πPd below which the kernel is its series.
 const SINC_SERIES: f32 = 0.01;
 
 struct Pq {
@@ -11,6 +12,7 @@ struct Pq {
 
 @group(1) @binding(0) var<uniform> pq: Pq;
 
+// sin(πPd)/(P·sin(πd)) at a distance of d orders for P repeats.
 fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     let x = 0.5 * TAU * distance;
     if repeats * abs(x) < SINC_SERIES {
@@ -19,15 +21,16 @@ fn repeat_kernel(repeats: f32, distance: f32) -> f32 {
     return sin(repeats * x) / (repeats * sin(x));
 }
 
+// S in µm².
 fn pq_density(q: vec3<f32>, wavelength_um: f32) -> f32 {
-    let place = order_place(pq.grid, q, wavelength_um);
-    let nearest = nearest_order(place);
+    let position = order_position(pq.grid, q, wavelength_um);
+    let nearest = nearest_order(position);
     if any(abs(nearest) > vec2<f32>(pq.grid.reach)) {
         return 0.0;
     }
     set_term_weights(pq.grid, q.z, wavelength_um);
     let c = order_amplitude(pq.grid, vec2<i32>(nearest));
-    let distance = place - nearest;
+    let distance = position - nearest;
     let kernel = repeat_kernel(pq.repeats.x, distance.x) * repeat_kernel(pq.repeats.y, distance.y);
     return pq.grid.peak_um2 * dot(c, c) * kernel * kernel;
 }

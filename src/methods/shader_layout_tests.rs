@@ -1,4 +1,4 @@
-//! The WGSL of every method is valid, and says the same of layouts and constants as Rust. No adapter is needed.
+//! Tests of every method's WGSL without an adapter: it is valid, and its layouts and constants are those of Rust.
 
 use super::flss::FlssUniform;
 #[cfg(feature = "rigorous")]
@@ -21,7 +21,7 @@ use std::mem::{offset_of, size_of};
 #[cfg(feature = "rigorous")]
 use std::sync::LazyLock;
 
-/// A caller as small as can be.
+/// A minimal caller.
 const ENTRY: &str = "
 @group(0) @binding(0) var<storage, read_write> answer: vec3<f32>;
 @compute @workgroup_size(1) fn main() { answer = answer_rgb(vec3<f32>(0.1, 0.2, 0.7), vec3<f32>(0.0, 0.0, 1.0)); }
@@ -44,7 +44,7 @@ fn grating() -> Option<&'static dyn Method> {
     None
 }
 
-/// Every method, the second form of `stam`, and the second of `table`.
+/// Every method, with both forms of `stam` and of `table`.
 fn methods() -> Vec<(MethodKind, &'static dyn Method)> {
     let field = Preset::Sinusoidal.build(None, None).unwrap();
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
@@ -67,7 +67,7 @@ fn module(method: &dyn Method) -> Module {
     module
 }
 
-/// Size, and name and offset of each member.
+/// Size of a struct in bytes, and name and offset of each member.
 type Layout = (usize, Vec<(String, usize)>);
 
 fn reflected(module: &Module, name: &str) -> Layout {
@@ -84,7 +84,7 @@ macro_rules! layout {
 }
 
 #[test]
-fn every_shader_is_valid_and_binds_what_it_is_given() {
+fn every_shader_is_valid_and_binds_its_data() {
     for (kind, method) in methods() {
         let (module, shader) = (module(method), method.shader());
         assert_eq!(shader.name, kind.name());
@@ -103,7 +103,7 @@ fn every_shader_is_valid_and_binds_what_it_is_given() {
 }
 
 #[test]
-fn uniforms_lie_as_the_shaders_read_them() {
+fn uniforms_have_the_layout_of_the_shaders() {
     for (kind, method) in methods() {
         let module = module(method);
         let (name, expected): (_, Layout) = match kind {
@@ -184,7 +184,7 @@ fn uniforms_lie_as_the_shaders_read_them() {
 }
 
 #[test]
-fn constants_are_the_same_on_both_sides() {
+fn constants_of_rust_and_wgsl_agree() {
     let mut expected: Vec<(&str, f64)> = vec![
         ("TAU", std::f32::consts::TAU.into()),
         ("WAVELENGTH_MIN_UM", super::WAVELENGTH_MIN_UM.into()),

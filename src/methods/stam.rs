@@ -1,43 +1,49 @@
-//! One spacing and nothing else, as a reflectance: our form of Stam's model, the default form `spacing` of the method `stam`.
-//! The shader that Stam published in GPU Gems is [`super::StamGems`].
+//! The method `stam` in its default form `spacing`: one spacing, as a reflectance. It is our form of Stam's model; the
+//! shader that Stam published in GPU Gems is [`super::StamGems`].
 //!
-//! Light goes to the orders ±1 … ±8 of the spacing d along x, a sixteenth to each whatever the relief, so that
-//! `λ = d|u|/n`; the orders 0, which GPU Gems draws as a highlight of its own, are left out. The grooves are taken to be
-//! scattered along y, which spreads each order evenly over the two units of v that a hemisphere spans:
-//! `S = Σ_n δ(u/λ − n/d)/16 · λ/2`. Its total over (u, v) is 1. With the δ, the sum over wavelengths is
-//! `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, weight the colours per µm. A value at a single wavelength has the Gaussian of the
-//! coherence window in place of the δ.
+//! The spacing d lies along x. Whatever the relief, a sixteenth of the light goes to each of the orders ±1 … ±8, which
+//! leave at `λ = d|u|/n`. Order 0, which GPU Gems draws as a highlight, is left out. The grooves are assumed to scatter
+//! along y, which spreads each order uniformly over the two units of v of a hemisphere: `S = Σ_n δ(u/λ − n/d)/16 ·
+//! λ/2`, with a total of 1 over (u, v).
+//!
+//! With δ, the integral over wavelengths is `relief_rgb = Σ_n weight(λ_n) · d/(32 n)`, where weight are the colour
+//! weights per µm. A value at a single wavelength has the Gaussian of the coherence window in place of δ.
 
 use super::colours::{self, Colours, colour_density};
 use super::{
     MethodError, MethodOptions, MethodShader, Relief, WAVELENGTH_MAX_UM, WAVELENGTH_MIN_UM, is_query, spectral_range_um,
 };
 use crate::height_field::HeightField;
+use crate::table::CoherenceWindow;
 use crate::transform::periods;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::borrow::Cow;
 use std::f32::consts::PI;
 
-const WGSL: &str = concat!(include_str!("colours.wgsl"), include_str!("stam.wgsl"));
+const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
-/// Orders on either side.
+/// Orders on each side.
 pub(super) const ORDERS: u32 = 8;
 /// Range of v over the outgoing hemisphere.
 pub(super) const V_RANGE: f32 = 2.0;
 
+/// The uniform struct of stam.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct StamUniform {
+    /// The spacing d in µm.
     pub period_um: f32,
     pub _pad0: u32,
     pub _pad1: u32,
     pub _pad2: u32,
 }
 
-/// One spacing.
+/// The method `stam` in its form `spacing`.
 pub struct Stam {
+    /// The spacing d in µm.
     period_um: f32,
-    /// Standard deviation s of the coherence window.
+    /// Standard deviation of the coherence window in µm.
     window_um: f32,
     colours: Colours,
 }
@@ -46,17 +52,17 @@ impl Stam {
     /// Takes `period_um` of the options, or the dominant period of `field` along x.
     ///
     /// # Errors
-    /// [`MethodError::NoPeriod`] where there is none.
+    /// [`MethodError::NoPeriod`] where the options give none and the field has none.
     pub fn new(field: &HeightField, coherence_length_um: f64, options: &MethodOptions) -> Result<Self, MethodError> {
         Ok(Self {
             period_um: spacing_um(field, options)?,
-            window_um: (coherence_length_um / 4.0) as f32,
+            window_um: CoherenceWindow::new(coherence_length_um).sigma_um() as f32,
             colours: colours::density()?,
         })
     }
 }
 
-/// `period_um` of the options, or the dominant period of `field` along x; [`MethodError::NoPeriod`] where there is none.
+/// The spacing in µm: `period_um` of the options, or the dominant period of `field` along x.
 pub(super) fn spacing_um(field: &HeightField, options: &MethodOptions) -> Result<f32, MethodError> {
     let found = || periods(field, true).x.map(|period| period.period_um);
     options.period_um.or_else(found).map(|period_um| period_um as f32).ok_or(MethodError::NoPeriod)
@@ -91,7 +97,7 @@ impl Relief for Stam {
         let uniform = StamUniform { period_um: self.period_um, _pad0: 0, _pad1: 0, _pad2: 0 };
         MethodShader {
             name: "stam",
-            wgsl: vec![WGSL],
+            wgsl: WGSL.to_vec(),
             uniform: bytemuck::bytes_of(&uniform).to_vec(),
             storage: vec![Cow::Borrowed(bytemuck::cast_slice(&self.colours))],
         }

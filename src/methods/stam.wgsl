@@ -1,6 +1,8 @@
-// Twin of stam.rs.
+// Twin of stam.rs: one spacing, as a reflectance.
 
+// Orders on each side.
 const ORDERS: u32 = 8u;
+// Range of v over the outgoing hemisphere.
 const V_RANGE: f32 = 2.0;
 
 struct Stam {

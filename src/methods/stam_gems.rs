@@ -1,53 +1,59 @@
-//! Stam's shader as GPU Gems, chapter 8 ("Simulating Diffraction"), has it: the form `gems` of the method `stam`.
+//! The method `stam` in its form `gems`: Stam's shader as published in GPU Gems, chapter 8 ("Simulating Diffraction").
 //!
-//! With `q = wi + wo = (u, v, w)`, which the chapter leaves unnormalised, and the spacing d along x, the colour is
-//! `highlight · exp(−(r d u/w)²) + Σ_n bump(λ_n)`, where `λ_n = d|u|/n`, n = 1 … 7, is the wavelength of an order in µm and
-//! r the sharpness. A bump is `1 − ((λ − centre)/0.125 µm)²` where that is positive, with centres at 0.875, 0.75 and
-//! 0.625 µm for red, green and blue: the light of an order lies at 0.5 to 1 µm instead of 0.38 to 0.78 µm.
-//! (The chapter writes `y = 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
+//! With `q = wi + wo = (u, v, w)`, not normalised, and the spacing d along x, the colour is `highlight ·
+//! exp(−(r·d·u/w)²) + Σ_n bump(λ_n)`. Here `λ_n = d|u|/n`, n = 1 … 7, is the wavelength of an order in µm and r the
+//! sharpness in 1/µm. A bump is `max(0, 1 − ((λ − centre)/0.125 µm)²)`, with centres at 0.875, 0.75 and 0.625 µm for
+//! red, green and blue: the light of an order lies at 0.5 to 1 µm instead of 0.38 to 0.78 µm. (The chapter writes `y =
+//! 2λ − 1` and `1 − (4(y − c))²` with c = 0.75, 0.5, 0.25.)
 //!
-//! This is a colour to be shown, not a reflectance: it has no Fresnel reflectance, no obliquity factor and no cosine, and is
-//! no share of the incident light. So the answer is the whole of `f_r`, the colour over `π cosθi`: a picture under light that would
-//! make a white diffuse surface 1 shows the colour itself, whatever the angle of the light.
+//! The colour is made for the screen. It has no Fresnel factor, no obliquity factor and no cosine, and is no fraction
+//! of the incident light. The answer is the whole of `f_r`, the colour over `π cosθi`: under light that gives a white
+//! diffuse surface the radiance 1, a picture shows the colour itself at any angle of the light.
 
 use super::stam::spacing_um;
 use super::{AnswerKind, COSINE_MIN, Method, MethodError, MethodOptions, MethodShader, is_query, sum};
 use crate::height_field::HeightField;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::f32::consts::PI;
 
-const WGSL: &str = include_str!("stam_gems.wgsl");
+const WGSL: &str = wgsl!("stam_gems.wgsl");
 
-/// Orders on either side.
+/// Orders on each side.
 pub(super) const GEMS_ORDERS: u32 = 7;
-/// Wavelengths at which the three bumps are highest.
+/// Centre of the red bump in µm.
 pub(super) const RED_UM: f32 = 0.875;
+/// Centre of the green bump in µm.
 pub(super) const GREEN_UM: f32 = 0.75;
+/// Centre of the blue bump in µm.
 pub(super) const BLUE_UM: f32 = 0.625;
-/// From the top of a bump to where it ends.
+/// Half width of a bump in µm.
 pub(super) const HALF_WIDTH_UM: f32 = 0.125;
 
+/// The uniform struct of stam_gems.wgsl.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct StamGemsUniform {
-    /// Linear sRGB.
+    /// Colour of the highlight, linear sRGB.
     pub highlight: [f32; 3],
-    /// The r of the chapter, in 1/µm.
+    /// The sharpness r in 1/µm.
     pub sharpness: f32,
+    /// The spacing d in µm.
     pub period_um: f32,
     pub _pad0: u32,
     pub _pad1: u32,
     pub _pad2: u32,
 }
 
-/// One spacing, in the colours of GPU Gems.
+/// The method `stam` in its form `gems`.
 pub struct StamGems(StamGemsUniform);
 
 impl StamGems {
-    /// Takes the spacing as [`super::Stam`] does: `period_um` of the options, or the dominant period of `field` along x.
+    /// Takes the spacing as [`super::Stam`] does: `period_um` of the options, or the dominant period of `field` along
+    /// x.
     ///
     /// # Errors
-    /// [`MethodError::NoPeriod`] where there is none.
+    /// [`MethodError::NoPeriod`] where the options give none and the field has none.
     pub fn new(field: &HeightField, options: &MethodOptions) -> Result<Self, MethodError> {
         Ok(Self(StamGemsUniform {
             highlight: options.gems_highlight.map(|value| value as f32),

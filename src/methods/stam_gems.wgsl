@@ -1,4 +1,4 @@
-// Twin of stam_gems.rs.
+// Twin of stam_gems.rs: one spacing, in the colours of GPU Gems.
 
 const GEMS_ORDERS: u32 = 7u;
 const RED_UM: f32 = 0.875;

@@ -1,8 +1,9 @@
-//! `table`, our own method: the [colour table](crate::colour_table), read with a few fetches.
+//! The method `table`: the [colour table](crate::colour_table), read with 64 fetches.
 
 use super::{AnswerKind, Method, MethodShader, Relief, sum};
 use crate::colour_table::{ColourTable, Ring};
 use crate::energy::ColourAlbedoTable;
+use crate::wgsl;
 use bytemuck::{Pod, Zeroable};
 use std::array;
 use std::borrow::Cow;
@@ -11,21 +12,21 @@ use std::borrow::Cow;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableUniform {
-    /// As of [`crate::colour_table::ColourLayout`].
+    /// The members up to `last_ring` are those of [`crate::colour_table::ColourLayout`].
     pub knee_radius: f32,
     pub growth: f32,
     pub w_log: f32,
     pub exponent_offset: u32,
     pub last_ring: u32,
-    /// Cells along a side of the albedo's grid; zero where none is kept.
+    /// Cells along each side of the albedo's grid; 0 without an albedo.
     pub albedo_cells: u32,
     pub _pad1: u32,
     pub _pad2: u32,
-    /// From the centre outwards; those after the last are empty.
+    /// Rings from the centre outwards, then zeros.
     pub rings: [TableRing; ColourTable::RINGS_MAX],
 }
 
-/// One ring, as [`Ring`].
+/// The struct `Ring` of `table.wgsl`: a [`Ring`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableRing {
@@ -60,7 +61,7 @@ impl Relief for ColourTable {
     }
 }
 
-/// The colour table divided by its albedo.
+/// The colour table divided by its albedo, so that no energy is made.
 pub(super) struct ConservingTable {
     pub table: ColourTable,
     pub albedo: ColourAlbedoTable,
@@ -81,11 +82,12 @@ impl Method for ConservingTable {
     }
 
     fn shader(&self) -> MethodShader<'_> {
-        shader(&self.table, Some(&self.albedo)).and(include_str!("albedo.wgsl"))
+        shader(&self.table, Some(&self.albedo)).and(wgsl!("albedo.wgsl"))
     }
 }
 
-/// What reads the table, with the words of both; [`ColourTable`] and [`ConservingTable`] answer differently with it.
+/// The WGSL that reads the table, with the data of table and albedo. [`ColourTable`] and [`ConservingTable`] append
+/// different answers.
 fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> MethodShader<'a> {
     let layout = table.layout();
     let mut uniform = Box::new(TableUniform {
@@ -97,14 +99,14 @@ fn shader<'a>(table: &'a ColourTable, albedo: Option<&'a ColourAlbedoTable>) -> 
         albedo_cells: albedo.map_or(0, |albedo| albedo.layout().cells),
         ..Zeroable::zeroed()
     });
-    for (place, ring) in uniform.rings.iter_mut().zip(table.rings()) {
-        *place = ring.into();
+    for (slot, ring) in uniform.rings.iter_mut().zip(table.rings()) {
+        *slot = ring.into();
     }
     let words = [Some(table.samples()), albedo.map(ColourAlbedoTable::words)];
     let storage = words.into_iter().flatten().map(|words| Cow::Borrowed(bytemuck::cast_slice(words))).collect();
     MethodShader {
         name: "table",
-        wgsl: vec![include_str!("table.wgsl")],
+        wgsl: vec![wgsl!("table.wgsl")],
         uniform: bytemuck::bytes_of(&*uniform).to_vec(),
         storage,
     }

@@ -1,5 +1,10 @@
-// Twin of colour_table/lookup.rs.
+// The colour table: linear sRGB over q = (u, v, w); twin of colour_table/lookup.rs.
+//
+// The table consists of rings about (u, v) = (0, 0) whose spacing grows with the radius: ring i has the radius
+// knee_radius·sinh(growth·(i + 1/2))/growth. A ring holds `directions` × `heights` samples, cubic B-splines over the
+// direction in turns and over w. Across rings the interpolation is the cubic Lagrange polynomial through four rings.
 
+// `Ring` in colour_table/rings.rs says what each member is.
 struct Ring {
     offset: u32,
     directions: u32,
@@ -17,24 +22,25 @@ struct Table {
     w_log: f32,
     exponent_offset: u32,
     last_ring: u32,
-    // Of albedo.wgsl, zero without it.
+    // Cells along each side of the grid of albedo.wgsl; 0 without an albedo.
     albedo_cells: u32,
     _pad1: u32,
     _pad2: u32,
-    // Here rather than in a storage buffer, which software adapters read word by word and pixel by pixel.
+    // In the uniform struct, because software adapters read storage buffers word by word and pixel by pixel.
     rings: array<Ring, 1024>,
 }
 
 @group(1) @binding(0) var<uniform> table: Table;
 @group(1) @binding(1) var<storage, read> words: array<u32>;
 
+// Red, green and blue of a word: three mantissas of nine bits, offset by 256, and a common exponent of five bits.
 fn unpack(word: u32) -> vec3<f32> {
     let scale = bitcast<f32>(((word >> 27u) + table.exponent_offset) << 23u);
     let mantissas = vec3<u32>(word, word >> 9u, word >> 18u) & vec3<u32>(0x1ffu);
     return (vec3<f32>(mantissas) - 256.0) * scale;
 }
 
-// Twin of turns; not atan2, whose precision is up to the driver.
+// The direction of q in turns from +u towards +v, -1/2 to 1/2. The precision of atan2 is up to the driver.
 fn turns(q: vec2<f32>) -> f32 {
     let size = abs(q);
     let largest = max(size.x, size.y);
@@ -57,6 +63,7 @@ fn turns(q: vec2<f32>) -> f32 {
     return select(half, -half, q.y < 0.0);
 }
 
+// Weights of four samples at a fraction t between the second and the third.
 fn cubic_b_spline_weights(t: f32) -> vec4<f32> {
     let s = 1.0 - t;
     return vec4<f32>(
@@ -67,6 +74,7 @@ fn cubic_b_spline_weights(t: f32) -> vec4<f32> {
     ) / 6.0;
 }
 
+// Weights of four samples at a fraction t between the second and the third, of the cubic through them.
 fn lagrange_weights(t: f32) -> vec4<f32> {
     let a = t + 1.0;
     let b = t - 1.0;
@@ -74,29 +82,30 @@ fn lagrange_weights(t: f32) -> vec4<f32> {
     return vec4<f32>(-t * b * c / 6.0, a * b * c / 2.0, -a * t * c / 2.0, a * t * b / 6.0);
 }
 
+// The value on a ring at a direction in turns and w.
 fn on_ring(ring: Ring, turn: f32, w: f32) -> vec3<f32> {
     let x = turn * f32(ring.directions);
     let y = w * ring.knots_per_w + ring.knots_per_efold * log(1.0 + w / table.w_log);
     let column = floor(x);
     let row = min(floor(y), f32(ring.heights) - 4.0);
-    let across = cubic_b_spline_weights(x - column);
-    let along = cubic_b_spline_weights(y - row);
-    // A turn lies in [-0.5, 1], so one addition makes the number of the direction positive, and one subtraction small
-    // enough; a remainder would take software adapters longer than all the rest of this.
+    let direction_weights = cubic_b_spline_weights(x - column);
+    let height_weights = cubic_b_spline_weights(y - row);
+    // A turn lies in [-0.5, 1]. One addition makes the number of the direction positive and one subtraction brings it
+    // into range. A remainder would take software adapters longer than the rest of the function.
     let beyond = u32(i32(column) + i32(ring.directions) - 1);
     var direction = select(beyond, beyond - ring.directions, beyond >= ring.directions);
     var sum = vec3<f32>();
     for (var a = 0u; a < 4u; a++) {
         let first = ring.offset + direction * ring.heights + u32(row);
-        let value = along.x * unpack(words[first]) + along.y * unpack(words[first + 1u])
-            + along.z * unpack(words[first + 2u]) + along.w * unpack(words[first + 3u]);
-        sum += across[a] * value;
+        let value = height_weights.x * unpack(words[first]) + height_weights.y * unpack(words[first + 1u])
+            + height_weights.z * unpack(words[first + 2u]) + height_weights.w * unpack(words[first + 3u]);
+        sum += direction_weights[a] * value;
         direction = select(direction + 1u, 0u, direction + 1u == ring.directions);
     }
     return sum * ((w * w + ring.zero_squared) / (w * w + ring.knee_squared));
 }
 
-// The value at a direction on the ring of this number; those below 0 are beyond the centre, on the other side.
+// The value on the ring of this number. A negative number is a ring beyond the centre, on the opposite side.
 fn on_ring_number(number: i32, turn: f32, w: f32) -> vec3<f32> {
     let mirrored = number < 0;
     let index = min(u32(select(number, -1 - number, mirrored)), table.last_ring);
@@ -113,7 +122,7 @@ fn relief_rgb(q: vec3<f32>) -> vec3<f32> {
     let position = log(stretched + sqrt(stretched * stretched + 1.0)) / table.growth - 0.5;
     let first = floor(position);
     let weights = lagrange_weights(position - first);
-    // Not a loop, whose turns would be counted: what depends on w alone is then worked out once.
+    // Not a loop: the compiler then computes terms of w alone once, and llvmpipe counts no turns (bessel.wgsl).
     let number = i32(first);
     return weights.x * on_ring_number(number - 1, turn, q.z) + weights.y * on_ring_number(number, turn, q.z)
         + weights.z * on_ring_number(number + 1, turn, q.z) + weights.w * on_ring_number(number + 2, turn, q.z);

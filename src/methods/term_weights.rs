@@ -1,34 +1,38 @@
-//! The coefficients of the series for many wavelengths at one place, several side by side.
+//! The coefficients of the series for many wavelengths at one w, computed for several wavelengths side by side.
+//!
+//! With `x = κH = 2πwH/λ`, the coefficient of term n is `(2 − δ_n0) iⁿ J_n(x)` (Chebyshev) or `iⁿ xⁿ/n!` (Taylor).
 
 use super::bessel::{TERMS_MAX, bessel_j};
 use super::order_grid::OrderGrid;
 use arrayvec::ArrayVec;
 use std::f32::consts::TAU;
 
-/// Wavelengths whose coefficients are found side by side, and how many where there are few.
+/// Wavelengths whose coefficients are computed side by side.
 const LANES: usize = 8;
-const FEW: usize = 4;
+/// Lanes for a batch of at most this many wavelengths.
+const FEW_LANES: usize = 4;
 
-/// `Re` of the coefficient of every even term and `Im` of every odd one, which is all there is to them; each twice, as
-/// [`super::orders::Orders::amplitude`] multiplies with it.
+/// Pairs of coefficients `[even, even, odd, odd]`, where even terms are real and odd ones imaginary. Each is there
+/// twice, as [`super::orders::Orders::amplitude`] multiplies by it.
 pub(super) type TermWeights = [[f32; 4]];
 
 type Weights = ArrayVec<[f32; 4], { LANES * TERMS_MAX / 2 }>;
 
 impl OrderGrid {
-    /// Terms that matter at `x = κH`: every unit below the largest argument takes one away at least. An even number.
+    /// Number of terms to sum at `x = κH`, an even number: each unit of x below [`OrderGrid::argument_of_terms`] saves
+    /// one.
     pub fn terms_at(&self, x: f32) -> usize {
         let spare = (self.argument_of_terms - x).max(0.0) as usize;
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
-    /// Calls `visit` for each of the wavelengths in µm, with what comes with it and the coefficients at `w` of the terms
-    /// that matter.
+    /// Calls `receive` for each of the wavelengths in µm, with the value given with it and the coefficients at `w` of
+    /// the terms to sum.
     pub fn at_wavelengths<T>(
         &self,
         w: f32,
         mut wavelengths_um: impl Iterator<Item = (f32, T)>,
-        mut visit: impl FnMut(f32, T, &TermWeights),
+        mut receive: impl FnMut(f32, T, &TermWeights),
     ) {
         let (mut batch, mut weights) = (ArrayVec::<(f32, T), LANES>::new(), Weights::new());
         loop {
@@ -36,21 +40,21 @@ impl OrderGrid {
                 batch.push(next);
             }
             let Some(&(last, _)) = batch.last() else { return };
-            let x = |lane: usize| TAU * w / batch.get(lane).map_or(last, |at| at.0) * self.half_range_um;
-            let pairs = if batch.len() <= FEW {
-                self.weigh::<FEW>(std::array::from_fn(x), batch.len(), &mut weights)
+            let x = |lane: usize| TAU * w / batch.get(lane).map_or(last, |entry| entry.0) * self.half_range_um;
+            let pairs = if batch.len() <= FEW_LANES {
+                self.write_weights::<FEW_LANES>(std::array::from_fn(x), batch.len(), &mut weights)
             } else {
-                self.weigh::<LANES>(std::array::from_fn(x), batch.len(), &mut weights)
+                self.write_weights::<LANES>(std::array::from_fn(x), batch.len(), &mut weights)
             };
-            for ((wavelength_um, with), weights) in batch.drain(..).zip(weights.chunks_exact(pairs)) {
-                visit(wavelength_um, with, weights);
+            for ((wavelength_um, value), weights) in batch.drain(..).zip(weights.chunks_exact(pairs)) {
+                receive(wavelength_um, value, weights);
             }
         }
     }
 
-    /// Writes the coefficients at the first `count` of the arguments, one argument after the other, and returns how many pairs
-    /// each has.
-    fn weigh<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut Weights) -> usize {
+    /// Writes the coefficients at the first `count` of the arguments, one argument after the other; returns the number
+    /// of pairs of each.
+    fn write_weights<const N: usize>(&self, x: [f32; N], count: usize, weights: &mut Weights) -> usize {
         let terms = self.terms_at(x.into_iter().fold(0.0, f32::max));
         let mut values = ArrayVec::<[f32; N], TERMS_MAX>::new();
         values.extend(std::iter::repeat_n([0.0; N], terms));
@@ -62,7 +66,7 @@ impl OrderGrid {
             1.0
         };
         for (n, row) in values.iter_mut().enumerate().skip(1) {
-            // iⁿ, less the i of the odd ones.
+            // The sign of iⁿ; odd terms are imaginary.
             let factor = if n & 2 == 0 { factor } else { -factor };
             row.iter_mut().for_each(|value| *value *= factor);
         }
@@ -79,13 +83,13 @@ impl OrderGrid {
     }
 }
 
-/// `xⁿ/n!`
+/// Writes `xⁿ/n!` in row n.
 fn powers<const N: usize>(x: [f32; N], values: &mut [[f32; N]]) {
     let mut power_over_factorial = [1.0; N];
     for (n, row) in values.iter_mut().enumerate() {
         if n > 0 {
-            let over = 1.0 / n as f32;
-            (0..N).for_each(|lane| power_over_factorial[lane] *= x[lane] * over);
+            let reciprocal = 1.0 / n as f32;
+            (0..N).for_each(|lane| power_over_factorial[lane] *= x[lane] * reciprocal);
         }
         *row = power_over_factorial;
     }
@@ -97,7 +101,7 @@ mod tests {
     use crate::transform::{chebyshev_terms, taylor_terms};
 
     #[test]
-    fn terms_left_out_at_an_argument_are_below_the_remainder_at_the_largest() {
+    fn terms_left_out_are_below_the_remainder_at_every_argument() {
         for remainder in [1e-2, 1e-4, 1e-7] {
             for largest in [0.0, 0.5, 1.0, 3.3, 9.9, 30.0, 130.0] {
                 for (series, needed) in [chebyshev_terms, taylor_terms].into_iter().enumerate() {
@@ -112,7 +116,7 @@ mod tests {
                         let x = largest * f64::from(step) / 100.0;
                         let kept = grid.terms_at(x as f32);
                         assert!(kept >= needed(x, remainder), "{remainder}, {largest}, {x}: {kept}");
-                        // Never more than the largest argument takes, and an even number.
+                        // At most the terms of the largest argument, and an even number.
                         assert!(
                             kept <= count.next_multiple_of(2) && kept.is_multiple_of(2),
                             "{remainder}, {largest}, {x}: {kept}"
@@ -124,13 +128,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_asked_for_is_summed_at_any_argument() {
+    fn a_given_number_of_terms_is_summed_at_any_argument() {
         let grid = OrderGrid { terms: 24, argument_of_terms: 0.0, ..bytemuck::Zeroable::zeroed() };
         assert_eq!([0.0, 1.0, 30.0].map(|x| grid.terms_at(x)), [24; 3]);
     }
 
     #[test]
-    fn every_wavelength_has_the_coefficients_of_its_own() {
+    fn batches_give_each_wavelength_its_own_coefficients() {
         for series in [0, 1] {
             let grid = OrderGrid { terms: 16, half_range_um: 0.2, series, ..bytemuck::Zeroable::zeroed() };
             for count in [0, 1, 4, 5, 8, 9, 21] {
@@ -145,9 +149,9 @@ mod tests {
                     });
                     let alone = alone.unwrap();
                     assert_eq!(weights.len(), 8);
-                    // Miller's recurrence starts elsewhere beside others: rounding.
-                    for (beside, alone) in weights.as_flattened().iter().zip(alone.as_flattened()) {
-                        assert!((beside - alone).abs() < 1e-6 * alone.abs().max(1.0), "{beside}, {alone}");
+                    // The start of Miller's recurrence depends on the batch: rounding.
+                    for (batched, alone) in weights.as_flattened().iter().zip(alone.as_flattened()) {
+                        assert!((batched - alone).abs() < 1e-6 * alone.abs().max(1.0), "{batched}, {alone}");
                     }
                 });
                 assert_eq!(seen, count);

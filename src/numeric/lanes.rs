@@ -1,4 +1,4 @@
-//! Four numbers of single precision by value, side by side: the wavelengths that a ray carries, or directions of an integral.
+//! Four numbers of single precision by value, side by side: the wavelengths of a ray, or directions of an integral.
 
 use super::math::polynomial;
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
@@ -7,14 +7,21 @@ use std::ffi::CStr;
 use std::marker::PhantomData;
 use wide::{CmpLe, CmpLt, f32x4, f64x4, i32x4, u32x4};
 
-/// Numbers that stand side by side.
+/// Numbers side by side.
 pub const LANES: usize = 4;
 
-/// Numbers four at a time over words that live for `'a`.
+/// Four single-precision numbers at a time, over table data that lives for `'a`.
+///
+/// ```
+/// use sunbeam::numeric::{Lanes, Real};
+///
+/// let lanes = Lanes::each([0.0, 1.0, 2.0, 3.0]);
+/// assert_eq!(lanes.fma(Lanes::all(2.0), Lanes::all(1.0)).to_array(), [1.0, 3.0, 5.0, 7.0]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Lanes<'a>(PhantomData<&'a ()>);
 
-/// Truth values of four lanes: all bits or none.
+/// Truth values of four lanes: all bits of a word are set, or none.
 #[derive(Clone, Copy, Debug)]
 pub struct LaneMask(u32x4);
 
@@ -149,7 +156,8 @@ impl Number for u32x4 {
     }
 }
 
-/// Two to the power of −0.5 to 0.5, off by less than half a unit in the last place before rounding (the series of `eˣ`).
+/// Coefficients of the Taylor series of 2ˣ, `(ln 2)ⁿ/n!`, for x in [−0.5, 0.5]. The remainder is below half a unit in
+/// the last place of single precision.
 const EXP2: [f64; 8] = [
     1.0,
     std::f64::consts::LN_2,
@@ -192,22 +200,22 @@ impl Real for f32x4 {
     fn floor(self) -> Self {
         let towards_zero = f32x4::from_i32x4(self.fast_trunc_int());
         let floor = towards_zero - (self.lt(towards_zero).single() & Self::splat(1.0));
-        // From 2²³ on there are only whole numbers, and some are none of 32 bits.
+        // All numbers from 2²³ on are whole, and may exceed an integer of 32 bits.
         Self::select(f32x4::abs(self).lt(Self::splat(8_388_608.0)), floor, self)
     }
     #[inline(always)]
     fn ceil(self) -> Self {
         -Real::floor(-self)
     }
-    /// Zero below 2⁻¹²⁶.
+    /// Zero below 2⁻¹²⁶, where results would be subnormal.
     #[inline(always)]
     fn exp2(self) -> Self {
-        let there = Self::splat(-126.0).le(self);
+        let is_normal = Self::splat(-126.0).le(self);
         let x = Number::min(Number::max(self, Self::splat(-126.0)), Self::splat(127.5));
         let whole = Real::floor(x + Self::splat(0.5));
         let part = polynomial(x - whole, &EXP2);
         let exponent = (cast::<i32x4, u32x4>(whole.fast_trunc_int()) + u32x4::splat(127)) << 23_u32;
-        Self::select(there, part * cast::<u32x4, f32x4>(exponent), Self::splat(0.0))
+        Self::select(is_normal, part * cast::<u32x4, f32x4>(exponent), Self::splat(0.0))
     }
 }
 
@@ -235,13 +243,13 @@ impl Index for u32x4 {
 }
 
 impl Lanes<'_> {
-    /// The same number in all lanes.
+    /// One number in all lanes.
     #[inline(always)]
     pub fn all(x: f32) -> f32x4 {
         f32x4::splat(x)
     }
 
-    /// A number in each lane.
+    /// One number for each lane.
     #[inline(always)]
     pub fn each(x: [f32; LANES]) -> f32x4 {
         x.into()
@@ -251,7 +259,7 @@ impl Lanes<'_> {
 impl<'a> Numbers for Lanes<'a> {
     type Real = f32x4;
     type Double = f64x4;
-    /// Conversions are those of signed integers: numbers stay below 2³¹.
+    /// Converted as signed integers, so values stay below 2³¹.
     type Index = u32x4;
     type Mask = LaneMask;
     type Words = &'a [u32];
@@ -314,7 +322,7 @@ impl<'a> Numbers for Lanes<'a> {
         for (i, value) in values.iter_mut().enumerate().take(count as usize) {
             *value = function(u32x4::splat(i as u32));
         }
-        // Lanes that have not ended have the same number, and the others one below.
+        // Lanes in the loop have the same index, and lanes that have ended a smaller one.
         move |i| {
             let lane = i.to_array().into_iter().fold(0, Ord::max);
             values[lane as usize]
@@ -354,7 +362,7 @@ mod tests {
 
     type One<'a> = Plain<'a, f32>;
 
-    /// Numbers of all sizes on either side of zero, whole ones and halves among them.
+    /// Numbers of both signs over 80 binary orders of magnitude, with whole numbers and halves.
     fn numbers() -> Vec<f32> {
         let sizes = (-40..40).flat_map(|e| [1.0, 1.5, 1.999_999_9].map(|x: f32| x * 2f32.powi(e)));
         let all: Vec<f32> = sizes.chain([0.0, 0.5, 2.5, 100.25]).flat_map(|x| [x, -x]).collect();
@@ -363,7 +371,7 @@ mod tests {
     }
 
     #[test]
-    fn functions_are_those_of_one_number() {
+    fn lanes_match_scalar_functions() {
         for four in numbers().chunks_exact(LANES).map(|four| <[f32; LANES]>::try_from(four).unwrap()) {
             let lanes = Lanes::each(four);
             let same = |found: f32x4, of: &dyn Fn(f32) -> f32| assert_eq!(found.to_array(), four.map(of), "{four:?}");
@@ -376,7 +384,8 @@ mod tests {
             same(f32x4::select(positive, lanes, Lanes::all(7.0)), &|x| if x > 0.0 { x } else { 7.0 });
             for (found, x) in Real::exp2(lanes).to_array().into_iter().zip(four) {
                 let exact = f64::from(x).exp2();
-                // Two roundings, of the polynomial's sum and of its first product; nothing below the normal numbers.
+                // Two roundings, of the polynomial's sum and of its first product. Below the normal numbers the result
+                // is 0.
                 if (-126.0..127.0).contains(&x) {
                     assert!((f64::from(found) - exact).abs() <= 2e-7 * exact, "{x}: {found}");
                 } else if x < 0.0 {
@@ -387,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn packets_are_read_where_they_are_and_the_mask_holds() {
+    fn gather_reads_packets_and_zeros_where_masked() {
         let words: Vec<u32> = (10..22).collect();
         let at = u32x4::from([0, 2, 5, 1000]);
         let some = Lanes::all(0.0).lt(Lanes::each([1.0, 1.0, -1.0, 1.0]));
@@ -398,7 +407,7 @@ mod tests {
     }
 
     #[test]
-    fn each_lane_ends_by_itself() {
+    fn lanes_end_a_loop_separately() {
         let count = u32x4::from([0, 3, 1, 7]);
         let start = (u32x4::splat(0), Lanes::all(1.0));
         let step = |(i, x): (u32x4, f32x4)| (i + u32x4::splat(1), x + x);

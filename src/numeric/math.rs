@@ -1,10 +1,10 @@
-//! Functions of numbers that evaluators share.
+//! Functions of numbers that evaluators share: splines, polynomials, packed words, and maps of random numbers.
 
 use super::{Index, Number, Numbers, Real};
 use wide::f64x4;
 
-/// Sine and cosine of each of four angles in radians, below 10⁷, to a few units in the last place of 1. One after the other
-/// they take several times as long.
+/// Sine and cosine of four angles in radians, below 10⁷ in size, to a few units in the last place of 1. Four together
+/// take a fraction of the time of four single calls.
 #[inline]
 pub(crate) fn sines_and_cosines(angles: [f64; 4]) -> [(f64, f64); 4] {
     let (sines, cosines) = f64x4::new(angles).sin_cos();
@@ -12,19 +12,19 @@ pub(crate) fn sines_and_cosines(angles: [f64; 4]) -> [(f64, f64); 4] {
     std::array::from_fn(|i| (sines[i], cosines[i]))
 }
 
-/// The lower and the upper 16 bits of a word, each as the upper half of a number of single precision.
+/// Lower and upper 16 bits of a word, each as the upper half of a single-precision number (bf16).
 #[inline(always)]
 pub fn bf16_pair<N: Numbers>(word: N::Index) -> [N::Real; 2] {
     [N::from_bits(word << 16), N::from_bits(word & N::Index::lit(0xffff_0000))]
 }
 
-/// The lower and the upper 16 bits of a word as integers.
+/// Lower and upper 16 bits of a word as integers in [0, 65535].
 #[inline(always)]
 pub fn u16_pair<N: Numbers>(word: N::Index) -> [N::Real; 2] {
     [N::real(word & N::Index::lit(0xffff)), N::real(word >> 16)]
 }
 
-/// The cubic B-spline (support 4, integral 1) at a distance from its centre.
+/// Cubic B-spline (support 4, integral 1) at a distance from its centre, in knots.
 #[inline(always)]
 pub fn cubic_b_spline<R: Real>(distance: R) -> R {
     let d = distance.abs();
@@ -33,7 +33,7 @@ pub fn cubic_b_spline<R: Real>(distance: R) -> R {
     R::select(d.lt(R::lit(1.0)), near, rest * rest * rest * R::lit(1.0 / 6.0))
 }
 
-/// Weights of the coefficients −1, 0, 1, 2 of a uniform cubic B-spline at `t` in [0, 1].
+/// Weights of the coefficients of the knots −1, 0, 1, 2 in a uniform cubic B-spline at `t` in [0, 1].
 #[inline(always)]
 pub fn cubic_b_spline_weights<R: Real>(t: R) -> [R; 4] {
     let s = R::lit(1.0) - t;
@@ -42,13 +42,13 @@ pub fn cubic_b_spline_weights<R: Real>(t: R) -> [R; 4] {
     [outer(s), inner(t), inner(s), outer(t)]
 }
 
-/// `a + t·(b − a)`.
+/// Linear interpolation `a + t·(b − a)`.
 #[inline(always)]
 pub fn lerp<R: Real>(a: R, b: R, t: R) -> R {
     (b - a).fma(t, a)
 }
 
-/// The sum of `coefficients[i]·xⁱ`.
+/// Polynomial `Σ coefficients[i]·xⁱ`, by Horner's rule.
 #[inline(always)]
 pub fn polynomial<R: Real>(x: R, coefficients: &[f64]) -> R {
     coefficients.iter().rev().fold(R::lit(0.0), |sum, &c| sum.fma(x, R::lit(c)))
@@ -56,10 +56,12 @@ pub fn polynomial<R: Real>(x: R, coefficients: &[f64]) -> R {
 
 /// Quantile of the standard normal distribution, for `u` in (0, 1).
 ///
-/// `√2·erf⁻¹(2u − 1)` by the two polynomials of Giles, *Approximating the erfinv function* (GPU Computing Gems Jade, 2011), off
-/// by a few units in the last place of single precision. Ends lie at ±5.4.
+/// `√2·erf⁻¹(2u − 1)` by the two polynomials of Giles, *Approximating the erfinv function* (GPU Computing Gems Jade,
+/// 2011), off by a few units in the last place of single precision. `u` is clipped so that the result stays within
+/// ±5.4.
 #[inline(always)]
 pub fn normal_quantile<R: Real>(u: R) -> R {
+    /// Coefficients in `w − 2.5` for `w = −ln(1 − x²) < 5`, from Giles.
     const CENTRAL: [f64; 9] = [
         1.501_409_41,
         0.246_640_727,
@@ -71,6 +73,7 @@ pub fn normal_quantile<R: Real>(u: R) -> R {
         3.432_739_39e-07,
         2.810_226_36e-08,
     ];
+    /// Coefficients in `√w − 3` for `w ≥ 5`, from Giles.
     const TAIL: [f64; 9] = [
         2.832_976_82,
         1.001_674_06,
@@ -89,8 +92,12 @@ pub fn normal_quantile<R: Real>(u: R) -> R {
     R::select(w.lt(R::lit(5.0)), central, tail) * x * R::lit(std::f64::consts::SQRT_2)
 }
 
-/// A direction drawn over the hemisphere from two numbers in [0, 1), and whether there is one: the square about the disc of
-/// Lambert's equal-area map, without its corners. No trigonometry is needed. The density is [`SQUARE_PDF`].
+/// Direction in the upper hemisphere from two random numbers in [0, 1), uniform in solid angle, and whether there is
+/// one.
+///
+/// Lambert's equal-area map takes the disc of radius 1 to the hemisphere. Points of the square about the disc that lie
+/// outside of it give no direction. The density over directions is [`SQUARE_PDF`], and no trigonometric function is
+/// needed.
 #[inline(always)]
 pub fn square_to_hemisphere<N: Numbers>(u: [N::Real; 2]) -> ([N::Real; 3], N::Mask) {
     let lit = N::Real::lit;
@@ -100,7 +107,7 @@ pub fn square_to_hemisphere<N: Numbers>(u: [N::Real; 2]) -> ([N::Real; 3], N::Ma
     ([a * further, b * further, lit(1.0) - squared], squared.lt(lit(1.0)))
 }
 
-/// Density of [`square_to_hemisphere`] in 1/sr: the square's area is 4, and a unit of area is two steradians.
+/// Density of [`square_to_hemisphere`] in 1/sr: the square's area is 4, and the map takes a unit of area to 2 sr.
 pub const SQUARE_PDF: f64 = 0.125;
 
 #[cfg(test)]
@@ -109,7 +116,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_normal_quantile_inverts_the_distribution() {
+    fn normal_quantile_inverts_the_distribution() {
         // The polynomials were fitted for single precision.
         const ABSOLUTE: f64 = 2e-6;
         for i in 1..2000 {
@@ -125,12 +132,12 @@ mod tests {
     }
 
     #[test]
-    fn four_angles_are_as_one() {
+    fn four_sines_and_cosines_match_scalar() {
         // Two units in the last place of 1; phases of a relief half a metre deep are below 10⁷.
         const ROUNDING: f64 = 2.0 * f64::EPSILON;
         for scale in [1e-9, 1.0, 1e3, 1e7] {
             for i in 0..1000 {
-                let angles = [0.1, -0.37, 0.74, -1.0].map(|share| share * scale * (0.5 + f64::from(i) / 2000.0));
+                let angles = [0.1, -0.37, 0.74, -1.0].map(|angle| angle * scale * (0.5 + f64::from(i) / 2000.0));
                 for (angle, found) in angles.into_iter().zip(sines_and_cosines(angles)) {
                     let (sin, cos) = angle.sin_cos();
                     let off = (found.0 - sin).abs().max((found.1 - cos).abs());
@@ -153,14 +160,14 @@ mod tests {
     }
 
     #[test]
-    fn words_hold_two_numbers() {
+    fn pairs_unpack_a_word() {
         let word = 0x3f80_4000;
         assert_eq!(bf16_pair::<Plain<f32>>(word), [2.0, 1.0]);
         assert_eq!(u16_pair::<Plain<f64>>(word), [16384.0, 16256.0]);
     }
 
     #[test]
-    fn the_square_is_mapped_to_unit_vectors_evenly() {
+    fn square_maps_uniformly_to_unit_vectors() {
         // The mean cosine of a hemisphere is a half; the midpoint rule on 200 x 200 is good to 1e-3.
         let (mut sum, mut count) = (0.0, 0);
         for i in 0..200 {

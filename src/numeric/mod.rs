@@ -1,9 +1,21 @@
-//! What an evaluator may do with numbers, so that it is written once: by value at once ([`Plain`]), four values at once
-//! ([`Lanes`]), or recorded as a kernel by a tracing compiler (the Mitsuba plugin's variables).
+//! Families of numbers for evaluators, so that each is written once: single values ([`Plain`]), four values side by
+//! side ([`Lanes`]), or variables of a tracing compiler that records a kernel (the Mitsuba plugin's).
 //!
-//! An evaluator is generic over [`Numbers`], a family of types that belong together. It may not branch on values: it selects,
-//! masks its reads, and loops through [`Numbers::while_loop`]. What its tables hold are words of 32 bits, read by
-//! [`Numbers::gather`]; [`math`] turns words into numbers, and has what the traits do not.
+//! An evaluator is generic over [`Numbers`], a family of types that belong together. It may not branch on values. It
+//! selects with masks, masks its reads, and loops through [`Numbers::while_loop`]. Its tables are words of 32 bits,
+//! read by [`Numbers::gather`]. [`math`] has functions on top of the traits, among them the decoding of packed words.
+//!
+//! ```
+//! use sunbeam::numeric::{Lanes, Number, Numbers, Plain, Real};
+//!
+//! /// √x, and 0 for negative x.
+//! fn clamped_root<N: Numbers>(x: N::Real) -> N::Real {
+//!     let zero = N::Real::lit(0.0);
+//!     N::Real::select(zero.lt(x), x.max(zero).sqrt(), zero)
+//! }
+//! assert_eq!(clamped_root::<Plain<f64>>(4.0), 2.0);
+//! assert_eq!(clamped_root::<Lanes>(Lanes::each([4.0, -1.0, 9.0, 0.0])).to_array(), [2.0, 0.0, 3.0, 0.0]);
+//! ```
 
 mod lanes;
 pub mod math;
@@ -15,37 +27,37 @@ pub use plain::Plain;
 use std::ffi::CStr;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Shl, Shr, Sub};
 
-/// Most values that [`Numbers::tabulated`] holds.
-const TABULATED_MAX: usize = 40;
+/// Largest count of [`Numbers::tabulated`]. Chosen: more than the taps of a table's look-up (table/lattice.rs).
+pub(crate) const TABULATED_MAX: usize = 40;
 
-/// Variables that a loop carries. Tuples and arrays of them are such variables too.
+/// State carried by a loop: numbers, masks, and tuples and arrays of them.
 pub trait State: Copy {
     /// Number of handles that [`State::each`] visits.
     const COUNT: usize;
 
-    /// Visits the handles of recorded variables, in a fixed order; numbers by value have none.
+    /// Visits the handles of recorded variables, in a fixed order. Numbers by value have none.
     fn each(&mut self, visit: &mut dyn FnMut(&mut u32));
 
-    /// Takes back what a step made of the lanes that had ended before. Other numbers by value end all at once, and recorded
-    /// loops see to that themselves.
+    /// Restores `old` in the lanes where `changed` is false: a loop has ended there. Needed by [`Lanes`] only; single
+    /// values end at once, and recorded loops keep ended lanes themselves.
     #[inline(always)]
     fn keep_lanes(&mut self, _old: Self, _changed: LaneMask) {}
 }
 
-/// Truth values.
+/// Truth values, one for each lane.
 pub trait Mask: State + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {}
 
-/// What reals and indices share.
+/// Operations common to reals and indices.
 pub trait Number: State + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
-    /// What a comparison gives.
+    /// Result of a comparison.
     type Mask: Mask;
     /// `self < other`; false where either is NaN.
     fn lt(self, other: Self) -> Self::Mask;
     /// `self ≤ other`; false where either is NaN.
     fn le(self, other: Self) -> Self::Mask;
-    /// The lesser of each pair.
+    /// Lesser of two numbers; unspecified where either is NaN.
     fn min(self, other: Self) -> Self;
-    /// The greater of each pair.
+    /// Greater of two numbers; unspecified where either is NaN.
     fn max(self, other: Self) -> Self;
     /// `yes` where the mask holds, `no` elsewhere.
     fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
@@ -65,19 +77,19 @@ pub trait Real: Number + Div<Output = Self> + Neg<Output = Self> {
     fn fma(self, b: Self, c: Self) -> Self;
     /// The absolute value.
     fn abs(self) -> Self;
-    /// NaN below zero.
+    /// Square root; NaN for negative numbers.
     fn sqrt(self) -> Self;
-    /// The greatest whole number that is not above it.
+    /// Greatest whole number at most `self`.
     fn floor(self) -> Self;
-    /// The least whole number that is not below it.
+    /// Least whole number at least `self`.
     fn ceil(self) -> Self;
-    /// Two to this power.
+    /// Two to the power `self`.
     fn exp2(self) -> Self;
-    /// Of a positive, normal number.
+    /// Binary logarithm of a positive, normal number.
     fn log2(self) -> Self;
 }
 
-/// Unsigned integers of 32 bits. Overflow is not allowed.
+/// Unsigned integers of 32 bits. An operation must not overflow.
 pub trait Index:
     Number + BitAnd<Output = Self> + BitOr<Output = Self> + Shl<u32, Output = Self> + Shr<u32, Output = Self>
 {
@@ -85,46 +97,47 @@ pub trait Index:
     fn lit(value: u32) -> Self;
 }
 
-/// A family of numbers that belong together.
+/// A family of number types that belong together.
 pub trait Numbers: Copy {
-    /// What is computed with.
+    /// Reals of the family's working precision.
     type Real: Real<Mask = Self::Mask>;
-    /// Double precision, for places on a lattice: a narrow order is a small part of the distance from the origin.
+    /// Reals of double precision, for positions on a lattice: an order is much narrower than its distance from the
+    /// origin.
     type Double: Real<Mask = Self::Mask>;
-    /// Whole numbers from zero on: places in arrays.
+    /// Unsigned integers: positions in tables, and counts.
     type Index: Index<Mask = Self::Mask>;
-    /// What a comparison gives.
+    /// Result of a comparison.
     type Mask: Mask;
-    /// A table of words of 32 bits.
+    /// Table data: words of 32 bits.
     type Words: Copy;
 
-    /// A mask that holds everywhere, or nowhere.
+    /// A mask that is true, or false, in every lane.
     fn mask(value: bool) -> Self::Mask;
-    /// The `W` words of `table` from `W·at` on (`W` is 1, 2 or 4); zeros where the mask is false. The evaluator sees to it
-    /// that they are there.
+    /// Reads the `W` words of `table` from `W·at` on, `W` being 1, 2 or 4; zeros where the mask is false. The evaluator
+    /// keeps `at` within the table.
     fn gather<const W: usize>(table: Self::Words, at: Self::Index, mask: Self::Mask) -> [Self::Index; W];
-    /// The number of single precision whose bits these are.
+    /// Number whose single-precision bits are `bits`.
     fn from_bits(bits: Self::Index) -> Self::Real;
-    /// In the precision of [`Numbers::Double`].
+    /// Converts to [`Numbers::Double`].
     fn widen(x: Self::Real) -> Self::Double;
-    /// In the precision of [`Numbers::Real`].
+    /// Converts to [`Numbers::Real`].
     fn narrow(x: Self::Double) -> Self::Real;
-    /// A whole number as a real one.
+    /// Converts an integer to a real number.
     fn real(i: Self::Index) -> Self::Real;
-    /// Towards zero, of a number in `[0, 2³²)`. Elsewhere the answer is any number, and differs between families.
+    /// Truncates a number in `[0, 2³²)`. Elsewhere the result is arbitrary, and differs between families.
     fn index(x: Self::Real) -> Self::Index;
-    /// As [`Numbers::index`].
+    /// [`Numbers::index`] of a double.
     fn index_of_double(x: Self::Double) -> Self::Index;
 
-    /// Steps while `go_on` holds.
+    /// Applies `step` while `go_on` is true, in each lane on its own. `name` labels a recorded loop.
     fn while_loop<S: State>(name: &'static CStr, state: S, go_on: impl Fn(S) -> Self::Mask, step: impl Fn(S) -> S)
     -> S;
 
-    /// A function of `0..count` (at most 40), worked out beforehand where numbers are values.
+    /// `function` over `0..count` (at most 40), tabulated beforehand where numbers are values.
     fn tabulated(count: u32, function: impl Fn(Self::Index) -> Self::Real) -> impl Fn(Self::Index) -> Self::Real;
 
-    /// `function` of each of the lanes, one after the other: side by side they would make a kernel as many times as long,
-    /// which takes as many times longer to compile. `[result][lane]`.
+    /// `function` of each of `L` numbers in turn, as `[result][lane]`. Recorded kernels loop over the lanes: written
+    /// out, they would be `L` times longer and take as much longer to compile.
     fn each_lane<const L: usize, const R: usize>(
         name: &'static CStr,
         lanes: [Self::Real; L],
@@ -135,20 +148,20 @@ pub trait Numbers: Copy {
 
 /// Numbers by value, one or several side by side.
 pub(crate) trait Values: Numbers {
-    /// How many.
+    /// Number of lanes, at most [`VALUES_MAX`].
     const COUNT: usize;
-    /// Each from its place, in double precision.
+    /// Number whose lane i is `of(i)`, rounded to the family's precision.
     fn pack(of: impl Fn(usize) -> f64) -> Self::Real;
-    /// One of several indices.
+    /// Lane of an index.
     fn lane(of: Self::Index, lane: usize) -> usize;
-    /// The sum of all.
+    /// Sum over the lanes.
     fn total(of: Self::Real) -> f64;
 }
 
-/// Most that [`Values`] have side by side.
-pub(crate) const VALUES_MAX: usize = 4;
+/// Largest [`Values::COUNT`].
+pub(crate) const VALUES_MAX: usize = lanes::LANES;
 
-/// [`Numbers::each_lane`] of numbers by value; zeros unless any is active.
+/// [`Numbers::each_lane`] of numbers by value; zeros unless `active`.
 #[inline(always)]
 fn one_by_one<T: Real, const L: usize, const R: usize>(
     lanes: [T; L],
@@ -168,7 +181,7 @@ fn one_by_one<T: Real, const L: usize, const R: usize>(
 
 macro_rules! tuples {
     ($($($t:ident $i:tt)+;)+) => {$(
-        #[allow(non_snake_case)]
+        #[allow(non_snake_case, reason = "type parameters name the elements")]
         impl<$($t: State),+> State for ($($t,)+) {
             const COUNT: usize = 0 $(+ $t::COUNT)+;
             #[inline(always)]

@@ -1,10 +1,18 @@
-//! Numbers by value.
+//! Single numbers by value: the family of scalar evaluation, in single or double precision.
 
 use super::{Index, Mask, Number, Numbers, Real, State, Values};
 use std::ffi::CStr;
 use std::marker::PhantomData;
 
-/// Numbers by value over words that live for `'a`; `F` is `f32` or `f64`.
+/// Single numbers over table data that lives for `'a`; `F` is `f32` or `f64`.
+///
+/// ```
+/// use sunbeam::numeric::{Numbers, Plain};
+///
+/// let words = [10, 11, 12, 13];
+/// assert_eq!(Plain::<f64>::gather::<2>(&words, 1, true), [12, 13]);
+/// assert_eq!(Plain::<f64>::gather::<2>(&words, 1, false), [0, 0]);
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Plain<'a, F>(PhantomData<(&'a (), F)>);
 
@@ -32,7 +40,7 @@ macro_rules! comparisons {
         fn le(self, other: Self) -> bool {
             self <= other
         }
-        // Not `f32::min`, which takes longer because it orders NaN as well.
+        // `f32::min` would take longer, since it treats NaN specially.
         #[inline(always)]
         fn min(self, other: Self) -> Self {
             if self < other { self } else { other }
@@ -59,7 +67,7 @@ macro_rules! real {
             fn lit(value: f64) -> Self {
                 value as $t
             }
-            // Without the instruction `mul_add` is a call.
+            // `mul_add` is a library call where the processor lacks the instruction.
             #[inline(always)]
             fn fma(self, b: Self, c: Self) -> Self {
                 if cfg!(target_feature = "fma") { self.mul_add(b, c) } else { self * b + c }
@@ -74,11 +82,11 @@ macro_rules! real {
             }
             #[inline(always)]
             fn floor(self) -> Self {
-                // Without the instruction `floor` is a call.
+                // `floor` is a library call where the processor lacks the instruction.
                 if cfg!(all(target_arch = "x86_64", not(target_feature = "sse4.1"))) {
                     let towards_zero = self as $whole as $t;
                     let floor = if towards_zero > self { towards_zero - 1.0 } else { towards_zero };
-                    // Beyond, there are only whole numbers, and some are none of so many bits.
+                    // All numbers from 1/ε on are whole, and may exceed the integer's range.
                     if $t::abs(self) < 1.0 / $t::EPSILON { floor } else { self }
                 } else {
                     $t::floor(self)

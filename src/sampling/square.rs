@@ -20,7 +20,7 @@ use super::tent_quantile;
 use crate::numeric::math::normal_quantile;
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Obliquity;
-use crate::table::{KernelKind, LatticeAxis, NodeCurve, SpectralTable, WAVELENGTH_MIN_NM};
+use crate::table::{FREQUENCY_MAX_PER_UM, LatticeAxis, NodeCurve, NodeQuantity, SpectralTable};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
@@ -90,7 +90,7 @@ impl SquareAxis {
         }
         let tents = tent_weights(sigma);
         // Tents extend beyond the last node of the table, as far as frequencies propagate.
-        let wanted = (2e3 / WAVELENGTH_MIN_NM * axis.period_um).ceil() as usize + 1;
+        let wanted = (FREQUENCY_MAX_PER_UM * axis.period_um).ceil() as usize + 1;
         let origin = axis.reach + (tents.len() / 2).min(wanted.saturating_sub(axis.reach));
         (Self { period_um: axis.period_um, origin: origin as u32, sigma: None, taps: 2, reach: 1.0 }, tents)
     }
@@ -186,9 +186,9 @@ fn band_means(table: &SpectralTable, obliquity: Obliquity) -> Vec<([i64; 2], [f3
                     if k * k > k_max_squared && (count > 0 || last > 0.0) {
                         break;
                     }
-                    let power = match table.kernel() {
-                        KernelKind::Power => curve.power(record).max(0.0),
-                        KernelKind::Amplitude => curve.amplitude(record).norm_sqr(),
+                    let power = match table.quantity() {
+                        NodeQuantity::Power => curve.power(record).max(0.0),
+                        NodeQuantity::Amplitude => curve.amplitude(record).norm_sqr(),
                     };
                     let g = match obliquity {
                         Obliquity::Stam => (squared + k * k).powi(2) / (k * k),

@@ -6,7 +6,8 @@ use super::{ComplexIndex, Obliquity, Pair, SpectralIndex};
 use crate::height_field::HeightField;
 use crate::numeric::Real;
 use crate::table::{
-    BuildDemand, Built, Model, Progress, Purpose, Spectrum, TableError, Tiling, WAVELENGTH_MIN_NM, build,
+    BuildDemand, Built, CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, Progress, Purpose, Spectrum, TableError, Tiling,
+    build,
 };
 use serde::{Deserialize, Serialize};
 
@@ -111,8 +112,7 @@ impl Options {
 
 /// Builds the table of `S(f; κ)` for every wavelength of the tables' range.
 pub(crate) fn build_table(field: &HeightField, options: &Options, progress: &Progress) -> Result<Built, TableError> {
-    let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
-    let s_um = options.coherence_length_um / 4.0;
-    let spectrum = Spectrum::new(field, options.model, options.tiling, s_um, frequency_max, options.tolerance);
+    let window = CoherenceWindow::new(options.coherence_length_um);
+    let spectrum = Spectrum::new(field, options.model, options.tiling, window, FREQUENCY_MAX_PER_UM, options.tolerance);
     build(&spectrum, options.tolerance, progress)
 }

@@ -1,39 +1,47 @@
-//! The part of a power spectrum that nodes are made of.
+//! Band of a power spectrum that an autocorrelation is computed from.
 //!
-//! Nodes of the ensemble are transforms of a windowed autocorrelation, which is itself the transform of a power spectrum. A scan
-//! with fine pixels has powers far beyond any frequency that two directions can ask for. They count for nothing but their
-//! neighbours, as far as the window spreads them. So the spectrum is cut a margin beyond what is asked for, and the
-//! autocorrelation then needs few pixels. It is cut smoothly, so that the autocorrelation stays as short as it was.
+//! Nodes of the ensemble are transforms of a windowed autocorrelation, itself the transform of a power spectrum. A scan
+//! of fine pixels has power far beyond the largest frequency of a look-up. There it only matters to frequencies as near
+//! as the window spreads it. So the spectrum is cut a margin beyond the largest frequency, and the autocorrelation
+//! needs fewer pixels. The cut is smooth, so that it does not lengthen the autocorrelation.
+//!
+//! - `f_max`: largest frequency of a look-up in cycles/µm. `1/P`: spacing of the lattice's nodes (lattice.rs).
+//! - Weights of the bins: 1 up to `low = f_max + 3·taps/P`, then `½·erfc` down to about the tolerance at `high`.
+//! - `high = f_max + 15·taps/P` at least: the Nyquist frequency of the pixels that the autocorrelation keeps.
 
 use super::lattice::LatticeAxis;
 use sunbeam_fourier::next_fast_len;
 
-/// How far beyond what is asked for the spectrum goes, in taps of the joining, which are about as wide as what the window
-/// spreads; and how far beyond that it falls. With these the error stays that of the joining, from a tolerance of 1e-2 to 1e-6.
+/// Distance from the largest frequency to where the weights begin to fall, in widths `taps/P` of the interpolation
+/// kernel. The window spreads power over about one such width. Chosen, with [`FALL_MARGIN`], so that the table's error
+/// is that of the interpolation at tolerances from 1e-2 to 1e-6.
 const KEPT_MARGIN: f64 = 3.0;
+/// Width of the fall in widths `taps/P`; a steeper fall would lengthen the autocorrelation.
 const FALL_MARGIN: f64 = 12.0;
-/// Both together.
+/// Distance from the largest frequency to the end of the band, in widths `taps/P`.
 pub(super) const BAND_MARGIN: f64 = KEPT_MARGIN + FALL_MARGIN;
 
-/// What is kept of the frequencies along one axis.
+/// Weights of a power spectrum's bins along one axis.
 pub(super) struct Band {
-    /// What each bin is multiplied by, FFT order; as many bins as the autocorrelation has pixels.
+    /// Weight of each bin in [0, 1], FFT order; one bin for each pixel of the autocorrelation.
     pub weights: Vec<f64>,
 }
 
 impl Band {
-    /// Pixels that an autocorrelation over `lags` pixels of `pixel_um` has when its spectrum ends at `edge` cycles/µm; at most `lags`.
+    /// Pixels of an autocorrelation over the length `lags · pixel_um`, when its spectrum ends at `edge` cycles/µm. At
+    /// most `lags`.
     pub fn pixels(lags: usize, pixel_um: f64, edge: f64) -> usize {
-        // Beyond any number of pixels the conversion saturates.
+        // The conversion saturates for lengths beyond any number of pixels.
         next_fast_len(((2.0 * edge * lags as f64 * pixel_um).ceil() as usize).saturating_add(1)).min(lags)
     }
 
-    /// Pixels of the autocorrelation over `length_um` for an axis that was planned for it.
+    /// Pixels of the autocorrelation over `length_um`, from an axis that was planned with [`Band::pixels`].
     pub fn kept(axis: &LatticeAxis, length_um: f64) -> usize {
         (length_um * axis.pixels as f64 / axis.period_um).round() as usize
     }
 
-    /// The band of an axis that was planned for `lags` pixels of `pixel_um`, frequencies up to `frequency_max` and `tolerance`.
+    /// Band of an axis that was planned for `lags` pixels of `pixel_um`, frequencies up to `frequency_max` in
+    /// cycles/µm, and a relative error `tolerance`.
     pub fn new(axis: &LatticeAxis, lags: usize, pixel_um: f64, frequency_max: f64, tolerance: f64) -> Self {
         let length_um = lags as f64 * pixel_um;
         let kept = Self::kept(axis, length_um);
@@ -65,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn all_that_is_asked_for_is_kept_and_the_end_is_reached_smoothly() {
+    fn weights_are_one_up_to_the_largest_frequency_and_fall_smoothly() {
         let (axis, lags) = (axis(512, 0.025), 1024);
         let weights = Band::new(&axis, lags, 0.025, FREQUENCY_MAX, TOLERANCE).weights;
         assert!(weights.len() < lags / 2, "{}", weights.len());
@@ -80,7 +88,7 @@ mod tests {
     }
 
     #[test]
-    fn coarse_pixels_are_kept_as_they_are() {
+    fn coarse_pixels_keep_the_whole_spectrum() {
         let axis = axis(100, 0.065);
         assert!((axis.period_um / axis.pixels as f64 - 0.065).abs() < 1e-12);
         assert_eq!(Band::new(&axis, 200, 0.065, FREQUENCY_MAX, TOLERANCE).weights, [1.0; 200]);

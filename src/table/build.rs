@@ -1,38 +1,49 @@
+//! Builds a table: splines in κ through the node values of a [`Spectrum`], refined until their error meets the
+//! tolerance.
+//!
+//! - `h`: half the range of heights in µm. `κ₀ = 1/h` (`kappa_knee`): where powers leave their behaviour at κ → 0.
+//! - `Δ` (`kappa_step`): distance of knots in rad/µm. `b`: half bandwidth of a node's curve in κ, `h` of an amplitude
+//!   and `2h` of a power. Spacing: `Δ·b`, the largest phase advance of a curve over one knot, in radians.
+//! - `Q(κ)`: the quantity that the splines interpolate ([`SpectralTable`] has its formula).
+//! - A cubic B-spline errs on a wave of `a` radians a knot by about `(a/2π)⁴`, so the error goes with `Δ⁴`.
+//! - κ range: 0 to `2π·2/λ_min`, since `|wi + wo| ≤ 2`. Only `|f|² + (κ/2π)² ≤ (2/λ_min)²` occurs.
+
 use super::lattice::Lattice;
-use super::lookup::{HEADER, KernelKind, SpectralTable};
+use super::lookup::{HEADER, NodeQuantity, SpectralTable};
 use super::packed::PackedTable;
 use super::progress::Progress;
 use super::spectrum::Spectrum;
 use super::spline::prefilter;
-use super::{TableError, WAVELENGTH_MIN_NM};
+use super::{FREQUENCY_MAX_PER_UM, TableError, WAVELENGTH_MIN_NM};
 use crate::clock::Instant;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Most floats that a table's offsets can address.
+/// Largest number of floats in a table's records: offsets are 32-bit integers.
 const FLOATS_MAX: usize = u32::MAX as usize;
-/// Knots beyond either end of the κ range, so that the spline's ends do not matter (0.27⁶ ≈ 4e-4 of their error).
+/// Knots beyond either end of the κ range. The influence of a spline's end falls by 0.27 a knot, to 4e-4 after six.
 pub(super) const EXTRA_KNOTS: i64 = 6;
-/// Spacing of knots tried first, in units of 1/(half bandwidth) at tolerance 1: the interpolation error of a cubic B-spline
-/// on a wave of `a` radians a knot is about `(a/2π)⁴`. As wide as any relief has been seen to allow.
+/// First spacing tried for a tolerance of 1, in radians a knot; it goes with the fourth root of the tolerance. Chosen:
+/// the widest with which any relief met its tolerance. A wider one costs a second build, a narrower one memory.
 const KNOT_SPACING: f64 = 13.0;
-/// Least part of the first spacing that is tried: rounding floors the error near 1e-6.
+/// Least spacing tried, as a fraction of the first. Below it, rounding to single precision holds the error near 1e-6.
 const REFINEMENT_MIN: f64 = 0.2;
-/// Part of the target that a refined table aims at, and how much closer its knots may be at once.
+/// Fraction of the tolerance that a refined table aims at. Chosen, so that one refinement mostly suffices.
 const AIM: f64 = 0.7;
+/// Factor on the spacing in one refinement. Chosen: the `Δ⁴` law is unreliable beyond it.
 const REFINEMENT: std::ops::RangeInclusive<f64> = 0.4..=0.95;
 
-/// Power density in µm² below which errors are no longer taken as relative: a hundredth of that of a surface which
-/// scatters evenly over the disc of direction cosines, `λ²/π`, at the shortest wavelength.
+/// Power density in µm² below which errors count as absolute: a hundredth of `λ²/π`, the density of a surface that
+/// scatters uniformly over the disc of direction cosines, at the shortest wavelength. Chosen.
 pub const DENSITY_FLOOR_UM2: f64 =
     0.01 * (WAVELENGTH_MIN_NM * 1e-3) * (WAVELENGTH_MIN_NM * 1e-3) / std::f64::consts::PI;
 
-/// Frequencies looked at per κ when the error of a table is measured.
+/// Frequencies sampled at each κ when the error of a table is measured. Chosen: enough for a 99th percentile.
 const ERROR_SAMPLES: usize = 4000;
 
-/// What building a table took and how good it is.
+/// Size, sampling and measured error of a table.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct TableReport {
     /// Size in bytes.
@@ -43,46 +54,61 @@ pub struct TableReport {
     pub kappa_knots: usize,
     /// Nodes read by one look-up, along x and y.
     pub taps: (usize, usize),
-    /// 99th percentile, over frequencies and three κ midway between knots, of the error of S that the splines make,
-    /// relative to the largest of S, its mean over κ there, and [`DENSITY_FLOOR_UM2`].
+    /// Error of S from the splines: 99th percentile over frequencies and over three κ midway between knots. Relative to
+    /// the largest of S, its mean over κ at that frequency, and [`DENSITY_FLOOR_UM2`].
     pub relative_error: f64,
-    /// Seconds the build took.
+    /// Wall time of the build in seconds.
     pub build_seconds: f64,
 }
 
-/// Nodes up to which knots cost next to nothing, and are set for this share of the tolerance: few orders leave deep gaps,
-/// in which a percentile over all κ is no comfort.
+/// Number of nodes up to which knots cost little memory, so that the error is set lower by [`FEW_NODES_FRACTION`].
+/// Chosen.
 const FEW_NODES: usize = 4096;
-const FEW_NODES_SHARE: f64 = 0.1;
+/// Fraction of the tolerance given to the splines of a table of few nodes. Chosen: few orders leave deep gaps in κ,
+/// which a percentile over all κ hardly sees.
+const FEW_NODES_FRACTION: f64 = 0.1;
 
-/// A table in both of its forms.
+/// A table in its two forms, with its report.
 pub struct Built {
-    /// What other tables are made of.
+    /// Single-precision form, node by node; samplers, albedos and colour tables are made from it.
     pub table: SpectralTable,
-    /// What is evaluated.
+    /// Form that evaluators read.
     pub packed: PackedTable,
-    /// Sizes, and the measured error.
+    /// Sizes and measured error.
     pub report: TableReport,
 }
 
-/// Share of what is left that a build is taken to be, since another with finer knots may follow.
-const BUILD_SHARE: f64 = 0.6;
+/// Fraction of the remaining progress that one build reports, since a finer build may follow. Chosen.
+const BUILD_FRACTION: f64 = 0.6;
 
-/// Builds the table of `spectrum` to a relative error of `tolerance`. [`BuildDemand::check`] tells before the spectrum is
-/// made whether that takes too much.
+/// Builds the table of `spectrum` to the relative error `tolerance`. [`BuildDemand::check`] predicts the cost
+/// beforehand.
 ///
 /// # Errors
-/// [`TableError::TooLarge`] beyond what a table can address.
+/// [`TableError::TooLarge`] beyond the range of 32-bit offsets.
+///
+/// ```
+/// use sunbeam::Preset;
+/// use sunbeam::table::{CoherenceWindow, FREQUENCY_MAX_PER_UM, Model, Progress, Spectrum, Tiling, build};
+///
+/// let (field, window) = (Preset::Blazed.build(None, None)?, CoherenceWindow::new(20.0));
+/// let spectrum = Spectrum::new(&field, Model::Ensemble, Tiling::Periodic, window, FREQUENCY_MAX_PER_UM, 1e-2);
+/// let built = build(&spectrum, 1e-2, &Progress::none())?;
+/// assert!(built.report.relative_error <= 1e-2);
+/// // Power density in µm² at order −1 of the period 2.5 µm, at κ = 20 rad/µm.
+/// assert!(built.packed.density([-0.4, 0.0], 20.0) > 0.0);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 ///
 /// [`BuildDemand::check`]: super::BuildDemand::check
 pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result<Built, TableError> {
     let start = Instant::now();
-    let target = error_share(spectrum.lattice(), tolerance);
+    let target = spline_tolerance(spectrum.lattice(), tolerance);
     let first_spacing = first_spacing(spectrum.lattice(), tolerance);
     let mut spacing = first_spacing;
     let mut progress = progress.clone();
     loop {
-        let build = Build { progress: progress.part(0.0, BUILD_SHARE), ..Build::new(spectrum, spacing)? };
+        let build = Build { progress: progress.part(0.0, BUILD_FRACTION), ..Build::new(spectrum, spacing)? };
         let table = build.table();
         let packed = PackedTable::new(&table, tolerance);
         let relative_error = build.error(&table, &packed);
@@ -100,19 +126,19 @@ pub fn build(spectrum: &Spectrum, tolerance: f64, progress: &Progress) -> Result
         }
         let closer = (AIM * target / relative_error).powf(0.25).clamp(*REFINEMENT.start(), *REFINEMENT.end());
         spacing = (spacing * closer).max(REFINEMENT_MIN * first_spacing);
-        progress = progress.part(BUILD_SHARE, 1.0);
+        progress = progress.part(BUILD_FRACTION, 1.0);
     }
 }
 
-/// The part of `tolerance` that the splines of a table may take.
-fn error_share(lattice: &Lattice, tolerance: f64) -> f64 {
+/// Error that the splines of a table may have, of the table's relative error `tolerance`.
+fn spline_tolerance(lattice: &Lattice, tolerance: f64) -> f64 {
     let nodes = lattice.x.nodes().saturating_mul(lattice.y.nodes());
-    tolerance * if nodes <= FEW_NODES { FEW_NODES_SHARE } else { lattice.spline_share() }
+    tolerance * if nodes <= FEW_NODES { FEW_NODES_FRACTION } else { lattice.spline_fraction() }
 }
 
-/// The spacing of knots that is tried first, in units of 1/(half bandwidth).
+/// First spacing of knots tried, in radians a knot.
 pub(super) fn first_spacing(lattice: &Lattice, tolerance: f64) -> f64 {
-    KNOT_SPACING * error_share(lattice, tolerance).powf(0.25)
+    KNOT_SPACING * spline_tolerance(lattice, tolerance).powf(0.25)
 }
 
 /// Largest κ of a table in rad/µm: `|wi + wo| ≤ 2` at the shortest wavelength.
@@ -120,37 +146,51 @@ pub(super) fn kappa_range() -> f64 {
     TAU * 2e3 / WAVELENGTH_MIN_NM
 }
 
-/// Distance of knots in rad/µm for a relief of half range `half_range_um`, `spacing` in units of 1/(half bandwidth).
-pub(super) fn knot_step(kernel: KernelKind, half_range_um: f64, spacing: f64) -> f64 {
+/// Distance of knots in rad/µm, at most the whole range, for half the range of heights `half_range_um` and a `spacing`
+/// in radians a knot.
+pub(super) fn knot_step(quantity: NodeQuantity, half_range_um: f64, spacing: f64) -> f64 {
     // Powers are correlations of screens: twice the bandwidth of amplitudes.
-    let bandwidth = if kernel == KernelKind::Power { 2.0 * half_range_um } else { half_range_um };
+    let bandwidth = if quantity == NodeQuantity::Power { 2.0 * half_range_um } else { half_range_um };
     if bandwidth > 0.0 { (spacing / bandwidth).min(kappa_range()) } else { kappa_range() }
 }
 
-/// Floats of a record whose last knot in use is `last_knot`: four coefficients are read from there on, and two make a word.
-pub(super) fn record_floats(kernel: KernelKind, last_knot: usize) -> usize {
-    HEADER + (last_knot + 4).next_multiple_of(2) * kernel.components()
+/// Floats of a record whose last interval begins at the knot `last_knot`. A look-up reads four coefficients from there.
+/// The number of coefficients is even, so that two of 16 bits fill a word.
+pub(super) fn record_floats(quantity: NodeQuantity, last_knot: usize) -> usize {
+    HEADER + (last_knot + 4).next_multiple_of(2) * quantity.components()
 }
 
-/// A node that some pair of directions can reach.
+/// Margin on the largest κ of a node, relative: a look-up's κ is rounded to single precision.
+const KAPPA_MARGIN: f64 = 1e-5;
+
+/// Knots up to the largest κ of a node, `(κ/2π)² = squared_per_um2` in 1/µm².
+pub(super) fn knots_below(squared_per_um2: f64, kappa_step: f64) -> f64 {
+    TAU * squared_per_um2.sqrt() * (1.0 + KAPPA_MARGIN) / kappa_step
+}
+
+/// A node that some pair of directions reaches.
 struct Kept {
-    /// Row-major number in the lattice.
+    /// Row-major index in the lattice.
     index: usize,
-    /// Largest knot below the largest κ at which it can be read.
+    /// Knot below the largest κ at which a look-up reads this node.
     last_knot: usize,
 }
 
+/// One build at a fixed distance of knots.
 struct Build<'a> {
     spectrum: &'a Spectrum,
-    kernel: KernelKind,
+    quantity: NodeQuantity,
+    /// End of the κ range in rad/µm.
     kappa_max: f64,
+    /// Distance of knots Δ in rad/µm.
     kappa_step: f64,
+    /// κ₀ in rad/µm.
     kappa_knee: f64,
     /// Knots within the range, the first at κ = 0.
     knots: usize,
-    /// Symmetric about the middle: the mirror of `kept[i]` is `kept[len − 1 − i]`.
+    /// Nodes in row-major order, symmetric about order zero: the mirror of `kept[i]` is `kept[len − 1 − i]`.
     kept: Vec<Kept>,
-    /// Of the knots.
+    /// Progress over the knots.
     progress: Progress,
 }
 
@@ -166,15 +206,14 @@ impl<'a> Build<'a> {
     }
 
     fn planned(spectrum: &'a Spectrum, spacing: f64) -> Self {
-        let frequency_max = 2e3 / WAVELENGTH_MIN_NM;
         let kappa_max = kappa_range();
-        let kernel = spectrum.kernel();
+        let quantity = spectrum.quantity();
         let h = spectrum.half_range_um();
-        let kappa_step = knot_step(kernel, h, spacing);
+        let kappa_step = knot_step(quantity, h, spacing);
         let kappa_knee = if h > 0.0 { 1.0 / h } else { kappa_max };
         let knots = (kappa_max / kappa_step).ceil() as usize + 1;
-        let kept = reachable(spectrum.lattice(), frequency_max, kappa_step);
-        Self { spectrum, kernel, kappa_max, kappa_step, kappa_knee, knots, kept, progress: Progress::none() }
+        let kept = reachable(spectrum.lattice(), FREQUENCY_MAX_PER_UM, kappa_step);
+        Self { spectrum, quantity, kappa_max, kappa_step, kappa_knee, knots, kept, progress: Progress::none() }
     }
 
     /// Floats of all records of kept nodes.
@@ -183,14 +222,14 @@ impl<'a> Build<'a> {
     }
 
     fn record_floats(&self, last_knot: usize) -> usize {
-        record_floats(self.kernel, last_knot)
+        record_floats(self.quantity, last_knot)
     }
 
     fn table(&self) -> SpectralTable {
         let (at_zero, curves) = self.curves();
-        let components = self.kernel.components();
+        let components = self.quantity.components();
         let mut offsets = vec![0u32; self.spectrum.lattice().x.nodes() * self.spectrum.lattice().y.nodes()];
-        // A start of 0 means no record.
+        // Offset 0 marks a node without a record.
         let mut length = 1;
         let mut spans = Vec::with_capacity(self.kept.len());
         for kept in &self.kept {
@@ -223,7 +262,7 @@ impl<'a> Build<'a> {
         });
         SpectralTable {
             lattice: self.spectrum.lattice().clone(),
-            kernel: self.kernel,
+            quantity: self.quantity,
             norm: self.spectrum.norm(),
             kappa_max: self.kappa_max,
             kappa_step: self.kappa_step,
@@ -233,20 +272,21 @@ impl<'a> Build<'a> {
         }
     }
 
-    /// What each kept node's record says of κ = 0 (power and slope, or amplitude), and for every knot from `−EXTRA_KNOTS`
-    /// the quantity that the splines go through, knot-major.
+    /// Values at κ = 0 of each kept node, and Q of all kept nodes at every knot from `−EXTRA_KNOTS` on, as
+    /// `[knot][node]`. The values at κ = 0 are (power, slope) as a complex number for powers, and the amplitude for
+    /// amplitudes.
     fn curves(&self) -> (Vec<Complex64>, Vec<Vec<f32>>) {
         let mut at_zero = self.kept_values(&self.spectrum.nodes(0.0));
         let last = self.knots as i64 + EXTRA_KNOTS;
         let small = 1e-4 / self.spectrum.half_range_um().max(1e-12);
-        if self.kernel == KernelKind::Power {
+        if self.quantity == NodeQuantity::Power {
             let nearby = self.kept_values(&self.spectrum.nodes(small));
             for (i, zero) in at_zero.iter_mut().enumerate() {
                 zero.im = (nearby[i] - self.mirrored(&nearby, i)).re / (2.0 * small);
             }
         }
-        // Knot 0 is the limit κ → 0, taken as the mean of both sides so that odd terms of the series cancel. Rows are packed at
-        // once, since all of them in double precision would be most of a build's memory.
+        // Rows are rounded to single precision one by one: all of them in double precision would be most of a build's
+        // memory. Knot 0 is the mean of both sides of κ = 0, in which the odd terms of the series cancel.
         let steps = self.progress.of_steps(last as usize + 1);
         let rows: Vec<Vec<f32>> = (0..=last)
             .into_par_iter()
@@ -265,23 +305,25 @@ impl<'a> Build<'a> {
         (at_zero, before.into_iter().chain(rows).collect())
     }
 
-    /// A scaled quantity at −κ from its values at κ: heights are real, so `P_j(−κ) = P_{−j}(κ)`, `D_j(−κ) = D̄_{−j}(κ)`.
+    /// A node's quantity at −κ from all nodes' at κ. Heights are real, so `P_j(−κ) = P_{−j}(κ)` and `D_j(−κ) =
+    /// D̄_{−j}(κ)`.
     fn mirrored(&self, scaled: &[Complex64], node: usize) -> Complex64 {
         scaled[scaled.len() - 1 - node].conj()
     }
 
+    /// Row of one κ in single precision; complex values as real and imaginary part.
     fn pack(&self, values: &[Complex64]) -> Vec<f32> {
-        match self.kernel {
-            KernelKind::Power => values.iter().map(|c| c.re as f32).collect(),
-            KernelKind::Amplitude => values.iter().flat_map(|c| [c.re as f32, c.im as f32]).collect(),
+        match self.quantity {
+            NodeQuantity::Power => values.iter().map(|c| c.re as f32).collect(),
+            NodeQuantity::Amplitude => values.iter().flat_map(|c| [c.re as f32, c.im as f32]).collect(),
         }
     }
 
-    /// The row of `−κ` from that of κ; see [`Build::mirrored`].
+    /// Row of `−κ` from the row of κ; see [`Build::mirrored`].
     fn pack_mirrored(&self, row: &[f32]) -> Vec<f32> {
-        match self.kernel {
-            KernelKind::Power => row.iter().rev().copied().collect(),
-            KernelKind::Amplitude => row.chunks_exact(2).rev().flat_map(|c| [c[0], -c[1]]).collect(),
+        match self.quantity {
+            NodeQuantity::Power => row.iter().rev().copied().collect(),
+            NodeQuantity::Amplitude => row.chunks_exact(2).rev().flat_map(|c| [c[0], -c[1]]).collect(),
         }
     }
 
@@ -289,26 +331,26 @@ impl<'a> Build<'a> {
         self.kept.iter().map(|kept| nodes[kept.index]).collect()
     }
 
-    /// `Q(κ)` of the kept nodes (see [`SpectralTable`]), κ > 0.
+    /// `Q(κ)` of the kept nodes, κ > 0.
     fn scaled(&self, kappa: f64, at_zero: &[Complex64]) -> Vec<Complex64> {
         let values = self.kept_values(&self.spectrum.nodes(kappa));
         let ratio = self.kappa_knee / kappa;
         let pairs = values.iter().zip(at_zero);
-        match self.kernel {
-            KernelKind::Power => pairs
+        match self.quantity {
+            NodeQuantity::Power => pairs
                 .map(|(value, zero)| {
                     let beyond = (value.re - zero.re) * (1.0 + ratio * ratio) - ratio * self.kappa_knee * zero.im;
                     (zero.re + beyond).into()
                 })
                 .collect(),
-            KernelKind::Amplitude => {
+            NodeQuantity::Amplitude => {
                 let scale = Complex64::new(1.0, ratio);
                 pairs.map(|(value, zero)| (value - zero) * scale).collect()
             }
         }
     }
 
-    /// See [`TableReport::relative_error`].
+    /// Measures [`TableReport::relative_error`] against node values of the spectrum.
     fn error(&self, table: &SpectralTable, packed: &PackedTable) -> f64 {
         if self.spectrum.half_range_um() == 0.0 {
             return 0.0;
@@ -321,7 +363,7 @@ impl<'a> Build<'a> {
             let nodes = self.spectrum.nodes(kappa.min(self.kappa_max));
             let stride = self.kept.len().div_ceil(ERROR_SAMPLES);
             errors.par_extend(self.kept.par_iter().step_by(stride).filter_map(|kept| {
-                // Off the nodes, by less than half the gap between them.
+                // Positions between nodes: a third of an order's width away, and less than half the gap.
                 let at = |i: usize, reach: usize, by: f64| i as f64 - reach as f64 + by;
                 let px = at(kept.index % x.nodes(), x.reach, 0.3 * x.sigma.min(1.0));
                 let py = at(kept.index / x.nodes(), y.reach, 0.4 * y.sigma.min(1.0));
@@ -340,8 +382,8 @@ impl<'a> Build<'a> {
     }
 }
 
-/// The nodes that a look-up can read. Since `|wi + wo| ≤ 2`, a frequency and κ that occur satisfy
-/// `|f|² + (κ/2π)² ≤ (2/λmin)²`; a node is read from up to half the taps away.
+/// Nodes that a look-up can read, with `|f|² + (κ/2π)² ≤ frequency_max²` in cycles/µm. A look-up reads nodes up to half
+/// the taps away from its frequency.
 fn reachable(lattice: &Lattice, frequency_max: f64, kappa_step: f64) -> Vec<Kept> {
     let (x, y) = (&lattice.x, &lattice.y);
     let mut kept = Vec::new();
@@ -352,8 +394,7 @@ fn reachable(lattice: &Lattice, frequency_max: f64, kappa_step: f64) -> Vec<Kept
             };
             let rest = frequency_max.powi(2) - nearest(column, x).powi(2) - nearest(row, y).powi(2);
             if rest >= 0.0 {
-                // A hair more than the exact limit, since the look-up's κ is rounded.
-                let last_knot = (TAU * rest.sqrt() * (1.0 + 1e-5) / kappa_step) as usize;
+                let last_knot = knots_below(rest, kappa_step) as usize;
                 kept.push(Kept { index: row * x.nodes() + column, last_knot });
             }
         }

@@ -1,26 +1,37 @@
+//! Errors of table builds.
+
 use super::estimate::Rough;
 use std::ops::RangeInclusive;
 use thiserror::Error;
 
-/// Why tables were not built.
+/// Reasons for which a table was not built.
+///
+/// ```
+/// use sunbeam::table::TableError;
+///
+/// let error = TableError::OutOfRange { name: "build_limit", value: 0.5, accepted: "1 to 1e6" };
+/// assert_eq!(error.to_string(), "build_limit is 0.5; accepted: 1 to 1e6");
+/// ```
 #[derive(Debug, PartialEq, Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum TableError {
     /// The build would take more memory, in GB, or more time, in minutes on two cores, than its limit allows.
     #[error(
-        "building the tables would take about {} GB and {} min on two cores, and the limit is {} GB and {} min: {advice}",
+        "building the tables would take about {} GB and {} min on two cores, \
+         and the limit is {} GB and {} min: {advice}",
         Rough(*needed_gb), Rough(*needed_minutes), Rough(*limit_gb), Rough(*limit_minutes)
     )]
     TooMuch { needed_gb: f64, needed_minutes: f64, limit_gb: f64, limit_minutes: f64, advice: String },
-    /// A table that 32-bit offsets cannot address.
+    /// The table would exceed the range of its 32-bit offsets.
     #[error("the table would take {needed_mb:.0} MB, more than the {limit_mb:.0} MB that it can address")]
     TooLarge { needed_mb: f64, limit_mb: f64 },
+    /// A parameter outside of its accepted range.
     #[error("{name} is {value}; accepted: {accepted}")]
     OutOfRange { name: &'static str, value: f64, accepted: &'static str },
 }
 
 impl TableError {
-    /// Refuses a number out of range, and says what is accepted.
+    /// Checks that `value` lies in `range`; `accepted` describes the range in the message.
     ///
     /// # Errors
     /// [`TableError::OutOfRange`].

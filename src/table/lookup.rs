@@ -1,3 +1,13 @@
+//! Single-precision form of a table, node by node: records, and look-ups in them.
+//!
+//! - `κ₀` (`kappa_knee`): the reciprocal of half the range of heights, in rad/µm. `Δ` (`kappa_step`): distance of
+//!   knots.
+//! - Record of a node: [`HEADER`] floats at κ = 0, then the cubic B-spline coefficients of `Q(κ)`.
+//! - Power: `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ))/(κ² + κ₀²)`.
+//! - Amplitude: `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)`, its coefficients as real and imaginary part in turn.
+//! - Coefficient `i` belongs to the knot `(i − 1)·Δ`. A look-up at `t = κ/Δ` reads the four from `i = ⌊t⌋` on.
+//! - `e_j`: interpolation weight of a node, `p`: position in nodes (lattice.rs).
+
 use super::lattice::{Lattice, LatticeAxis, TAPS_MAX};
 use crate::numeric::math::cubic_b_spline_weights;
 use crate::numeric::{Number, Real, VALUES_MAX, Values};
@@ -5,21 +15,20 @@ use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Floats at the head of a node's record, about κ = 0: of a power its value and slope there, of an amplitude the real and
-/// imaginary part of its value.
+/// Floats at the head of a record, at κ = 0: value and slope of a power, real and imaginary part of an amplitude.
 pub const HEADER: usize = 2;
 
-/// How the values of neighbouring nodes combine.
+/// Quantity that the nodes of a table store, and how they add up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum KernelKind {
-    /// `S = norm · Σ e_j P_j(κ)`, real records.
+pub enum NodeQuantity {
+    /// Powers `P_j`, real: `S = norm · Σ e_j P_j(κ)`.
     Power,
-    /// `S = norm · |Σ e_j D_j(κ)|²`, complex records.
+    /// Amplitudes `D_j`, complex: `S = norm · |Σ e_j D_j(κ)|²`.
     Amplitude,
 }
 
-impl KernelKind {
-    /// Floats a spline coefficient takes.
+impl NodeQuantity {
+    /// Floats of a spline coefficient: 1 or 2.
     pub fn components(self) -> usize {
         match self {
             Self::Power => 1,
@@ -28,58 +37,57 @@ impl KernelKind {
     }
 }
 
-/// `S(f; κ)` of one surface node by node, as other tables are made of it; see the [module](super) for the formulae.
+/// Power density `S(f; κ)` of one surface in single precision, a record for each node; other tables are made from it.
 ///
-/// A node's record is [`HEADER`] floats followed by the cubic B-spline coefficients of `Q(κ)`, with
-/// `P(κ) = (κ₀²·(P(0) + κ·P'(0)) + κ²·Q(κ))/(κ² + κ₀²)` for powers and `D(κ) = D(0) + Q(κ)·κ/(κ + iκ₀)` for amplitudes (real
-/// and imaginary part in turn). Far beyond κ₀ the `Q` of a power is the power itself, so that nothing large cancels where
-/// it is small. `P'(0)` is zero where the tile repeats: the powers of orders have no term linear in κ.
-/// Coefficient `i` belongs to the knot `(i − 1)·kappa_step`; four of them can be read from any knot up to the last in use.
+/// The head of the file has the formulas of a record. Far beyond κ₀ the `Q` of a power is the power itself, so nothing
+/// large cancels where a power is small. `P'(0)` is zero where the tile repeats: the powers of orders have no term
+/// linear in κ. Four coefficients can be read from any knot up to the last in use.
 #[derive(Clone, Debug)]
 pub struct SpectralTable {
     pub(super) lattice: Lattice,
-    pub(super) kernel: KernelKind,
+    pub(super) quantity: NodeQuantity,
     pub(super) norm: f64,
     pub(super) kappa_max: f64,
     pub(super) kappa_step: f64,
     pub(super) kappa_knee: f64,
-    /// Start of each node's record, row-major from node `(−reach, −reach)`; 0 of nodes out of reach.
+    /// Start of each node's record in `records`, row-major from node `(−reach, −reach)`; 0 for nodes out of reach.
     pub(super) offsets: Vec<u32>,
+    /// Records of the nodes in reach, one after the other from index 1.
     pub(super) records: Vec<f32>,
 }
 
 impl SpectralTable {
-    /// The lattice of nodes.
+    /// Lattice of the nodes.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }
 
-    /// How nodes combine.
-    pub fn kernel(&self) -> KernelKind {
-        self.kernel
+    /// Quantity of the nodes.
+    pub fn quantity(&self) -> NodeQuantity {
+        self.quantity
     }
 
-    /// Normalisation of the value, µm².
+    /// Factor `norm` of the table's formula, in µm².
     pub fn norm(&self) -> f64 {
         self.norm
     }
 
-    /// Largest κ answered for, rad/µm.
+    /// Largest tabulated κ in rad/µm.
     pub fn kappa_max(&self) -> f64 {
         self.kappa_max
     }
 
-    /// Spacing of the knots in κ, rad/µm.
+    /// Distance Δ of the knots in rad/µm.
     pub fn kappa_step(&self) -> f64 {
         self.kappa_step
     }
 
-    /// κ₀ of the record's formula, rad/µm.
+    /// κ₀ in rad/µm.
     pub fn kappa_knee(&self) -> f64 {
         self.kappa_knee
     }
 
-    /// The nodes that a pair of directions can reach, row by row: their numbers along x and y and their records.
+    /// Nodes that some pair of directions reaches, row by row: node numbers along x and y, and the record.
     pub fn kept_nodes(&self) -> Vec<(i64, i64, &[f32])> {
         let columns = self.lattice.x.nodes();
         let mut starts: Vec<(usize, usize)> = self
@@ -103,17 +111,17 @@ impl SpectralTable {
             .collect()
     }
 
-    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so theirs is
-    /// narrower than what joins them by √2.
+    /// Standard deviation in nodes, along x and y, of the power of one node over frequencies. A square is narrower than
+    /// its root by √2, so an amplitude's power is narrower than its kernel.
     pub fn power_sigma(&self) -> (f64, f64) {
-        let narrower = match self.kernel {
-            KernelKind::Power => 1.0,
-            KernelKind::Amplitude => 0.5f64.sqrt(),
+        let narrower = match self.quantity {
+            NodeQuantity::Power => 1.0,
+            NodeQuantity::Amplitude => 0.5f64.sqrt(),
         };
         (self.lattice.x.sigma * narrower, self.lattice.y.sigma * narrower)
     }
 
-    /// Whether the pixels say anything about a frequency (cycles/µm); `S` is zero elsewhere.
+    /// Whether `f` in cycles/µm is below the cutoff of the pixels; `S` is zero beyond.
     pub fn is_resolved(&self, f: [f64; 2]) -> bool {
         let known = |axis: &LatticeAxis, f: f64| (f * axis.period_um).abs() <= axis.cutoff;
         known(&self.lattice.x, f[0]) && known(&self.lattice.y, f[1])
@@ -121,16 +129,16 @@ impl SpectralTable {
 }
 
 impl SpectralTable {
-    /// Largest κ (rad/µm) that occurs together with the frequency `f` (cycles/µm), since `|wi + wo| ≤ 2`.
+    /// Largest κ in rad/µm that occurs together with the frequency `f` in cycles/µm, since `|wi + wo| ≤ 2`.
     pub(crate) fn kappa_limit(&self, f: [f64; 2]) -> f64 {
         let radial = TAU * f[0].hypot(f[1]);
         (self.kappa_max * self.kappa_max - radial * radial).max(0.0).sqrt()
     }
 
-    /// The record that a look-up at `f` (cycles/µm) would find in a single node of weight one: the sum of the records around
-    /// it, each times its weight; empty where there is none, beyond the cutoff or far from all orders. It has as many of
-    /// [`NodeCurve::coefficients`] as are asked for, at most those up to [`SpectralTable::kappa_limit`].
-    pub(crate) fn joined_record(&self, f: [f64; 2], coefficients: usize, sum: &mut Vec<f32>) {
+    /// Record interpolated at `f` (cycles/µm): the sum of the records of the nodes around it, each times its weight.
+    /// Empty beyond the cutoff and where no node has a record. It has `coefficients` spline coefficients, which should
+    /// not exceed those up to [`SpectralTable::kappa_limit`].
+    pub(crate) fn interpolated_record(&self, f: [f64; 2], coefficients: usize, sum: &mut Vec<f32>) {
         sum.clear();
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let (px, py) = (f[0] * x.period_um, f[1] * y.period_um);
@@ -139,17 +147,17 @@ impl SpectralTable {
         }
         let mut across = [0.0; TAPS_MAX];
         for (ex, jx) in across.iter_mut().zip(taps(x, px)) {
-            *ex = x.joining.weight(px - jx as f64);
+            *ex = x.kernel.weight(px - jx as f64);
         }
         let first_column = (x.first_tap(px) + x.reach as i64) as usize;
         for jy in taps(y, py) {
-            let ey = y.joining.weight(py - jy as f64);
+            let ey = y.kernel.weight(py - jy as f64);
             let row = (jy + y.reach as i64) as usize * x.nodes() + first_column;
             for (ex, offset) in across.iter().zip(&self.offsets[row..row + x.taps]) {
                 let (e, start) = ((ey * ex) as f32, *offset as usize);
                 if start > 0 && e > 0.0 {
                     if sum.is_empty() {
-                        sum.resize(HEADER + coefficients * self.kernel.components(), 0.0);
+                        sum.resize(HEADER + coefficients * self.quantity.components(), 0.0);
                     }
                     for (sum, value) in sum.iter_mut().zip(&self.records[start..]) {
                         *sum += e * value;
@@ -159,8 +167,8 @@ impl SpectralTable {
         }
     }
 
-    /// `S(f; κ)` in µm² at a frequency in cycles/µm and κ in rad/µm. What evaluates is [`super::PackedTable`]; this is for
-    /// integrals over tables that are not packed.
+    /// `S(f; κ)` in µm², `f` in cycles/µm and κ in rad/µm, for integrals over tables that are not packed. Evaluators
+    /// read a [`super::PackedTable`].
     pub(crate) fn density(&self, f: [f64; 2], kappa: f64) -> f64 {
         if !self.is_resolved(f) {
             return 0.0;
@@ -169,75 +177,76 @@ impl SpectralTable {
         let position = [f[0] * self.lattice.x.period_um, f[1] * self.lattice.y.period_um];
         self.combine(position, |index| match self.offsets[index] as usize {
             0 => Complex64::ZERO,
-            start if self.kernel == KernelKind::Power => curve.power(&self.records[start..]).into(),
+            start if self.quantity == NodeQuantity::Power => curve.power(&self.records[start..]).into(),
             start => curve.amplitude(&self.records[start..]),
         })
     }
 
-    /// `S` at `position` (in nodes) from node values given by their row-major number, in place of the records.
+    /// `S` in µm² at `position` (in nodes), with `value` giving each node's quantity by its row-major index.
     pub(super) fn combine(&self, position: [f64; 2], value: impl Fn(usize) -> Complex64) -> f64 {
         let (x, y) = (&self.lattice.x, &self.lattice.y);
         let mut sum = Complex64::ZERO;
         for jy in taps(y, position[1]) {
             for jx in taps(x, position[0]) {
-                let e = y.joining.weight(position[1] - jy as f64) * x.joining.weight(position[0] - jx as f64);
+                let e = y.kernel.weight(position[1] - jy as f64) * x.kernel.weight(position[0] - jx as f64);
                 let row = (jy + y.reach as i64) as usize;
                 sum += e * value(row * x.nodes() + (jx + x.reach as i64) as usize);
             }
         }
         self.norm
-            * match self.kernel {
-                KernelKind::Power => sum.re.max(0.0),
-                KernelKind::Amplitude => sum.norm_sqr(),
+            * match self.quantity {
+                NodeQuantity::Power => sum.re.max(0.0),
+                NodeQuantity::Amplitude => sum.norm_sqr(),
             }
     }
 }
 
-/// The nodes a look-up at `position` reads.
+/// Numbers of the nodes that a look-up at `position` reads along an axis.
 fn taps(axis: &LatticeAxis, position: f64) -> std::ops::Range<i64> {
     let first = axis.first_tap(position);
     first..first + axis.taps as i64
 }
 
-/// Where a look-up reads the splines in κ.
+/// Weights with which a record is read at one κ.
 pub struct NodeCurve {
+    /// Number ⌊κ/Δ⌋ of the first coefficient read.
     first: usize,
     weights: [f64; 4],
-    /// `κ²/(κ²+κ₀²)` or `κ/(κ + iκ₀)`, which undoes the scaling of the records.
+    /// Factor of the spline: `κ²/(κ²+κ₀²)` of powers, `κ/(κ + iκ₀)` of amplitudes.
     factor: Complex64,
-    /// Of a power and its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
+    /// Factors of a power and of its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
     from_zero: [f64; 2],
 }
 
 impl NodeCurve {
-    /// Prepares look-ups at `kappa` (rad/µm, clamped to the table's range).
-    // Its coefficients are better built where they are used than moved there.
+    /// Weights at `kappa` in rad/µm, clamped to the table's range.
+    // Inlined: the call would move all weights through memory.
     #[inline]
     pub fn new(table: &SpectralTable, kappa: f64) -> Self {
         let kappa = kappa.clamp(0.0, table.kappa_max);
         let t = kappa / table.kappa_step;
         let first = t as usize;
         let [zero, slope, spline] = power_factors(kappa, table.kappa_knee);
-        let factor = match table.kernel {
-            KernelKind::Power => Complex64::new(spline, 0.0),
-            KernelKind::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
+        let factor = match table.quantity {
+            NodeQuantity::Power => Complex64::new(spline, 0.0),
+            NodeQuantity::Amplitude => Complex64::new(spline, -slope / table.kappa_knee),
         };
         // Coefficient first + i belongs to the knot first + i − 1.
         Self { first, weights: cubic_b_spline_weights(t - first as f64), factor, from_zero: [zero, slope] }
     }
 
-    /// Number of the first of the four coefficients read, and their weights.
+    /// Number of the first of the four coefficients read, and the weights of the four.
     pub(crate) fn coefficients(&self) -> (usize, [f64; 4]) {
         (self.first, self.weights)
     }
 
-    /// Factors of a power and its slope at κ = 0, and of the spline, in the record's formula.
+    /// Factors of a power and its slope at κ = 0, and factor of the spline.
     pub(crate) fn factors(&self) -> ([f64; 2], Complex64) {
         (self.from_zero, self.factor)
     }
 
-    /// A node's power at this κ from its record (see [`SpectralTable`]); zero beyond the record's end. A spline may
-    /// undershoot a zero by the tolerance.
+    /// A node's power at this κ from its record; zero beyond the record's end. The spline may undershoot a zero of the
+    /// power by the tolerance.
     pub fn power(&self, record: &[f32]) -> f64 {
         let Some(c) = record[HEADER..].get(self.first..self.first + 4) else { return 0.0 };
         let scaled: f64 = self.weights.iter().zip(c).map(|(w, &c)| w * c as f64).sum();
@@ -253,7 +262,7 @@ impl NodeCurve {
     }
 }
 
-/// [`NodeCurve`] for powers, each at its own κ.
+/// [`NodeCurve`] of powers for several lanes, each at its own κ.
 pub(crate) struct PowerCurves<V: Values> {
     first: V::Index,
     weights: [V::Real; 4],
@@ -261,7 +270,7 @@ pub(crate) struct PowerCurves<V: Values> {
 }
 
 impl<V: Values> PowerCurves<V> {
-    /// Prepares look-ups at `kappa` (rad/µm, clamped to the table's range).
+    /// Weights at `kappa` in rad/µm, clamped to the table's range.
     #[inline(always)]
     pub fn new(table: &SpectralTable, kappa: V::Real) -> Self {
         let kappa = kappa.clip(V::Real::lit(0.0), V::Real::lit(table.kappa_max));
@@ -271,7 +280,7 @@ impl<V: Values> PowerCurves<V> {
         Self { first, weights, factors: power_factors(kappa, table.kappa_knee) }
     }
 
-    /// [`NodeCurve::power`] of a record each.
+    /// [`NodeCurve::power`] of one record for each lane.
     #[inline(always)]
     pub fn power<'a>(&self, record: impl Fn(usize) -> &'a [f32]) -> V::Real {
         let mut read = [[0f32; HEADER + 4]; VALUES_MAX];
@@ -289,7 +298,7 @@ impl<V: Values> PowerCurves<V> {
     }
 }
 
-/// Of a power at κ the factors in its record's formula: of its value and its slope at κ = 0, and of its spline.
+/// Factors in the formula of a power at κ: of its value and of its slope at κ = 0, and of its spline.
 #[inline(always)]
 fn power_factors<R: Real>(kappa: R, knee: f64) -> [R; HEADER + 1] {
     let along = kappa * R::lit(1.0 / knee);

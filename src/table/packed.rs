@@ -1,8 +1,13 @@
-//! A [`SpectralTable`] in the form that evaluators read.
+//! Packed form of a [`SpectralTable`] in words of 32 bits, which evaluators read, on the CPU and in recorded kernels.
+//!
+//! - Entry: the words of one node, row by row from node `(−reach, −reach)`; 2 or 4 words (`[start, …]`, [`Format`]).
+//! - Packet: the words that one read fetches, of 1 or 4. `start` counts packets from the beginning of the table data.
+//! - Coefficients: from the knot −1 on, after all entries. A record of zeros comes first, for the nodes out of reach.
+//! - `bf16`: upper 16 bits of a single-precision number.
 
-use super::joining::Joining;
+use super::kernel::InterpolationKernel;
 use super::lattice::Lattice;
-use super::lookup::{HEADER, KernelKind, SpectralTable};
+use super::lookup::{HEADER, NodeQuantity, SpectralTable};
 use super::view::TableView;
 use crate::numeric::Plain;
 use crate::numeric::math::{bf16_pair, u16_pair};
@@ -10,24 +15,26 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Tolerance from which splines are kept in 16 bits, and nodes above which: their steps, a 65 535th of a record's range, are
-/// then well below it. Few nodes are small anyway, and those of a grating cancel against what they are at κ = 0.
+/// Least tolerance at which splines are stored in 16 bits. Chosen: a step is a 65 535th of a record's range, well below
+/// such a tolerance.
 const FIXED_TOLERANCE: f64 = 1e-4;
+/// Largest number of nodes whose splines stay in single precision. Chosen: so few take little memory, and the splines
+/// of a grating cancel against their values at κ = 0.
 const FIXED_NODES: usize = 4096;
-/// Places of a mean over κ.
+/// Quadrature nodes of a mean over κ. Chosen: the mean is only a scale for errors.
 const MEAN_POINTS: usize = 24;
 
-/// How a node's spline is written.
+/// Encoding of the nodes' records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Format {
-    /// Of a power, 16 bits a coefficient: the node's entry is `[start, low | step]`, the two being upper halves of
-    /// single-precision numbers, and a coefficient is `low + step·integer`. What powers have at κ = 0 is order zero's alone.
+    /// Powers, coefficients of 16 bits. Entry `[start, low | step]`, with `low` and `step` as bf16; a coefficient is
+    /// `low + step·integer`. At κ = 0 only order zero has power, [`PackedLayout::zero`].
     Fixed,
-    /// The same where every node has something at κ = 0: the entry goes on with `P(0)` and `P'(0)`.
+    /// As [`Format::Fixed`], with values at κ = 0 for every node: `[start, low | step, P(0), P'(0)]`.
     FixedFromZero,
-    /// Of a power in single precision. The entry is `[start, P(0), P'(0), 0]`.
+    /// Powers in single precision. Entry `[start, P(0), P'(0), 0]`.
     Single,
-    /// Of an amplitude in single precision, real and imaginary part in turn. The entry is `[start, Re D(0), Im D(0), 0]`.
+    /// Amplitudes in single precision, real and imaginary part in turn. Entry `[start, Re D(0), Im D(0), 0]`.
     Complex,
 }
 
@@ -37,7 +44,7 @@ impl Format {
         if self == Self::Fixed { 2 } else { 4 }
     }
 
-    /// Words of a packet of coefficients, and the coefficients in it.
+    /// Words of a packet, and the coefficients in it.
     pub(super) fn packet(self) -> (usize, usize) {
         match self {
             Self::Fixed | Self::FixedFromZero => (1, 2),
@@ -46,43 +53,53 @@ impl Format {
         }
     }
 
-    /// Packets that hold four coefficients wherever they begin.
+    /// Packets that hold any four consecutive coefficients.
     fn packets(self) -> usize {
         if self == Self::Single { 2 } else { 3 }
     }
 }
 
-/// Everything about a [`PackedTable`] but its words; see [`SpectralTable`] for the formula.
+/// Sizes and constants of a [`PackedTable`]; pairs are along x and y. The formulas are those of [`SpectralTable`].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PackedLayout {
-    /// Period whose reciprocal is the spacing of nodes, in µm, along x and y, and so on below.
+    /// Period of the lattice in µm; the spacing of nodes is its reciprocal.
     pub period_um: [f64; 2],
-    /// How nodes are joined, and the standard deviation of that in nodes.
-    pub joining: [Joining; 2],
-    /// Standard deviations along x and y, in cells.
+    /// Interpolation kernels, at distances in nodes.
+    pub kernel: [InterpolationKernel; 2],
+    /// Standard deviations of the kernels in nodes.
     pub sigma: [f64; 2],
     /// Nodes read by one look-up.
     pub taps: [u32; 2],
-    /// Largest node number.
+    /// Largest node numbers.
     pub reach: [u32; 2],
-    /// Node number beyond which the pixels say nothing; infinite where the tile repeats.
+    /// Largest positions in nodes with data; infinite on a native lattice (lattice.rs).
     pub cutoff: [f64; 2],
-    /// Normalisation, µm².
+    /// Factor `norm` of the table's formula, in µm².
     pub norm: f64,
-    /// Largest κ, in rad/µm.
+    /// Largest tabulated κ in rad/µm.
     pub kappa_max: f64,
-    /// Spacing of the spline's knots in κ, in rad/µm.
+    /// Distance of the knots in rad/µm.
     pub kappa_step: f64,
-    /// κ₀ of [`SpectralTable`]'s formulae, in rad/µm: the reciprocal of half the range of heights.
+    /// κ₀ in rad/µm, the reciprocal of half the range of heights.
     pub kappa_knee: f64,
-    /// Power of order zero at κ = 0, where the format leaves it out of the entries.
+    /// Power of order zero at κ = 0, for [`Format::Fixed`].
     pub zero: f64,
-    /// How entries are packed.
+    /// Encoding of the records.
     pub format: Format,
 }
 
-/// The power density `S(f; κ)` of one surface in words of 32 bits: an entry for every node, row by row from node
-/// `(−reach, −reach)`, then the coefficients that entries point to, from the knot −1 on.
+/// Power density `S(f; κ)` of one surface in words of 32 bits; the head of the file has their order.
+///
+/// ```
+/// use sunbeam::{Options, Preset, Surface};
+///
+/// let options = Options { coherence_length_um: 20.0, conserve_energy: false, ..Options::default() };
+/// let surface = Surface::new(&Preset::Blazed.build(None, None)?, &options)?;
+/// // In µm², at order −1 of the period 2.5 µm and between orders; κ = 20 rad/µm.
+/// let [order, between] = [-0.4, -0.6].map(|f| surface.table().density([f, 0.0], 20.0));
+/// assert!(order > 100.0 * between);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PackedTable {
     lattice: Lattice,
@@ -95,11 +112,11 @@ impl PackedTable {
     pub fn new(table: &SpectralTable, tolerance: f64) -> Self {
         let columns = table.lattice.x.nodes();
         let nodes = table.kept_nodes();
-        let format = match table.kernel {
-            KernelKind::Amplitude => Format::Complex,
-            KernelKind::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FIXED_NODES => Format::Single,
-            KernelKind::Power => {
-                // A tile that repeats sends all its light into order zero at κ = 0.
+        let format = match table.quantity {
+            NodeQuantity::Amplitude => Format::Complex,
+            NodeQuantity::Power if tolerance < FIXED_TOLERANCE || nodes.len() <= FIXED_NODES => Format::Single,
+            NodeQuantity::Power => {
+                // At κ = 0 a tile that repeats is a mirror: all power is in order zero.
                 let native = [&table.lattice.x, &table.lattice.y].iter().all(|axis| axis.cutoff.is_infinite());
                 if native { Format::Fixed } else { Format::FixedFromZero }
             }
@@ -108,8 +125,8 @@ impl PackedTable {
         let centre = nodes.iter().find(|(jx, jy, _)| (*jx, *jy) == (0, 0));
         let zero = centre.map_or(0.0, |(_, _, record)| f64::from(record[0]));
         let (packet, _) = format.packet();
-        // The record of zeros, for nodes out of reach: as long as the longest.
-        let coefficients = |record: &[f32]| (record.len() - HEADER) / table.kernel.components();
+        // The record of zeros is as long as the longest record.
+        let coefficients = |record: &[f32]| (record.len() - HEADER) / table.quantity.components();
         let length = |coefficients: usize| coefficients.div_ceil(format.packet().1) * packet;
         let longest = nodes.iter().map(|(_, _, record)| length(coefficients(record))).max().unwrap_or(0);
         let entries = (format.entry() * table.offsets.len()).next_multiple_of(4);
@@ -120,7 +137,8 @@ impl PackedTable {
             starts.push(end);
             end += length(coefficients(record));
         }
-        // Packets beyond a record are read with weights of zero, those beyond the last one too.
+        // A look-up reads whole packets, some beyond the record with weights of zero. The last record needs room for
+        // them.
         let mut words = vec![0u32; end + format.packets() * packet];
         for entry in words[..format.entry() * table.offsets.len()].chunks_exact_mut(format.entry()) {
             entry[0] = first / packet as u32;
@@ -141,7 +159,7 @@ impl PackedTable {
         let (x, y) = (&table.lattice.x, &table.lattice.y);
         let layout = PackedLayout {
             period_um: [x.period_um, y.period_um],
-            joining: [x.joining, y.joining],
+            kernel: [x.kernel, y.kernel],
             sigma: [x.sigma, y.sigma],
             taps: [x.taps as u32, y.taps as u32],
             reach: [x.reach as u32, y.reach as u32],
@@ -156,24 +174,24 @@ impl PackedTable {
         Self { lattice: table.lattice.clone(), layout, words }
     }
 
-    /// The lattice of nodes.
+    /// Lattice of the nodes.
     pub fn lattice(&self) -> &Lattice {
         &self.lattice
     }
 
-    /// The table as it was before it was packed, but for the rounding.
+    /// The table in single precision, up to the rounding of its format.
     pub fn unpacked(&self) -> SpectralTable {
         let (format, layout) = (self.layout.format, &self.layout);
         let (packet, _) = format.packet();
-        let kernel = if format == Format::Complex { KernelKind::Amplitude } else { KernelKind::Power };
+        let quantity = if format == Format::Complex { NodeQuantity::Amplitude } else { NodeQuantity::Power };
         let nodes = self.lattice.x.nodes() * self.lattice.y.nodes();
         let entries: Vec<&[u32]> = self.words[..format.entry() * nodes].chunks_exact(format.entry()).collect();
-        let nothing = (format.entry() * nodes).next_multiple_of(4) / packet;
-        let kept: Vec<usize> = (0..nodes).filter(|&node| entries[node][0] as usize != nothing).collect();
+        let zero_record = (format.entry() * nodes).next_multiple_of(4) / packet;
+        let kept: Vec<usize> = (0..nodes).filter(|&node| entries[node][0] as usize != zero_record).collect();
         let end = self.words.len() / packet - format.packets();
         let starts = kept.iter().map(|&node| entries[node][0] as usize).chain([end]);
         let starts: Vec<usize> = starts.collect();
-        // A start of 0 means no record.
+        // Offset 0 marks a node without a record.
         let mut records = vec![0f32; 1];
         let mut offsets = vec![0; nodes];
         let zero_node = nodes / 2;
@@ -197,7 +215,7 @@ impl PackedTable {
         }
         SpectralTable {
             lattice: self.lattice.clone(),
-            kernel,
+            quantity,
             norm: layout.norm,
             kappa_max: layout.kappa_max,
             kappa_step: layout.kappa_step,
@@ -207,29 +225,28 @@ impl PackedTable {
         }
     }
 
-    /// Everything but the words.
+    /// Sizes and constants of the table.
     pub fn layout(&self) -> &PackedLayout {
         &self.layout
     }
 
-    /// Standard deviation of what a node's power is spread by, in nodes, along x and y. Amplitudes are squared, so theirs is
-    /// narrower than what joins them by √2.
+    /// Standard deviation in nodes of the power of one node, as [`SpectralTable::power_sigma`].
     pub fn power_sigma(&self) -> [f64; 2] {
         let narrower = if self.layout.format == Format::Complex { 0.5f64.sqrt() } else { 1.0 };
         self.layout.sigma.map(|sigma| sigma * narrower)
     }
 
-    /// The words.
+    /// Table data: words of 32 bits.
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// Bytes held.
+    /// Size in bytes.
     pub fn bytes(&self) -> usize {
         size_of_val(self.words.as_slice())
     }
 
-    /// The table over its own words.
+    /// View of the table for evaluation in double precision.
     pub fn view(&self) -> TableView<Plain<'_, f64>> {
         TableView { layout: self.layout, words: &self.words }
     }
@@ -239,8 +256,8 @@ impl PackedTable {
         self.view().density(f, kappa, true)
     }
 
-    /// Mean of `S(f; κ)` in µm² over the κ that outgoing directions span, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: what an error
-    /// of `S` is small or large against. `f` in cycles/µm, the wavelength in µm.
+    /// Mean of `S(f; κ)` in µm² over the κ of all outgoing directions, `[2π cosθi/λ, 2π(cosθi + 1)/λ]`: the scale that
+    /// errors of `S` are compared with. `f` in cycles/µm, `cos_i` the cosine of the incidence, the wavelength in µm.
     pub fn hemisphere_mean(&self, f: [f64; 2], cos_i: f64, wavelength_um: f64) -> f64 {
         let unit = TAU / wavelength_um;
         self.mean(f, [unit * cos_i, unit * (cos_i + 1.0)])
@@ -254,7 +271,7 @@ impl PackedTable {
 }
 
 impl Format {
-    /// A record's coefficients in words, and the word of `low` and `step` where there is one.
+    /// A record's coefficients as words, and the word `low | step`, which is 0 in single precision.
     fn write(self, record: &[f32]) -> (Vec<u32>, u32) {
         let coefficients = &record[HEADER..];
         if matches!(self, Self::Single | Self::Complex) {
@@ -276,9 +293,9 @@ impl Format {
     }
 }
 
-/// The largest number with the upper 16 bits of a single-precision one alone that is at most `x`.
+/// Largest bf16 number that is at most `x`.
 fn bf16_at_most(x: f32) -> f32 {
     let cut = f32::from_bits(x.to_bits() & 0xffff_0000);
-    // Cutting bits off brings a number nearer to zero.
+    // Cutting bits off brings a number nearer to zero, so a negative number takes the next lower one.
     if cut > x { f32::from_bits((x.to_bits() & 0xffff_0000) + 0x1_0000) } else { cut }
 }

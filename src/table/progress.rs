@@ -1,4 +1,4 @@
-//! How far building has come, for whoever waits for it.
+//! Progress of a build, reported to a listener as a fraction of its work.
 
 use std::fmt;
 use std::sync::Arc;
@@ -6,50 +6,62 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 type Report = Arc<dyn Fn(f64) + Send + Sync>;
 
-/// Tells a listener how far a build has come, as a share from 0 to 1 of all its work.
+/// Reports the fraction of a build's work that is done, from 0 to 1.
 ///
-/// The listener is called from the threads that build, by several at once and often, so it has to be quick. Shares may
-/// arrive slightly out of order.
+/// The listener is called often, from several threads at once, so it has to be quick. Fractions may arrive slightly out
+/// of order.
+///
+/// ```
+/// use std::sync::{Arc, Mutex};
+/// use sunbeam::table::Progress;
+///
+/// let heard = Arc::new(Mutex::new(0.0));
+/// let listener = heard.clone();
+/// let progress = Progress::new(move |fraction| *listener.lock().unwrap() = fraction);
+/// progress.part(0.5, 1.0).report(0.5);
+/// assert_eq!(*heard.lock().unwrap(), 0.75);
+/// ```
 #[derive(Clone)]
 pub struct Progress {
+    /// Listener; `None` where nobody listens.
     report: Option<Report>,
-    /// The part of the whole that this one stands for.
+    /// Fractions of the whole work at which this part begins and ends.
     from: f64,
     to: f64,
 }
 
 impl Progress {
-    /// Nobody listens.
+    /// Progress without a listener.
     pub fn none() -> Self {
         Self { report: None, from: 0.0, to: 1.0 }
     }
 
-    /// Calls `listener` with the share that is done.
+    /// Progress that calls `listener` with the fraction done, from 0 to 1.
     pub fn new(listener: impl Fn(f64) + Send + Sync + 'static) -> Self {
         Self { report: Some(Arc::new(listener)), from: 0.0, to: 1.0 }
     }
 
-    /// The part of this one's work between the shares `from` and `to`, whose own shares count from 0 to 1 again.
+    /// Part of this work from the fraction `from` to `to`; fractions of the part count from 0 to 1 again.
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
-        let place = |share: f64| self.from + share * (self.to - self.from);
-        Self { report: self.report.clone(), from: place(from), to: place(to) }
+        let position = |fraction: f64| self.from + fraction * (self.to - self.from);
+        Self { report: self.report.clone(), from: position(from), to: position(to) }
     }
 
-    /// Says that so much of the work is done.
-    pub fn report(&self, share: f64) {
+    /// Reports that `fraction` of this part's work is done; clamped to [0, 1].
+    pub fn report(&self, fraction: f64) {
         if let Some(report) = &self.report {
-            report(self.from + share.clamp(0.0, 1.0) * (self.to - self.from));
+            report(self.from + fraction.clamp(0.0, 1.0) * (self.to - self.from));
         }
     }
 
-    /// For work of `steps` equal steps, which may be done by several threads.
+    /// Counter of `steps` equal steps, which several threads may do.
     pub fn of_steps(&self, steps: usize) -> Steps {
         Steps { progress: self.clone(), steps, done: AtomicUsize::new(0) }
     }
 }
 
-/// Tells a [`Progress`] of steps.
+/// Counter of equal steps of a [`Progress`].
 #[derive(Debug)]
 pub struct Steps {
     progress: Progress,
@@ -58,7 +70,7 @@ pub struct Steps {
 }
 
 impl Steps {
-    /// Says that one more step is done.
+    /// Reports one more step as done.
     pub fn one(&self) {
         let before = self.done.fetch_add(1, Ordering::Relaxed);
         self.progress.report((before + 1) as f64 / self.steps.max(1) as f64);
@@ -80,7 +92,7 @@ mod tests {
     fn parts_of_parts_count_within_the_whole() {
         let heard = Arc::new(Mutex::new(Vec::new()));
         let ears = heard.clone();
-        let whole = Progress::new(move |share| ears.lock().unwrap().push(share));
+        let whole = Progress::new(move |fraction| ears.lock().unwrap().push(fraction));
         let second_half = whole.part(0.5, 1.0);
         whole.report(0.25);
         second_half.report(0.0);

@@ -1,8 +1,18 @@
-//! What a table's nodes hold at one κ, from the height field.
+//! Node values of a table at one κ, computed from the height field.
+//!
+//! - `h(x)`: height in µm. `u(x) = exp(iκ·h(x))`: phase screen, `κ` in rad/µm.
+//! - `s`: standard deviation of the coherence window in µm (`coherence.rs`).
+//! - Patch: `D(f)` is the transform of `u(x)·exp(−|x|²/(2s²))`.
+//! - Ensemble: `P(f)` is the transform of the autocorrelation `R(τ) = ⟨u(x+τ)·ū(x)⟩` times `exp(−|τ|²/(4s²))`, the
+//!   autocorrelation of the window. So its window has the standard deviation `√2·s`.
+//! - Taper: a scan that does not repeat is multiplied by a Tukey window, which ends it smoothly.
+//! - Grid of lags: the pixel grid on which R is computed, padded where the scan does not repeat. Band: the part of its
+//!   spectrum that is kept (`band.rs`).
 
+use super::CoherenceWindow;
 use super::band::Band;
 use super::lattice::{AxisDemand, Lattice, LatticeAxis};
-use super::lookup::KernelKind;
+use super::lookup::NodeQuantity;
 use crate::height_field::HeightField;
 use crate::transform::{Direction, Fft2, OrderTransform};
 use rayon::prelude::*;
@@ -11,23 +21,23 @@ use std::f64::consts::PI;
 use sunbeam_fourier::next_fast_len;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Which coherence model the spectrum follows (docs/model.md#coherence).
+/// Coherence model of a spectrum (docs/model.md#coherence).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Model {
-    /// The mean over all window places: orders add by power.
+    /// Mean over all positions of the window: orders add by power.
     #[default]
     Ensemble,
-    /// One window at a fixed place: orders add by amplitude.
+    /// One window at a fixed position: orders add by amplitude.
     Patch,
 }
 
 impl Model {
-    /// How node values combine.
-    pub(super) fn kernel(self) -> KernelKind {
+    /// Quantity that the nodes of this model store.
+    pub(super) fn quantity(self) -> NodeQuantity {
         match self {
-            Self::Ensemble => KernelKind::Power,
-            Self::Patch => KernelKind::Amplitude,
+            Self::Ensemble => NodeQuantity::Power,
+            Self::Patch => NodeQuantity::Amplitude,
         }
     }
 }
@@ -36,90 +46,108 @@ impl Model {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tiling {
-    /// The tile repeats for ever.
+    /// The tile repeats without end.
     Periodic,
-    /// The scan stands alone, tapered at its edges.
+    /// The scan does not repeat; its edges are tapered.
     Aperiodic,
 }
 
-/// Fraction of a scan's width over which each of its edges is tapered by a raised cosine (a Tukey window of 0.5),
-/// where it does not repeat.
+/// Fraction of a scan's width over which each of its edges is tapered by a raised cosine: a Tukey window of 0.5.
+/// Chosen; it is part of the model (docs/model.md#coherence), so another value is another reflectance.
 const TAPER_FRACTION: f64 = 0.25;
 
-/// Factor on the tolerance that the nodes of such a scan's ensemble are joined to. A single scan has deep gaps between its
-/// lobes. What the joining leaves of the lobes' power is small beside the lobes, but not beside what is in a gap. A patch needs
-/// no such factor: it joins amplitudes, whose ratio of lobe to gap is the root of that of powers.
-const GAP_SHARE: f64 = 0.125;
+/// Factor on the tolerance of the interpolation in frequency, for the ensemble of a scan that does not repeat. Chosen:
+/// such a spectrum has deep gaps between its lobes, in which the images of the lobes would show. A patch needs no
+/// factor: it interpolates amplitudes, whose ratio of lobe to gap is the square root of the powers' ratio.
+const GAP_FACTOR: f64 = 0.125;
 
-/// Computes the node values of a [`Lattice`] at any κ.
+/// Support of a patch in widths of the scan, as [`plan_lattice`] takes it in place of the half width. Chosen: the field
+/// of a scan is not small before its end, so the kernel's images need more room than those of an autocorrelation.
+const PATCH_SUPPORT: f64 = 0.8;
+
+/// Node values of a [`Lattice`] at any κ.
+///
+/// ```
+/// use sunbeam::Preset;
+/// use sunbeam::table::{CoherenceWindow, Model, Spectrum, Tiling};
+///
+/// let (field, window) = (Preset::Blazed.build(None, None)?, CoherenceWindow::new(20.0));
+/// let spectrum = Spectrum::new(&field, Model::Ensemble, Tiling::Periodic, window, 5.0, 1e-3);
+/// // At κ = 0 the relief is invisible: all power is in order zero, the middle node.
+/// let powers = spectrum.nodes(0.0);
+/// assert!((powers[powers.len() / 2].re - 1.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub struct Spectrum {
     transform: OrderTransform,
     model: Model,
     lattice: Lattice,
-    /// Tapers of a scan that stands alone, along x and y.
+    /// Tapers along x and y of a scan that does not repeat.
     tapers: Option<(Vec<f64>, Vec<f64>)>,
-    /// Normalisation of the ensemble autocorrelation or the patch's power.
-    total: f64,
+    /// Divisor of the ensemble's autocorrelation or of the patch's power: the sum of squared tapers; 1 without a taper.
+    taper_power: f64,
+    /// Factor `norm` of the table's formula, in µm².
     norm: f64,
-    /// Grid in pixels of the relief on which it is transformed, padded where it stands alone.
+    /// Size of the grid of lags along x and y, in pixels of the relief.
     lag_grid: (usize, usize),
-    /// What is kept of that transform, along x and y, for the autocorrelation of the ensemble.
+    /// Band kept of the ensemble's power spectrum, along x and y.
     bands: [Band; 2],
-    /// Pixels of the autocorrelation or of the patch, and their weights by what is applied before the lattice's transform, along x
-    /// and y.
-    applied: [Vec<(usize, f64)>; 2],
+    /// For each pixel of a lattice's period along x and y: the pixel of the autocorrelation or of the patch that it
+    /// takes, and its window.
+    windows: [Vec<(usize, f64)>; 2],
     lag_forward: Fft2<f64>,
     lag_back: Fft2<f64>,
     node_transform: Fft2<f64>,
 }
 
 impl Spectrum {
-    /// Plans the lattice for `field` under a coherence window of standard deviation `coherence_s_um`
-    /// (`coherence_length/4`), for frequencies up to `frequency_max` cycles/µm, to a relative error `tolerance`.
+    /// Plans the lattice for `field` under the coherence `window`, for frequencies up to `frequency_max` cycles/µm
+    /// along one axis, to a relative error `tolerance`.
     pub fn new(
         field: &HeightField,
         model: Model,
         tiling: Tiling,
-        coherence_s_um: f64,
+        window: CoherenceWindow,
         frequency_max: f64,
         tolerance: f64,
     ) -> Self {
+        let sigma_um = window.sigma_um();
         let (nx, ny) = field.size();
         let pixel_um = (field.dx_um(), field.dy_um());
-        let lattice = plan_lattice((nx, ny), pixel_um, model, tiling, coherence_s_um, frequency_max, tolerance);
+        let lattice = plan_lattice((nx, ny), pixel_um, model, tiling, sigma_um, frequency_max, tolerance);
         let tapers = (tiling == Tiling::Aperiodic).then(|| (taper(nx), taper(ny)));
         let lag_grid = if tapers.is_some() { lag_grid(nx, ny) } else { (nx, ny) };
-        let joined_to = joined_to(model, tiling, tolerance);
-        let band = |axis, lags, pixel_um| Band::new(axis, lags, pixel_um, frequency_max, joined_to);
+        let tolerance = interpolation_tolerance(model, tiling, tolerance);
+        let band = |axis, lags, pixel_um| Band::new(axis, lags, pixel_um, frequency_max, tolerance);
         let bands = [band(&lattice.x, lag_grid.0, pixel_um.0), band(&lattice.y, lag_grid.1, pixel_um.1)];
         let (kx, ky) = (bands[0].weights.len(), bands[1].weights.len());
-        let total = match (&tapers, model) {
+        let taper_power = match (&tapers, model) {
             (None, _) => 1.0,
-            (Some((tx, ty)), Model::Ensemble) => squares(tx, |_| 1.0) * squares(ty, |_| 1.0),
+            (Some((tx, ty)), Model::Ensemble) => squared_sum(tx, |_| 1.0) * squared_sum(ty, |_| 1.0),
             (Some((tx, ty)), Model::Patch) => {
                 let window =
-                    |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / coherence_s_um).powi(2)).exp() * pixel_um;
-                squares(tx, window(field.dx_um())) * squares(ty, window(field.dy_um()))
-                    / (PI * coherence_s_um * coherence_s_um)
+                    |pixel_um: f64| move |offset: f64| (-(offset * pixel_um / sigma_um).powi(2)).exp() * pixel_um;
+                squared_sum(tx, window(field.dx_um())) * squared_sum(ty, window(field.dy_um()))
+                    / (PI * sigma_um * sigma_um)
             }
         };
-        let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.joining.transform(0.0));
-        let kernel = x * y;
+        let [x, y] = [&lattice.x, &lattice.y].map(|axis| axis.period_um / axis.kernel.transform(0.0));
+        let scale = x * y;
         let norm = match model {
-            Model::Ensemble => kernel,
-            Model::Patch => kernel * kernel / (PI * coherence_s_um * coherence_s_um),
+            Model::Ensemble => scale,
+            Model::Patch => scale * scale / (PI * sigma_um * sigma_um),
         };
         Self {
             transform: OrderTransform::new(field),
             model,
             tapers,
-            total,
+            taper_power,
             norm,
             lag_grid,
             bands,
-            applied: [
-                axis_weights(&lattice.x, kx, tiling == Tiling::Aperiodic),
-                axis_weights(&lattice.y, ky, tiling == Tiling::Aperiodic),
+            windows: [
+                axis_windows(&lattice.x, kx, tiling == Tiling::Periodic),
+                axis_windows(&lattice.y, ky, tiling == Tiling::Periodic),
             ],
             lag_forward: Fft2::new(lag_grid.0, lag_grid.1, Direction::Positive),
             lag_back: Fft2::new(kx, ky, Direction::Negative),
@@ -133,9 +161,9 @@ impl Spectrum {
         &self.lattice
     }
 
-    /// How node values combine.
-    pub fn kernel(&self) -> KernelKind {
-        self.model.kernel()
+    /// Quantity of the nodes: powers or amplitudes.
+    pub fn quantity(&self) -> NodeQuantity {
+        self.model.quantity()
     }
 
     /// The factor `norm` of the table's formula, in µm².
@@ -160,14 +188,14 @@ impl Spectrum {
                 bins
             }
             (Model::Patch, true) => self.transform.amplitudes(kappa),
-            (Model::Ensemble, false) => self.windowed(&self.autocorrelation(kappa), 1.0 / self.total),
+            (Model::Ensemble, false) => self.windowed(&self.autocorrelation(kappa), 1.0 / self.taper_power),
             (Model::Patch, false) => self.patch_bins(kappa),
         };
         self.collect_nodes(&bins)
     }
 
-    /// The autocorrelation `mean of exp(iκ(h(x+τ) − h(x)))` over the band, at as many lags as the band has bins; not normalised by the
-    /// taper.
+    /// The autocorrelation `R(τ)`, limited to the band, row-major at one lag for each bin of the band (FFT order). Not
+    /// yet divided by the power of the taper.
     fn autocorrelation(&self, kappa: f64) -> Vec<Complex64> {
         let (gx, gy) = self.lag_grid;
         let mut screen = self.tapered_screen(kappa);
@@ -180,7 +208,7 @@ impl Spectrum {
             screen = padded;
             1.0 / (gx * gy) as f64
         } else {
-            // Then lag zero is one.
+            // With this scale R(0) = 1.
             ((gx * gy) as f64).powi(-2)
         };
         let [x, y] = &self.bands;
@@ -194,6 +222,7 @@ impl Spectrum {
         bins
     }
 
+    /// Phase screen `u` over the pixels of the relief, times the taper.
     fn tapered_screen(&self, kappa: f64) -> Vec<Complex64> {
         let mut screen = self.transform.screen(kappa);
         if let Some((tx, ty)) = &self.tapers {
@@ -206,14 +235,14 @@ impl Spectrum {
         screen
     }
 
-    /// The windowed patch about the tile's origin or, where it stands alone, the middle of the scan.
+    /// Transform of the windowed patch about the tile's origin, or about the middle of a scan that does not repeat.
     fn patch_bins(&self, kappa: f64) -> Vec<Complex64> {
         let (nx, ny) = self.transform.size();
         let screen = self.tapered_screen(kappa);
         if self.tapers.is_none() {
             return self.windowed(&screen, 1.0);
         }
-        // Bring the middle of the scan to the origin of a grid that holds it once.
+        // The middle of the scan moves to the origin of the padded grid.
         let (gx, gy) = self.lag_grid;
         let mut centred = vec![Complex64::new(0.0, 0.0); gx * gy];
         for (iy, row) in screen.chunks(nx).enumerate() {
@@ -222,15 +251,15 @@ impl Spectrum {
                 centred[y * gx + (ix + gx - nx / 2) % gx] = c;
             }
         }
-        self.windowed(&centred, self.total.sqrt().recip())
+        self.windowed(&centred, self.taper_power.sqrt().recip())
     }
 
-    /// Multiplies `values` (on a grid about the origin, wrapped where the tile repeats, zero beyond where it does not)
-    /// by the part of the window applied beforehand and transforms to the lattice.
+    /// Multiplies `values` by [`LatticeAxis::window`] and by `scale`, and transforms them to the lattice. The grid of
+    /// `values` has its origin at index 0; it is periodic where the tile repeats, and zero beyond its lags where not.
     fn windowed(&self, values: &[Complex64], scale: f64) -> Vec<Complex64> {
         let (px, py) = (self.lattice.x.pixels, self.lattice.y.pixels);
         let width = self.bands[0].weights.len();
-        let [column, row] = &self.applied;
+        let [column, row] = &self.windows;
         let scale = scale / (px * py) as f64;
         let mut grid = vec![Complex64::new(0.0, 0.0); px * py];
         grid.par_chunks_mut(px).zip(row).for_each(|(out, &(from_row, wy))| {
@@ -243,17 +272,17 @@ impl Spectrum {
         grid
     }
 
-    /// Reorders FFT bins into nodes from `−reach` to `reach`. Of orders, the one bin at half the sampling rate of an even
-    /// size stands for both signs and is shared between them (by power, or by amplitude).
+    /// Reorders FFT bins into nodes from `−reach` to `reach`. On a native lattice of even size the bin at the Nyquist
+    /// frequency stands for the orders of both signs. Each gets half its power.
     fn collect_nodes(&self, bins: &[Complex64]) -> Vec<Complex64> {
-        let share = match self.model {
+        let nyquist_weight = match self.model {
             Model::Ensemble => 0.5,
             Model::Patch => 0.5f64.sqrt(),
         };
         let source = |axis: &LatticeAxis| -> Vec<(usize, f64)> {
             let (n, reach, native) = (axis.pixels as i64, axis.reach as i64, axis.cutoff.is_infinite());
             (-reach..=reach)
-                .map(|j| (j.rem_euclid(n) as usize, if native && 2 * j.abs() == n { share } else { 1.0 }))
+                .map(|j| (j.rem_euclid(n) as usize, if native && 2 * j.abs() == n { nyquist_weight } else { 1.0 }))
                 .collect()
         };
         let columns = source(&self.lattice.x);
@@ -268,39 +297,39 @@ impl Spectrum {
     }
 }
 
-/// For each pixel of an axis (FFT order) the pixel of a grid of `size` it is read from and its weight. `alone` says that the grid
-/// holds what it holds once.
-fn axis_weights(axis: &LatticeAxis, size: usize, alone: bool) -> Vec<(usize, f64)> {
+/// For each pixel of an axis (FFT order), the pixel of a grid of `size` that it is read from, and its window. The
+/// window is zero beyond the lags of a grid that is not periodic.
+fn axis_windows(axis: &LatticeAxis, size: usize, is_periodic: bool) -> Vec<(usize, f64)> {
     let n = axis.pixels as i64;
     let pixel_um = axis.period_um / axis.pixels as f64;
     (0..n)
         .map(|i| {
             let offset = if 2 * i > n { i - n } else { i };
-            let inside = !alone || 2 * offset.unsigned_abs() as usize <= size;
+            let inside = is_periodic || 2 * offset.unsigned_abs() as usize <= size;
             let weight = if inside { axis.window(offset as f64 * pixel_um) } else { 0.0 };
             (offset.rem_euclid(size as i64) as usize, weight)
         })
         .collect()
 }
 
-/// The lattice that [`Spectrum::new`] takes, told from sizes alone.
+/// Lattice of [`Spectrum::new`], planned from the numbers of pixels and their sizes in µm.
 pub(super) fn plan_lattice(
     (nx, ny): (usize, usize),
     (dx_um, dy_um): (f64, f64),
     model: Model,
     tiling: Tiling,
-    coherence_s_um: f64,
+    sigma_um: f64,
     frequency_max: f64,
     tolerance: f64,
 ) -> Lattice {
     // The power spectrum of the ensemble transforms autocorrelation times window autocorrelation, exp(−τ²/4s²).
     let (window_um, support) = match model {
-        Model::Ensemble => (2f64.sqrt() * coherence_s_um, 1.0),
-        // The field ends at half its width, but is not small before its ends as an autocorrelation is.
-        Model::Patch => (coherence_s_um, 0.8),
+        Model::Ensemble => (2f64.sqrt() * sigma_um, 1.0),
+        // The field ends at half the scan's width, but unlike an autocorrelation it is not small before its end.
+        Model::Patch => (sigma_um, PATCH_SUPPORT),
     };
     let is_grating = nx == 1 || ny == 1;
-    let tolerance = joined_to(model, tiling, tolerance);
+    let tolerance = interpolation_tolerance(model, tiling, tolerance);
     let (lags_x, lags_y) = if tiling == Tiling::Aperiodic { lag_grid(nx, ny) } else { (nx, ny) };
     let axis = |pixels: usize, pixel_um: f64, lags: usize| {
         let support_um = (tiling == Tiling::Aperiodic).then_some(support * (pixels as f64 * pixel_um));
@@ -310,10 +339,10 @@ pub(super) fn plan_lattice(
     Lattice { x: axis(nx, dx_um, lags_x), y: axis(ny, dy_um, lags_y) }
 }
 
-/// The error that nodes are joined to.
-fn joined_to(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
+/// Relative error of the interpolation in frequency.
+fn interpolation_tolerance(model: Model, tiling: Tiling, tolerance: f64) -> f64 {
     let has_gaps = model == Model::Ensemble && tiling == Tiling::Aperiodic;
-    if has_gaps { GAP_SHARE * tolerance } else { tolerance }
+    if has_gaps { GAP_FACTOR * tolerance } else { tolerance }
 }
 
 /// Size of the grid on which the autocorrelation of `nx` by `ny` pixels does not wrap onto itself.
@@ -321,7 +350,7 @@ pub(crate) fn lag_grid(nx: usize, ny: usize) -> (usize, usize) {
     (next_fast_len(2 * nx), next_fast_len(2 * ny))
 }
 
-/// A Tukey window sampled at the middles of `n` pixels.
+/// Tukey window of [`TAPER_FRACTION`] sampled at the centres of `n` pixels.
 pub(crate) fn taper(n: usize) -> Vec<f64> {
     (0..n)
         .map(|i| {
@@ -331,8 +360,8 @@ pub(crate) fn taper(n: usize) -> Vec<f64> {
         .collect()
 }
 
-/// `Σ t² · weight(offset from the middle pixel)`.
-fn squares(taper: &[f64], weight: impl Fn(f64) -> f64) -> f64 {
+/// `Σ t² · weight(offset)` over a taper's values t, `offset` in pixels from the middle one.
+fn squared_sum(taper: &[f64], weight: impl Fn(f64) -> f64) -> f64 {
     let middle = taper.len() / 2;
     taper.iter().enumerate().map(|(i, t)| t * t * weight(i as f64 - middle as f64)).sum()
 }

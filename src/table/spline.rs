@@ -1,10 +1,12 @@
 //! Uniform cubic B-splines: values at knots to coefficients.
 
-/// Pole of the inverse of the cubic B-spline's sampled kernel `[1, 4, 1]/6`.
+/// Pole `√3 − 2` of the inverse of the kernel `[1, 4, 1]/6`, which takes a cubic B-spline's coefficients to its values
+/// at the knots.
 const POLE: f64 = -0.267_949_192_431_122_7;
 
-/// Replaces equally spaced `values` by the coefficients of the cubic B-spline through them (recursive filtering from
-/// both ends). The ends are taken as constant beyond the data; their influence falls by 0.27 a knot.
+/// Replaces values at equally spaced knots by the coefficients of the cubic B-spline through them, by a recursive
+/// filter in both directions (Unser, Aldroubi, Eden, *B-spline signal processing*, IEEE Trans. Signal Process. 41,
+/// 1993). Values are taken as constant beyond both ends; the influence of an end falls by 0.27 a knot.
 pub(super) fn prefilter(values: &mut [f64]) {
     let n = values.len();
     if n < 2 {
@@ -38,8 +40,8 @@ mod tests {
             assert!((knot - f(i as f64)).abs() < 1e-11);
             let x = i as f64 + 0.4;
             let value: f64 = (i - 1..i + 3).map(|k| c[k] * cubic_b_spline(x - k as f64)).sum();
-            // A cubic B-spline errs on a wave of ω rad a knot by at most about 4ζ(4)·(ω/2π)⁴ of it (its own deviation and
-            // that of its images): 7e-5 of the first wave and 3.7e-4 of the second.
+            // A cubic B-spline errs on a wave of ω rad a knot by at most about 4ζ(4)·(ω/2π)⁴ of it (its own deviation
+            // and that of its images): 7e-5 of the first wave and 3.7e-4 of the second.
             assert!((value - f(x)).abs() < 5e-4);
         }
     }

@@ -1,20 +1,27 @@
-//! The look-up of a [`super::PackedTable`], written once for all families of numbers.
+//! Look-up in a [`super::PackedTable`], generic over the family of numbers (numeric/mod.rs).
+//!
+//! - `p = f·P`: position in nodes, for each axis. `e`: interpolation kernel (kernel.rs).
+//! - Sum over `taps` nodes: `Σ_y e(p_y − y)·Σ_x e(p_x − x)·value(x, y; κ)`, row by row.
+//! - `value`: power or amplitude of a node from its packed record (packed.rs), by the formulas of lookup.rs.
+//! - `t = κ/Δ`: position among the knots. The packets read begin at or before the coefficient ⌊t⌋; a coefficient's
+//!   weight is the B-spline at its distance from `t`, zero outside its support.
 
-use super::joining::Joining;
+use super::kernel::InterpolationKernel;
 use super::packed::{Format, PackedLayout};
 use crate::numeric::math::{bf16_pair, cubic_b_spline, u16_pair};
 use crate::numeric::{Index, Number, Numbers, Real};
 use std::f64::consts::LOG2_E;
 
-/// Nodes along x up to which a look-up visits those of a row without a loop.
+/// Largest number of taps along x that are written out without a loop. Chosen: loops cost more in recorded kernels,
+/// long code costs compile time. It does not change results.
 const UNROLLED_TAPS: u32 = 8;
 
-/// A [`super::PackedTable`] whose words are read by a family of numbers.
+/// A [`super::PackedTable`] over table data that a family of numbers reads.
 #[derive(Clone, Copy)]
 pub struct TableView<N: Numbers> {
-    /// How the words are to be read.
+    /// Sizes and constants of the table.
     pub layout: PackedLayout,
-    /// The entries.
+    /// Table data.
     pub words: N::Words,
 }
 
@@ -29,7 +36,7 @@ impl<N: Numbers> TableView<N> {
         let curve = Curve::<N>::new(layout, kappa);
         let [taps_x, taps_y] = layout.taps;
         let columns = int(2 * layout.reach[0] + 1);
-        let ex = N::tabulated(taps_x, |i| joined(layout.joining[0], from_x - N::real(i)));
+        let ex = N::tabulated(taps_x, |i| kernel_weight(layout.kernel[0], from_x - N::real(i)));
         let tap = |node: N::Index, e: N::Real, [re, im]: [N::Real; 2]| {
             let [a, b] = self.node(&curve, node, active);
             [e.fma(a, re), e.fma(b, im)]
@@ -44,7 +51,7 @@ impl<N: Numbers> TableView<N> {
                 N::while_loop(c"orders of a row", start, go_on, |(ix, sum)| (ix + int(1), tap(first + ix, ex(ix), sum)))
                     .1
             };
-            let ey = joined(layout.joining[1], from_y - N::real(iy));
+            let ey = kernel_weight(layout.kernel[1], from_y - N::real(iy));
             std::array::from_fn(|part| ey.fma(row_sum[part], sum[part]))
         };
         let [re, im] = if taps_y == 1 {
@@ -57,13 +64,13 @@ impl<N: Numbers> TableView<N> {
         let value = match layout.format {
             Format::Complex => re * re + im * im,
             Format::Fixed => {
-                // Where order zero is among the nodes read.
+                // Order zero adds its power at κ = 0 where it is among the nodes read.
                 let zero = |first: N::Index, axis: usize| {
                     let number = int(layout.reach[axis]);
                     first.le(number) & number.lt(first + int(layout.taps[axis]))
                 };
                 let [x, y] = position.map(N::narrow);
-                let e = joined(layout.joining[0], x) * joined(layout.joining[1], y);
+                let e = kernel_weight(layout.kernel[0], x) * kernel_weight(layout.kernel[1], y);
                 let value = e * curve.from_zero[0] * lit(layout.zero);
                 let at_zero = N::Real::select(zero(column, 0) & zero(row, 1), value, lit(0.0));
                 // A spline may undershoot a zero of the power by the tolerance.
@@ -79,8 +86,8 @@ impl<N: Numbers> TableView<N> {
         N::Real::select(x & y, value, lit(0.0))
     }
 
-    /// The first node that a look-up at `position` (in nodes) reads along an axis, counted from the lattice's first, and
-    /// how far behind the position it lies: the nearest ones that there are.
+    /// Index of the first node that a look-up at `position` (in nodes) reads along an axis, from node −reach, and the
+    /// distance from this node to the position. As [`super::LatticeAxis::first_tap`].
     #[inline(always)]
     fn first_tap(&self, position: N::Double, axis: usize) -> (N::Index, N::Real) {
         let lit = N::Double::lit;
@@ -89,7 +96,7 @@ impl<N: Numbers> TableView<N> {
         (N::index_of_double(first + lit(reach)), N::narrow(position - first))
     }
 
-    /// A node's power, or the real and the imaginary part of its amplitude.
+    /// A node's power and zero, or the real and the imaginary part of its amplitude.
     #[inline(always)]
     fn node(&self, curve: &Curve<N>, node: N::Index, active: N::Mask) -> [N::Real; 2] {
         let lit = N::Real::lit;
@@ -132,7 +139,7 @@ impl<N: Numbers> TableView<N> {
         }
     }
 
-    /// A spline of 16 bits a coefficient. The weights of a B-spline sum to one, so `low` comes once.
+    /// Spline of 16-bit coefficients, `low + step·Σ weight·integer`. The weights sum to one, so `low` is added once.
     #[inline(always)]
     fn fixed(&self, curve: &Curve<N>, scale: N::Index, packet: impl Fn(u32) -> N::Index, active: N::Mask) -> N::Real {
         let mut steps = N::Real::lit(0.0);
@@ -146,28 +153,28 @@ impl<N: Numbers> TableView<N> {
     }
 }
 
-/// Twin of [`Joining::weight`] within its reach.
+/// [`InterpolationKernel::weight`] in a family of numbers, for distances within the kernel's radius.
 #[inline(always)]
-fn joined<R: Real>(joining: Joining, distance: R) -> R {
+fn kernel_weight<R: Real>(kernel: InterpolationKernel, distance: R) -> R {
     let lit = R::lit;
-    match joining {
-        Joining::Gaussian { sigma } => (distance * distance * lit(-0.5 * LOG2_E / (sigma * sigma))).exp2(),
-        Joining::Semicircle { beta, radius } => {
+    match kernel {
+        InterpolationKernel::Gaussian { sigma } => (distance * distance * lit(-0.5 * LOG2_E / (sigma * sigma))).exp2(),
+        InterpolationKernel::Semicircle { beta, radius } => {
             let rest = (distance * distance).fma(lit(-1.0 / (radius * radius)), lit(1.0)).max(lit(0.0));
             rest.sqrt().fma(lit(beta * LOG2_E), lit(-beta * LOG2_E)).exp2()
         }
     }
 }
 
-/// Where a look-up reads the splines in κ.
+/// Weights with which records are read at one κ.
 struct Curve<N: Numbers> {
-    /// First packet of a record.
+    /// First packet to read, from the start of a record.
     packet: N::Index,
-    /// Of the coefficients from that packet's first on.
+    /// Weights of the coefficients from the first of that packet on.
     weights: [N::Real; 8],
-    /// `κ²/(κ²+κ₀²)` of powers, `κ/(κ + iκ₀)` of amplitudes, which undoes the scaling of the records.
+    /// Factor of the spline as real and imaginary part: `κ²/(κ²+κ₀²)` of powers, `κ/(κ + iκ₀)` of amplitudes.
     factor: [N::Real; 2],
-    /// Of a power and its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
+    /// Factors of a power and of its slope at κ = 0: `κ₀²/(κ²+κ₀²)` and `κκ₀²/(κ²+κ₀²)`.
     from_zero: [N::Real; 2],
 }
 
@@ -195,7 +202,7 @@ impl<N: Numbers> Curve<N> {
         }
     }
 
-    /// What a power and its slope at κ = 0 make of the power here.
+    /// Contribution of a power and of its slope at κ = 0 to the power at this κ.
     #[inline(always)]
     fn at_zero(&self, power: N::Real, slope: N::Real) -> N::Real {
         self.from_zero[1].fma(slope, self.from_zero[0] * power)

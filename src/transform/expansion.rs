@@ -1,3 +1,8 @@
+//! Expansions of the phase screen in powers or Chebyshev polynomials of the height (docs/model.md#the-two-expansions).
+//!
+//! `exp(iκh) = Σ_n a_n(κ) φ_n(h/H)`, so `c_j(κ) = Σ_n a_n(κ) DFT{φ_n(h/H)}_j`: the transforms depend on neither
+//! direction nor wavelength. Chebyshev: φ_n = T_n, a_n = (2 − δ_n0) iⁿ J_n(κH). Taylor: φ_n = (h/H)ⁿ, a_n = (iκH)ⁿ/n!.
+
 use super::screen::centred_heights;
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
@@ -6,32 +11,32 @@ use serde::{Deserialize, Serialize};
 use sunbeam_fourier::Precision;
 use sunbeam_fourier::num_complex::{Complex, Complex64};
 
-/// Which expansion of `exp(iκh)` is summed (docs/model.md#the-two-expansions).
+/// Choice of the expansion of `exp(iκh)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Series {
-    /// Jacobi–Anger: `Σ (2−δ_n0) iⁿ J_n(κH) T_n(h/H)`; every term is bounded by 2.
+    /// Jacobi–Anger expansion `Σ (2−δ_n0) iⁿ J_n(κH) T_n(h/H)`. Every term is at most 2 in magnitude.
     #[default]
     Chebyshev,
-    /// `Σ (iκh)ⁿ/n!`, as Single 2014 has it; its terms grow to `e^{κH}` before they cancel.
+    /// Taylor series `Σ (iκh)ⁿ/n!` of Single 2014. Its terms grow to `e^{κH}` before they cancel.
     Taylor,
 }
 
-/// Number of Chebyshev terms after which the remainder of `exp(iκh)`, |h| ≤ H, is below `tolerance` (absolute, on a
-/// quantity of modulus one) for every κ up to `kappa_h / H`.
+/// Number N of Chebyshev terms whose remainder of `exp(iκh)`, |h| ≤ H, is below `tolerance` (absolute) up to `κH =
+/// kappa_h`.
 ///
-/// The remainder is at most `2 Σ_{n≥N} |J_n(κH)|`, and `|J_n(x)| ≤ (x/2)ⁿ/n!`; beyond n > x the Bessel functions
-/// fall faster than geometrically, so the sum is taken until it no longer counts.
+/// The remainder is at most `2 Σ_{n≥N} |J_n(κH)|`. For n > κH the Bessel functions decrease faster than geometrically.
 pub fn chebyshev_terms(kappa_h: f64, tolerance: f64) -> usize {
     remainder_terms(tolerance, kappa_h, |n| 2.0 * libm::jn(n as i32, kappa_h).abs())
 }
 
-/// Number of Taylor terms after which the remainder of `exp(iκh)`, |h| ≤ H, is below `tolerance` in exact
-/// arithmetic. Rounding is another matter: see [`Series::Taylor`].
+/// Number of Taylor terms whose remainder of `exp(iκh)`, |h| ≤ H, is below `tolerance` (absolute) at `κH = kappa_h`.
+///
+/// Rounding is not included; see [`Series::Taylor`].
 pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
     let mut term = 1.0;
     let mut n = 0;
-    // Past n = 2κH the terms halve at least, so the remainder is at most twice the first term left out.
+    // For n > 2κH terms decrease at least by half, so the remainder is at most twice the first neglected term.
     while (n as f64) < 2.0 * kappa_h || 2.0 * term > tolerance {
         n += 1;
         term *= kappa_h / n as f64;
@@ -39,8 +44,9 @@ pub fn taylor_terms(kappa_h: f64, tolerance: f64) -> usize {
     n.max(1)
 }
 
+/// Smallest N such that `Σ_{n≥N} term(n)` is at most `tolerance`; at least 1.
 fn remainder_terms(tolerance: f64, kappa_h: f64, term: impl Fn(usize) -> f64) -> usize {
-    // Far past n = κH + 10 (κH)^⅓ every J_n is below 1e-20.
+    // Beyond this n every J_n is below 1e-20 (transition region of width (κH)^⅓).
     let last = (kappa_h + 12.0 * (kappa_h.cbrt() + 2.0)).ceil() as usize;
     let mut remainder = 0.0;
     for n in (0..=last).rev() {
@@ -54,11 +60,11 @@ fn remainder_terms(tolerance: f64, kappa_h: f64, term: impl Fn(usize) -> f64) ->
 
 /// The transforms `DFT{T_n(h/H)}` or `DFT{(h/H)ⁿ}` of one tile, one term at a time.
 ///
-/// Powers of `h/H` rather than of `h`, so that the terms neither overflow nor vanish in single precision.
+/// Powers are those of `h/H` rather than of `h`, so that terms neither overflow nor vanish in single precision.
 pub struct TermTransform<T: Precision> {
     series: Series,
     half_range_um: f64,
-    /// `h/H` about the middle of the range, row-major.
+    /// `h/H`, with h from the middle of the range; row-major.
     unit: Vec<f64>,
     fft: Fft2<T>,
 }
@@ -78,7 +84,7 @@ impl<T: Precision> TermTransform<T> {
         self.half_range_um
     }
 
-    /// Term `n`: means over the tile, row-major `[jy][jx]`, bins in FFT order.
+    /// Transform of term `n`, as means over the tile: row-major `[jy][jx]`, in FFT order.
     pub fn term(&self, n: usize) -> Vec<Complex<T>> {
         let mean = 1.0 / self.unit.len() as f64;
         let basis = |h: f64| match self.series {
@@ -92,12 +98,26 @@ impl<T: Precision> TermTransform<T> {
     }
 }
 
-/// The transforms of [`TermTransform`] kept together, from which `c_j(κ)` follows for any κ. `T` is `f32` (what the
-/// sources store on the GPU) or `f64`.
+/// All transforms of [`TermTransform`] up to some term, from which `c_j(κ)` follows for any κ.
+///
+/// `T` is `f64`, or `f32` as in the GPU textures of Single 2014.
+///
+/// ```
+/// use sunbeam::Preset;
+/// use sunbeam::transform::{Expansion, OrderTransform, Series, chebyshev_terms};
+///
+/// let field = Preset::Sinusoidal.build(None, None)?;
+/// // H is 0.125 µm: κ up to 25 rad/µm.
+/// let terms = chebyshev_terms(25.0 * 0.125, 1e-12);
+/// let expansion = Expansion::<f64>::new(&field, Series::Chebyshev, terms);
+/// let exact = OrderTransform::new(&field).amplitudes(20.0);
+/// assert!((expansion.amplitude(20.0, 1) - exact[1]).norm() < 1e-11);
+/// # Ok::<(), sunbeam::height_field::HeightFieldError>(())
+/// ```
 pub struct Expansion<T: Precision> {
     series: Series,
     half_range_um: f64,
-    /// `terms[n][bin]`, means over the tile, bins in FFT order.
+    /// `terms[n][bin]`: means over the tile, bins in FFT order.
     terms: Vec<Vec<Complex<T>>>,
 }
 
@@ -127,7 +147,7 @@ impl<T: Precision> Expansion<T> {
         })
     }
 
-    /// The coefficient of each stored term at `kappa` (rad/µm).
+    /// Coefficients a_n of the stored terms at `kappa` (rad/µm).
     pub fn weights(&self, kappa: f64) -> Vec<Complex64> {
         const POWERS_OF_I: [Complex64; 4] =
             [Complex64::new(1.0, 0.0), Complex64::new(0.0, 1.0), Complex64::new(-1.0, 0.0), Complex64::new(0.0, -1.0)];
@@ -135,7 +155,7 @@ impl<T: Precision> Expansion<T> {
         let mut power_over_factorial = 1.0;
         (0..self.len())
             .map(|n| {
-                let size = match self.series {
+                let magnitude = match self.series {
                     Series::Chebyshev => (if n == 0 { 1.0 } else { 2.0 }) * libm::jn(n as i32, x),
                     Series::Taylor => {
                         if n > 0 {
@@ -144,12 +164,13 @@ impl<T: Precision> Expansion<T> {
                         power_over_factorial
                     }
                 };
-                POWERS_OF_I[n % 4] * size
+                POWERS_OF_I[n % 4] * magnitude
             })
             .collect()
     }
 }
 
+/// Conversion from `f64`.
 fn cast<T: Precision>(value: f64) -> T {
     T::from_f64(value).unwrap_or_else(T::zero)
 }

@@ -1,12 +1,32 @@
-//! Transforms of the phase screen `exp(iκh)` over a tile (docs/model.md#the-phase-screen).
+//! Fourier transforms of the phase screen `exp(iκh)` over a tile (docs/model.md#the-phase-screen).
 //!
-//! - [`OrderTransform`]: every order amplitude `c_j(κ)` of one κ by FFT, in double precision.
-//! - [`Expansion`]: DFTs that depend on neither direction nor wavelength, from which `c_j(κ)` follows for any κ;
-//!   Chebyshev (Jacobi–Anger) or, as Single 2014 has it, Taylor. [`TermTransform`] gives them one at a time.
-//! - [`naive_order_amplitude`]: the direct sum, the oracle that judges the rest.
-//! - [`periods`]: the dominant periods of the heights themselves.
+//! | symbol | meaning |
+//! | --- | --- |
+//! | h | height in µm; H is half the range of heights |
+//! | κ | phase rate `2π(cosθi + cosθo)/λ`, in rad/µm |
+//! | j | order of the tile's lattice, (jx, jy) |
+//! | c_j(κ) | order amplitude: mean over the tile of `exp(iκh)·exp(+2πi(jx·x/Lx + jy·y/Ly))` |
 //!
-//! All use the positive exponent, the mean over the tile (so `Σ|c_j|² = 1`), and FFT order of bins.
+//! So `Σ|c_j|² = 1`. Arrays of order amplitudes are row-major `[jy][jx]` in FFT order.
+//!
+//! - [`OrderTransform`]: all `c_j(κ)` of one κ by FFT, in double precision.
+//! - [`Expansion`]: transforms of powers or Chebyshev polynomials of h, from which `c_j(κ)` follows for any κ.
+//!   [`TermTransform`] computes one term at a time.
+//! - [`naive_order_amplitude`]: the direct sum, the reference for all others.
+//! - [`periods`]: the dominant periods of the heights.
+//!
+//! ```
+//! use sunbeam::Preset;
+//! use sunbeam::transform::{OrderTransform, naive_order_amplitude};
+//!
+//! let field = Preset::Blazed.build(None, None)?;
+//! let kappa = 20.0;
+//! let amplitudes = OrderTransform::new(&field).amplitudes(kappa);
+//! // Equal magnitudes: the transform takes heights from the middle of their range.
+//! let direct = naive_order_amplitude(&field, kappa, 1, 0);
+//! assert!((amplitudes[1].norm() - direct.norm()).abs() < 1e-12);
+//! # Ok::<(), sunbeam::height_field::HeightFieldError>(())
+//! ```
 
 mod expansion;
 mod naive;

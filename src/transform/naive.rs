@@ -1,15 +1,18 @@
+//! The direct sum of an order amplitude.
+
 use crate::height_field::HeightField;
 use std::f64::consts::TAU;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Order amplitude `c_j(κ)` by the direct double-precision sum of docs/model.md#the-phase-screen, for any integer order
-/// `(jx, jy)` and `kappa` in rad/µm. Costs a pass over the tile; it exists to judge everything else.
+/// Order amplitude `c_j(κ)` of order `(jx, jy)` at `kappa` (rad/µm), by the sum of docs/model.md#the-phase-screen.
+///
+/// One pass over the tile in double precision. It is the reference for all faster methods.
 pub fn naive_order_amplitude(field: &HeightField, kappa: f64, jx: i64, jy: i64) -> Complex64 {
     let (nx, ny) = field.size();
-    let turn = |j: i64, i: usize, n: usize| (j * i as i64).rem_euclid(n as i64) as f64 / n as f64;
+    let turns = |j: i64, i: usize, n: usize| (j * i as i64).rem_euclid(n as i64) as f64 / n as f64;
     let mut sum = Complex64::new(0.0, 0.0);
     for ((iy, ix), &height_um) in field.heights_um().indexed_iter() {
-        sum += Complex64::cis(kappa * height_um + TAU * (turn(jx, ix, nx) + turn(jy, iy, ny)));
+        sum += Complex64::cis(kappa * height_um + TAU * (turns(jx, ix, nx) + turns(jy, iy, ny)));
     }
     sum / (nx * ny) as f64
 }

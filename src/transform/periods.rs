@@ -1,4 +1,4 @@
-//! The dominant periods of a relief, from the power spectrum of its heights.
+//! Dominant periods of a relief, from the power spectrum of its heights.
 
 use super::{Direction, Fft2};
 use crate::height_field::HeightField;
@@ -6,48 +6,59 @@ use serde::Serialize;
 use std::f64::consts::{PI, TAU};
 use sunbeam_fourier::num_complex::Complex64;
 
-/// Below this share of the variance of the heights, a peak is rounding.
-const SHARE_MIN: f64 = 1e-9;
-/// Fewer periods than this in a tile, and the neighbours of its bin are other harmonics, or the tilt.
+/// Fraction of the heights' variance below which a peak is rounding.
+const POWER_FRACTION_MIN: f64 = 1e-9;
+/// Smallest bin whose position is refined by its neighbours: those of lower bins are harmonics, or the tilt.
 const REFINED_FROM: usize = 3;
 
-/// A period and how sure it is.
+/// A dominant period.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Period {
     /// Period along the axis, in µm.
     pub period_um: f64,
     /// Direction of the wave vector in degrees from +x, in (−90, 90].
     pub direction_deg: f64,
-    /// Share of the variance of the heights that lies within 10 % of this frequency along the axis, in waves that
-    /// run within 45° of it.
+    /// Fraction of the heights' variance within 10 % of this frequency along the axis, in waves within 45° of the axis.
     pub power_share: f64,
 }
 
 /// The dominant periods along x and y.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Periods {
-    /// Along x; `None` where the relief does not change along it.
+    /// Along x; `None` for a relief that does not vary along x.
     pub x: Option<Period>,
-    /// Along y; likewise.
+    /// Along y; `None` for a relief that does not vary along y.
     pub y: Option<Period>,
 }
 
-/// A sum of order power along one axis.
+/// Power at one frequency along an axis, summed over the other axis.
 #[derive(Clone, Copy, Default)]
 struct Bin {
     power: f64,
-    /// Power times `exp(2iφ)` for the direction φ of each wave; the double angle makes ±f alike.
+    /// Sum of power times `exp(2iφ)`, with φ the direction of each wave. The double angle makes f and −f equal.
     direction: Complex64,
 }
 
-/// Finds the dominant period along each axis: the highest peak of frequency times power, which keeps the fundamental
-/// ahead of its harmonics and ahead of the slow undulation of natural surfaces, refined by a parabola. Power is that
-/// of waves within 45° of the axis, summed over the other one. A field that does not repeat is windowed (Hann).
+/// Dominant period along each axis.
+///
+/// It is the highest peak of frequency times power, refined by a parabola. The factor of frequency favours a grating
+/// over the slow undulation of natural surfaces. Power is that of waves within 45° of the axis, summed over the other
+/// axis. A field that does not repeat is multiplied by a Hann window first.
+///
+/// ```
+/// use sunbeam::Preset;
+/// use sunbeam::transform::periods;
+///
+/// let found = periods(&Preset::Cd.build(None, None)?, true);
+/// // The tracks are 1.6 µm apart along x.
+/// assert!((found.x.unwrap().period_um - 1.6).abs() < 1e-2);
+/// # Ok::<(), sunbeam::height_field::HeightFieldError>(())
+/// ```
 pub fn periods(field: &HeightField, repeats: bool) -> Periods {
     let (nx, ny) = field.size();
     let mean = field.mean_um();
     let hann = |i: usize, n: usize| {
-        // An axis of one pixel is constant along itself.
+        // An axis of one pixel needs no window.
         if repeats || n == 1 { 1.0 } else { 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / n as f64).cos() }
     };
     let mut bins: Vec<Complex64> = field
@@ -78,18 +89,19 @@ pub fn periods(field: &HeightField, repeats: bool) -> Periods {
     Periods { x: peak(&along_x, lx, total, repeats), y: peak(&along_y, ly, total, repeats) }
 }
 
-/// The signed order of a bin in FFT order.
+/// Signed order of a bin in FFT order.
 fn order(bin: usize, n: usize) -> i64 {
     if 2 * bin > n { bin as i64 - n as i64 } else { bin as i64 }
 }
 
+/// The highest peak of frequency times power; `None` where all power is rounding.
 fn peak(bins: &[Bin], extent_um: f64, total: f64, repeats: bool) -> Option<Period> {
     let raw = |j: usize| bins.get(j).map_or(0.0, |bin| bin.power);
-    // Binomial smoothing against the grain of a single realisation; single lines keep their place.
+    // Binomial smoothing against the noise of a single realisation; the position of a single line does not change.
     let smooth = |j: usize| {
         if j < REFINED_FROM { raw(j) } else { 0.25 * raw(j - 1) + 0.5 * raw(j) + 0.25 * raw(j + 1) }
     };
-    // The lowest bin of a field that does not repeat is what levelling and window left of its tilt.
+    // The lowest bin of a field that does not repeat holds the rest of its tilt.
     let first = if repeats { 1 } else { 2 };
     let best = (first..bins.len())
         .filter(|&j| (j == 1 || smooth(j) >= smooth(j - 1)) && smooth(j) >= smooth(j + 1) && raw(j) > 0.0)
@@ -104,17 +116,17 @@ fn peak(bins: &[Bin], extent_um: f64, total: f64, repeats: bool) -> Option<Perio
         direction += bins[j].direction;
     }
     let power_share = power / total;
-    if power_share.is_nan() || power_share <= SHARE_MIN {
+    if power_share.is_nan() || power_share <= POWER_FRACTION_MIN {
         return None;
     }
     let radians = 0.5 * direction.arg();
     let direction_deg = if radians <= -0.5 * PI { 90.0 } else { radians.to_degrees() };
-    // Rounding of the transform, and the sign of a zero, are nothing to report.
+    // Removes rounding of the transform, and the sign of zero.
     let direction_deg = (direction_deg * 1e6).round() / 1e6 + 0.0;
     Some(Period { period_um: extent_um / position, direction_deg, power_share })
 }
 
-/// Place of the vertex of the parabola through three values at −1, 0 and 1, the middle one the largest.
+/// Position of the vertex of the parabola through values at −1, 0 and 1, of which the middle one is the largest.
 fn vertex(before: f64, peak: f64, after: f64) -> f64 {
     let curvature = before - 2.0 * peak + after;
     if curvature < 0.0 { (0.5 * (before - after) / curvature).clamp(-0.5, 0.5) } else { 0.0 }
@@ -126,32 +138,32 @@ mod tests {
     use crate::height_field::Preset;
     use ndarray::Array2;
 
-    fn of(preset: Preset) -> Periods {
+    fn periods_of(preset: Preset) -> Periods {
         periods(&preset.build(None, None).unwrap(), true)
     }
 
     #[test]
     fn presets_have_their_documented_periods() {
         for preset in [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar] {
-            let found = of(preset);
+            let found = periods_of(preset);
             let x = found.x.unwrap();
             assert!((x.period_um - 2.5).abs() < 1e-12 && x.direction_deg.abs() < 1e-9, "{preset}: {x:?}");
             assert_eq!(found.y, None, "{preset}");
         }
-        assert_eq!(of(Preset::Flat), Periods { x: None, y: None });
-        // The tracks are exactly 1.6 µm apart; the layers and fingers of the skins vary, hence 3 %.
-        let cd = of(Preset::Cd).x.unwrap();
+        assert_eq!(periods_of(Preset::Flat), Periods { x: None, y: None });
+        // Tracks are exactly 1.6 µm apart. Layers and fingers of the skins vary, hence 3 %.
+        let cd = periods_of(Preset::Cd).x.unwrap();
         assert!((cd.period_um / 1.6 - 1.0).abs() < 1e-3, "{cd:?}");
-        let elaphe = of(Preset::Elaphe).x.unwrap();
+        let elaphe = periods_of(Preset::Elaphe).x.unwrap();
         assert!((elaphe.period_um / 1.144 - 1.0).abs() < 0.03, "{elaphe:?}");
-        let xenopeltis = of(Preset::Xenopeltis);
+        let xenopeltis = periods_of(Preset::Xenopeltis);
         let (x, y) = (xenopeltis.x.unwrap(), xenopeltis.y.unwrap());
         assert!((x.period_um / 1.552 - 1.0).abs() < 0.03, "{x:?}");
         assert!((y.period_um / 0.62 - 1.0).abs() < 0.05, "{y:?}");
     }
 
     #[test]
-    fn an_oblique_wave_in_a_scan_is_found_between_the_bins() {
+    fn oblique_wave_of_a_scan_is_found_between_bins() {
         // 0.7 µm along x and 0.4 µm along y have the wave vector at 60.26°, so the wave counts as one along y.
         let wave = |(iy, ix): (usize, usize)| (TAU * (ix as f64 * 0.05 / 0.7 + iy as f64 * 0.05 / 0.4)).sin();
         let field = HeightField::new(Array2::from_shape_fn((130, 150), wave), 0.05, 0.05).unwrap();

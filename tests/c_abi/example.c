@@ -1,6 +1,6 @@
-/* A tour of the C ABI: make a surface, ask it, sample it, read an error, give it back.
+/* A tour of the C interface: makes, evaluates, samples and frees a surface, and reads an error.
  *
- * Ends with 0, or with 1 and a line that says which expectation did not hold. */
+ * The exit status is 0, or 1 with a line that names the failed expectation. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,18 +17,18 @@
         }                                                                                                              \
     } while (0)
 
-/* The header that this was compiled with is the library's. */
+/* The header's version equals the library's. */
 static void versions_agree(void) {
     char version[32];
     snprintf(version, sizeof version, "%d.%d.%d", SUNBEAM_VERSION_MAJOR, SUNBEAM_VERSION_MINOR, SUNBEAM_VERSION_PATCH);
     EXPECT(strcmp(version, sunbeam_version()) == 0);
 }
 
-/* A grating of period 2 um, seen through a window of coherent light 10 um wide. */
+/* A grating of period 2 um with a coherence length of 10 um. */
 static const char *CONFIG = "{\"preset\": \"sinusoidal\", \"period\": 2.0, \"height\": 0.2, \"coherence_length\": 10, "
                             "\"conserve_energy\": false, \"tolerance\": 0.01}";
 
-/* Light that falls vertically on it leaves where x is a multiple of wavelength / period: the first order stands out. */
+/* Light along the normal leaves where x is a multiple of wavelength / period: the first order is a peak. */
 static void first_order(const sunbeam_surface *surface) {
     enum { COUNT = 181 };
     const float wi[3] = { 0.f, 0.f, 1.f }, wavelength_nm = 600.f;
@@ -38,7 +38,7 @@ static void first_order(const sunbeam_surface *surface) {
         const float x = 0.005f * (float) i; /* 0 to 0.9 */
         wo[i][0] = x, wo[i][1] = 0.f, wo[i][2] = sqrtf(1.f - x * x);
     }
-    /* A stride of 0 gives every item the same values. */
+    /* With a stride of 0 all items share the values. */
     const sunbeam_floats same_wi = { wi, 0 }, same_nm = { &wavelength_nm, 0 }, directions = { wo[0], 3 };
     EXPECT(sunbeam_surface_eval(surface, COUNT, same_wi, directions, 1, same_nm, (sunbeam_floats_out){ f, 1 }) ==
            SUNBEAM_STATUS_OK);
@@ -50,7 +50,7 @@ static void first_order(const sunbeam_surface *surface) {
             best = i;
     }
     printf("first order at x = %.3f, expected %.3f\n", wo[best][0], 0.6 / 2.0);
-    /* The power falls with the angle across an order that is 0.04 wide, so its peak is not quite in the middle. */
+    /* The value decreases with the angle across an order 0.04 wide, so its peak is slightly off the centre. */
     EXPECT(fabsf(wo[best][0] - 0.3f) < 0.011f);
 }
 
@@ -61,7 +61,7 @@ static void albedo(const sunbeam_surface *surface) {
     float(*u)[3] = malloc(COUNT * sizeof *u), (*wo)[3] = malloc(COUNT * sizeof *wo), *pdf = malloc(COUNT * sizeof *pdf);
     float(*weight)[WAVELENGTHS] = malloc(COUNT * sizeof *weight), (*f)[WAVELENGTHS] = malloc(COUNT * sizeof *f);
     EXPECT(u && wo && pdf && weight && f);
-    for (int i = 0; i < COUNT; ++i) { /* points of a Kronecker sequence, evenly spread over the cube */
+    for (int i = 0; i < COUNT; ++i) { /* points of a Kronecker sequence, uniform in the cube */
         u[i][0] = fmodf(0.5f + 0.8191725f * (float) (i % 5000) + 0.25f * (float) (i / 5000), 1.f);
         u[i][1] = fmodf(0.5f + 0.6710436f * (float) (i % 5000) + 0.1f * (float) (i / 5000), 1.f);
         u[i][2] = fmodf(0.5f + 0.5497005f * (float) (i % 5000) + 0.7f * (float) (i / 5000), 1.f);
@@ -74,7 +74,7 @@ static void albedo(const sunbeam_surface *surface) {
     for (int i = 0; i < COUNT; ++i)
         for (int k = 0; k < WAVELENGTHS; ++k)
             sampled[k] += weight[i][k] / COUNT;
-    for (int i = 0; i < COUNT; ++i) { /* the same by directions that are evenly spread over the hemisphere */
+    for (int i = 0; i < COUNT; ++i) { /* the albedo by directions uniform over the hemisphere */
         const float z = 1.f - u[i][1], r = sqrtf(1.f - z * z), phi = 6.2831853f * u[i][2];
         wo[i][0] = r * cosf(phi), wo[i][1] = r * sinf(phi), wo[i][2] = z;
     }
@@ -86,7 +86,7 @@ static void albedo(const sunbeam_surface *surface) {
             spread[k] += 6.2831853 * f[i][k] * wo[i][2] / COUNT;
     for (int k = 0; k < WAVELENGTHS; ++k) {
         printf("albedo at %g nm: %.3f by samples, %.3f by even directions\n", wavelengths_nm[k], sampled[k], spread[k]);
-        /* 20 000 even directions find orders of 0.04 by 0.04 with a deviation of about 2 %. */
+        /* 20 000 uniform directions integrate orders of 0.04 by 0.04 with an error of about 2 %. */
         EXPECT(fabs(sampled[k] - spread[k]) < 0.1 * spread[k] && sampled[k] > 0.3 && sampled[k] < 1.5);
     }
     free(u), free(wo), free(pdf), free(weight), free(f);
@@ -102,7 +102,7 @@ static void description(const sunbeam_surface *surface) {
     free(text);
 }
 
-/* A relief of one's own: a ramp of 3 by 2 heights. */
+/* A relief from memory: a ramp of 3 by 2 heights. */
 static void own_heights(void) {
     const float heights_um[6] = { 0.f, 0.1f, 0.f, 0.05f, 0.15f, 0.05f };
     sunbeam_surface *surface  = NULL;

@@ -1,6 +1,6 @@
-// The C ABI from C++: a handle that frees itself, errors as exceptions, and arrays of structures read in place.
+// The C interface from C++: a handle that frees itself, errors as exceptions, and arrays of structures without a copy.
 //
-// Ends with 0, or with 1 and a line that says what did not hold.
+// The exit status is 0, or 1 with a line that names the failed expectation.
 #include <cmath>
 #include <cstddef>
 #include <cstdio>
@@ -35,7 +35,7 @@ private:
     std::unique_ptr<sunbeam_surface, Free> handle;
 };
 
-/// What a renderer may have for a path vertex; the ABI reads and writes the members where they are.
+/// A path vertex of a renderer; the library reads and writes its members in place.
 struct Vertex {
     float wi[3];
     float wo[3];
@@ -58,7 +58,7 @@ int main() try {
                              "conserve_energy": false})");
     std::vector<Vertex> vertices(100);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-        const float x     = .006f * float(i); // the mirror direction, and ever further from it
+        const float x     = .006f * float(i); // the mirror direction and directions around it
         vertices[i]       = { { -.6f, 0.f, .8f }, { .6f - x, 0.f, 0.f }, { 400.f, 500.f, 600.f, 700.f }, {}, 0.f };
         vertices[i].wo[2] = std::sqrt(1.f - (.6f - x) * (.6f - x));
     }

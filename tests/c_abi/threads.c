@@ -1,4 +1,4 @@
-/* One surface, many threads: every thread must get what one alone gets, and its own error messages. */
+/* One surface in many threads: every thread gets the answers of a single thread, and its own error messages. */
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,7 +17,7 @@ typedef struct {
     const char *wrong;
 } task;
 
-/* Evaluates and samples a batch whose questions are the same for everyone. */
+/* Evaluates and samples a batch with queries equal in all threads. */
 static int batch(const sunbeam_surface *surface, float f[COUNT], float wo[COUNT][3]) {
     const float wi[3] = { 0.6f, 0.f, 0.8f }, nm = 550.f;
     float u[COUNT][3], pdf[COUNT], weight[COUNT];
@@ -29,7 +29,7 @@ static int batch(const sunbeam_surface *surface, float f[COUNT], float wo[COUNT]
                                (sunbeam_floats){ u[0], 3 }, (sunbeam_floats_out){ wo[0], 3 },
                                (sunbeam_floats_out){ pdf, 1 }, (sunbeam_floats_out){ weight, 1 }))
         return 0;
-    for (int i = 0; i < COUNT; ++i) /* samples that fell below the horizon are zeros */
+    for (int i = 0; i < COUNT; ++i) /* samples below the horizon are zeros */
         if (wo[i][2] == 0.f)
             wo[i][2] = 1.f;
     return !sunbeam_surface_eval(surface, COUNT, (sunbeam_floats){ wi, 0 }, (sunbeam_floats){ wo[0], 3 }, 1,
@@ -46,7 +46,7 @@ static void *work(void *argument) {
             mine->wrong = sunbeam_last_error();
         else if (memcmp(f, mine->expected_f, sizeof f) || memcmp(wo, mine->expected_wo, sizeof wo))
             mine->wrong = "the answers differ from those of one thread";
-        /* A surface of one's own, made and given back beside those of others, and an error of one's own. */
+        /* Each thread makes and frees a surface of its own, and has its own error. */
         sunbeam_surface *own = NULL;
         if (sunbeam_surface_new("{\"tolerance\": 2}", &own) != SUNBEAM_STATUS_BAD_CONFIG ||
             !strstr(sunbeam_last_error(), "tolerance"))

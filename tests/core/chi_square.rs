@@ -1,19 +1,20 @@
-//! A density against a histogram of samples, over direction cosines.
+//! Pearson's χ² test of samples against a density over direction cosines.
 
 use super::common::Random;
 use rayon::prelude::*;
 use sunbeam::scattering::Vec3;
 
-/// The least probability of a χ² as large as found: one test of 10⁴ fails by chance, were the seeds not fixed.
+/// Smallest accepted probability of the χ² found. Of 10⁴ tests of correct samplers one would fail by chance; seeds are
+/// fixed.
 pub const SIGNIFICANCE: f64 = 1e-4;
-/// Samples of a histogram.
+/// Number of samples in a histogram.
 const SAMPLES: usize = 200_000;
-/// Bins that reach beyond this radius are one with all that is lost: at the horizon the density per area has a pole.
+/// Bins that reach beyond this radius are merged with the lost samples: at the horizon the density per area has a pole.
 const RADIUS: f64 = 0.99;
-/// Bins with fewer expected samples are taken together.
+/// Bins with fewer expected samples are merged.
 const POOLED: f64 = 10.0;
 
-/// Bins along one axis, `places` of which each the density is read at.
+/// Bins along one axis, with the density read at `places` points in each.
 #[derive(Clone, Copy)]
 pub struct Bins {
     pub count: usize,
@@ -23,7 +24,7 @@ pub struct Bins {
 }
 
 impl Bins {
-    /// The larger distance of a bin's ends from zero.
+    /// Larger distance of a bin's ends from zero.
     fn far(&self, bin: usize) -> f64 {
         (self.width * bin as f64 + self.low).abs().max((self.width * (bin + 1) as f64 + self.low).abs())
     }
@@ -33,8 +34,8 @@ impl Bins {
     }
 }
 
-/// Probability that samples, `None` for one that is lost, are as far as they are from a density in 1/sr if they have it; and the share that
-/// is lost. What lies in no bin along x and y is one bin with that.
+/// Probability of a χ² at least as large as found, if samples follow the density in 1/sr; and the fraction of lost
+/// samples. `None` is a lost sample. Directions outside of all bins are counted with the lost ones.
 ///
 /// # Panics
 /// If the density integrates to more than one.

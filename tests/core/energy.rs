@@ -12,9 +12,9 @@ use sunbeam::table::{Progress, Tiling};
 
 /// What the albedo may be and not count as above one: the tables' default tolerance more.
 const ALBEDO_MAX: f64 = 1.001;
-/// Share of random incidences above that, and what the worst of them may be: the table is raised at some 10⁵ places, and
-/// between these the top of a ridge, where a narrow order leaves along the surface (a metal's small slope: where its p state is
-/// strongest), is met by chance.
+/// Share of random incidences above that, and what the worst of them may be: the table is raised at some 10⁵ places,
+/// and between these the top of a ridge, where a narrow order leaves along the surface (a metal's small slope: where
+/// its p state is strongest), is met by chance.
 const SHARE_ABOVE: f64 = 0.0005;
 const WORST_MAX: f64 = 1.005;
 /// Standard errors a Monte Carlo mean may lie off (6e-5 of all seeds).
@@ -32,7 +32,8 @@ fn incident(random: &mut Random) -> Vec3 {
     }
 }
 
-/// What the reflectance back into the incident direction is multiplied by, 1/A: that of a pair is the lesser of its directions'.
+/// What the reflectance back into the incident direction is multiplied by, 1/A: that of a pair is the lesser of its
+/// directions'.
 fn factor(surface: &Surface, wi: Vec3, nm: f64) -> f64 {
     surface.albedo_table().map_or(1.0, |table| table.factor(wi, wi, nm))
 }

@@ -1,5 +1,5 @@
-//! The hard cases of docs/model.md#hard-cases: whatever the directions, the wavelength and the height field, answers are finite,
-//! not negative, reciprocal, and those of the oracle. Sweeps and random questions are in `stability.rs`.
+//! The hard cases of docs/model.md#hard-cases: for all directions, wavelengths and height fields, answers are finite,
+//! not negative, reciprocal, and equal to the oracle's. Sweeps and random queries are in `stability.rs`.
 
 use super::common::{Random, built, direction, oracle, preset, relief, sinusoid, table_error, waves};
 use ndarray::Array2;
@@ -7,22 +7,22 @@ use sunbeam::height_field::{HeightField, Preset};
 use sunbeam::scattering::{Options, Vec3};
 use sunbeam::table::{Model, Tiling};
 
-/// Reciprocity of a look-up whose arguments are sums of the two directions: rounding only.
+/// Relative difference of reciprocal look-ups, whose arguments are sums of both directions: rounding.
 const RECIPROCITY: f64 = 1e-9;
-/// Single look-ups may miss the table's tolerance by this factor (99 of 100 keep it).
+/// Largest error of a single look-up as a multiple of the tolerance, which 99 of 100 keep.
 const WORST: f64 = 10.0;
 
 fn field(heights: Array2<f64>, dx_um: f64, dy_um: f64) -> HeightField {
     HeightField::new(heights, dx_um, dy_um).unwrap()
 }
 
-/// Pairs of directions that are hard whatever the surface.
+/// Pairs of directions that are hard for every surface.
 fn pairs() -> Vec<(Vec3, Vec3)> {
     let mut pairs = vec![([0.0, 0.0, 1.0], [0.0, 0.0, 1.0])];
     for theta in [10.0, 60.0, 89.0, 89.9, 89.99] {
         for phi in [0.0, 35.0, 90.0] {
             let wi = direction(theta, phi);
-            // Mirror, retro-reflection, across, and grazing against the normal.
+            // Mirror direction, retro-reflection, across the plane of incidence, and grazing with normal.
             pairs.push((wi, direction(theta, phi + 180.0)));
             pairs.push((wi, wi));
             pairs.push((wi, direction(theta, phi + 90.0)));
@@ -30,7 +30,7 @@ fn pairs() -> Vec<(Vec3, Vec3)> {
             pairs.push((wi, direction(89.99, phi + 170.0)));
         }
     }
-    // w → 0, far below any cosine that a renderer meets.
+    // w → 0, far below the cosines that a renderer meets.
     for cos in [1e-6, 1e-9, 1e-300] {
         let level = |x: f64| [x, 0.0, cos];
         pairs.push((level(1.0), level(-1.0)));
@@ -40,7 +40,7 @@ fn pairs() -> Vec<(Vec3, Vec3)> {
     pairs
 }
 
-/// Exact directions of the first orders along x, and of an order at the horizon within rounding.
+/// Exact directions of the first orders along x, and of an order at the horizon to rounding.
 fn order_pairs(field: &HeightField, nm: f64) -> Vec<(Vec3, Vec3)> {
     let step = nm * 1e-3 / field.extent_um().0;
     let mut pairs = Vec::new();
@@ -60,7 +60,7 @@ fn order_pairs(field: &HeightField, nm: f64) -> Vec<(Vec3, Vec3)> {
     pairs
 }
 
-/// Puts one surface to every question.
+/// Checks one surface on all hard pairs, random pairs and samples.
 fn stands(name: &str, field: &HeightField, options: &Options) {
     let surface = built(field, options);
     let exact = oracle(field, &surface);
@@ -100,7 +100,8 @@ fn stands(name: &str, field: &HeightField, options: &Options) {
 
 fn both(name: &str, field: &HeightField, options: &Options) {
     for model in [Model::Ensemble, Model::Patch] {
-        // A patch is divided by the albedo of its ensemble, which takes longest: gratings and reliefs that stand alone look at that.
+        // Patches are divided by the albedo of their ensemble, which takes longest to build; `gratings` and aperiodic
+        // reliefs cover it.
         let conserve_energy = options.conserve_energy && model == Model::Ensemble;
         stands(&format!("{name} {model:?}"), field, &Options { model, conserve_energy, ..options.clone() });
     }
@@ -109,8 +110,9 @@ fn both(name: &str, field: &HeightField, options: &Options) {
 #[test]
 fn flat_fields_one_pixel_and_one_column() {
     both("flat preset", &preset(Preset::Flat), &Options::default());
-    both("flat 6×4", &field(Array2::from_elem((4, 6), 3.0), 0.5, 0.25), &Options::default());
-    both("one column", &field(relief(11, 1, 0.2, 0.2, 0.3).heights_um().t().to_owned(), 2.0, 0.2), &Options::default());
+    let plain = Options { conserve_energy: false, ..Options::default() };
+    both("flat 6×4", &field(Array2::from_elem((4, 6), 3.0), 0.5, 0.25), &plain);
+    both("one column", &field(relief(11, 1, 0.2, 0.2, 0.3).heights_um().t().to_owned(), 2.0, 0.2), &plain);
     let alone = Options { tiling: Tiling::Aperiodic, model: Model::Patch, ..Options::default() };
     let alone = Options { conserve_energy: false, ..alone };
     stands("one pixel alone", &field(Array2::zeros((1, 1)), 0.065, 0.065), &alone);
@@ -151,8 +153,8 @@ fn a_millimetre_of_offset() {
         let (wi, nm) = (random.direction(), random.wavelength_nm());
         let Some(wo) = a.sample_direction(wi, &[nm], random.three()) else { continue };
         let (near, far) = (a.eval_pdf(wi, wo, nm).f, b.eval_pdf(wi, wo, nm).f);
-        // Heights at 1 mm are spaced by 1.1e-13 µm, which single-precision records (6e-8) hide; a sum over nodes of
-        // both signs and the knots' spacing may magnify that a little.
+        // Heights at 1 mm have a spacing of 1.1e-13 µm, below the tables' single precision of 6e-8. Sums over nodes of
+        // both signs and the knots' spacing magnify the difference slightly.
         assert!((near - far).abs() <= 1e-5 * near.max(1e-3), "{near} {far}");
     }
 }
@@ -160,7 +162,8 @@ fn a_millimetre_of_offset() {
 #[test]
 fn a_step_edge() {
     let step = Array2::from_shape_fn((8, 16), |(_, ix)| if ix < 5 { 0.0 } else { 1.7 });
-    both("step", &field(step.clone(), 0.3, 0.3), &Options::default());
+    let plain = Options { conserve_energy: false, ..Options::default() };
+    both("step", &field(step.clone(), 0.3, 0.3), &plain);
     let alone = Options { tiling: Tiling::Aperiodic, model: Model::Patch, ..Options::default() };
     stands("step alone", &field(step, 0.065, 0.065), &alone);
 }
@@ -200,7 +203,7 @@ fn the_least_tolerance() {
 }
 
 #[test]
-fn directions_that_are_not_above_the_surface_get_zero() {
+fn directions_below_the_surface_answer_zero() {
     let surface = built(&preset(Preset::Blazed), &Options::default());
     let up = [0.0, 0.0, 1.0];
     for bad in
@@ -217,11 +220,11 @@ fn directions_that_are_not_above_the_surface_get_zero() {
 }
 
 #[test]
-fn the_value_alone_is_that_beside_the_density() {
+fn eval_matches_eval_pdf() {
     for preset in [Preset::Blazed, Preset::Elaphe] {
         for model in [Model::Ensemble, Model::Patch] {
-            // With all that multiplies the value; of a skin that takes long to build, so that its ensemble is the one that other tests
-            // ask for, and only its patch is shadowed.
+            // All factors of the value are on. A skin's ensemble is shared with other tests, so only its patch is
+            // shadowed.
             let (is_skin, is_patch) = (preset == Preset::Elaphe, model == Model::Patch);
             let (conserve_energy, shadowing) = (!is_skin || !is_patch, !is_skin || is_patch);
             let options = Options { model, conserve_energy, shadowing, ..Options::default() };

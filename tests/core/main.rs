@@ -1,7 +1,7 @@
-//! The library against independent truths, in one program.
+//! Tests of the library against independent results, in one program.
 
-// As tests do, outside of `#[test]` functions too.
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+// Helpers outside of `#[test]` functions unwrap and print as tests do.
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "tests panic on errors and print measurements")]
 
 mod chi_square;
 mod common;

@@ -1,33 +1,33 @@
-//! The procedural skins against atomic-force scans: radial and angular power spectra of the height, and the
-//! statistics of the relief. The scans are 6.5 µm across, so the skins are cut into crops of that size, treated alike
-//! (plane removed, the same taper) and averaged. Fails if a skin is changed for the worse, or taken for the other.
+//! The procedural skins against atomic-force scans: radial and angular power spectra of the heights, and statistics of
+//! the relief. The scans are 6.5 µm wide, so skins are cut into crops of this size, levelled and tapered equally, and
+//! averaged. A worse skin fails, and so does the other species.
 
 use ndarray::{Array2, s};
 use sunbeam::height_field::{FileScale, HeightField, Level, Preset};
 use sunbeam_fourier::num_complex::Complex;
 use sunbeam_fourier::{Direction, Fft2};
 
-/// Half the sum of absolute differences between the shares of power in the rings of frequency. Found: 0.09 and 0.08.
-/// A scan is one crop, and single crops of one skin differ from their own average by 0.07 (median) and up to
-/// 0.13 to 0.17 (95 %), so more than 0.13 would say that the skins differ.
+/// Largest difference of radial spectra: half the sum of absolute differences of the fractions of power in rings.
+/// Measured: 0.09 and 0.08. A scan is one crop; single crops differ from their skin's average by 0.07 (median) and by
+/// 0.13 to 0.17 (95 %).
 const RADIAL: f64 = 0.13;
-/// The same for sectors of direction. Found: 0.06 and 0.07; single crops differ from their average by up to 0.09 (95 %).
+/// Largest difference of angular spectra, as for rings with sectors of direction. Measured: 0.06 and 0.07; single crops
+/// differ from their average by up to 0.09 (95 %).
 const ANGULAR: f64 = 0.10;
-/// Relative difference of the root mean square height and slopes. Found: at most 0.13; they scatter by 0.03 (height)
-/// to 0.12 (slope along the fingers of Elaphe) between crops.
+/// Largest relative difference of root mean square height and slopes. Measured: at most 0.13; between crops they
+/// scatter by 0.03 (height) to 0.12 (slope along the fingers of Elaphe).
 const MOMENTS: f64 = 0.20;
-/// Relative difference of highest minus lowest, an extreme value; it scatters by 0.1 between crops.
+/// Largest relative difference of the height range, which scatters by 0.1 between crops.
 const RANGE: f64 = 0.25;
-/// A wrong skin must miss the spectra by at least this factor, or the comparison says little.
+/// Smallest deviation of a wrong skin's spectra, as a multiple of the tolerance.
 const CLEAR_MISS: f64 = 2.0;
 
-/// Rings in cycles/µm: narrow where the orders are, wide where there is little power. The lowest is left out: levelling
-/// and taper take most of what is below 0.2.
+/// Edges of rings in cycles/µm: narrow at orders, wide at low power. Levelling and taper remove most power below 0.2.
 const RINGS: [f64; 11] = [0.2, 0.5, 0.8, 1.1, 1.4, 1.7, 2.1, 2.7, 3.5, 4.7, 6.5];
-/// Rings over which directions are compared, in cycles/µm.
+/// Range of frequencies of the angular spectrum, in cycles/µm.
 const SECTOR_BAND: (f64, f64) = (0.5, 4.7);
-/// Sectors of 15° between the fingers' axis and across; mirrored directions are folded together, since the small
-/// turn of the sample under the microscope means nothing.
+/// Number of sectors of 15° between the fingers' axis and across. Mirrored directions are folded together, since the
+/// orientation of the sample under the microscope is slightly off.
 const SECTORS: usize = 6;
 
 const CROP_UM: f64 = 6.5;
@@ -59,7 +59,7 @@ fn shares(mut values: Vec<f64>) -> Vec<f64> {
     values
 }
 
-/// Features of one crop with its fingers along x. The spectra are powers here, not shares.
+/// Features of one crop with its fingers along x. Its spectra are powers, not fractions.
 fn features(crop: &HeightField) -> Features {
     let field = crop.levelled(Level::Plane);
     let (nx, ny) = field.size();
@@ -99,7 +99,7 @@ fn average(all: &[Features]) -> Features {
     }
 }
 
-/// The skin with its fingers along x, as in the scans (a mirrored one has the same folded spectrum).
+/// The skin with its fingers along x, as in the scans. A mirrored skin has an equal folded spectrum.
 fn fingers_along_x(preset: Preset) -> HeightField {
     let field = preset.build(None, None).unwrap();
     if preset != Preset::Elaphe {
@@ -108,7 +108,7 @@ fn fingers_along_x(preset: Preset) -> HeightField {
     HeightField::new(field.heights_um().t().as_standard_layout().into_owned(), field.dy_um(), field.dx_um()).unwrap()
 }
 
-/// Average over as many separate crops of the scans' size as fit.
+/// Average over all disjoint crops of the scans' size.
 fn procedural(field: &HeightField) -> Features {
     let n = (CROP_UM / field.dx_um()).round() as usize;
     let (nx, ny) = field.size();
@@ -128,7 +128,7 @@ fn scan(name: &str) -> Option<Features> {
     Some(average(&[features(&HeightField::read(path, &FileScale::default()).unwrap())]))
 }
 
-/// Each deviation divided by its tolerance, with its name; above 1 is a miss.
+/// Deviations divided by their tolerances, with their names; above 1 the skin misses.
 fn deviations(skin: &Features, scan: &Features) -> [(&'static str, f64); 6] {
     let variation = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| (x - y).abs()).sum::<f64>() / 2.0;
     let relative = |a: f64, b: f64| (a - b).abs() / b;
@@ -155,17 +155,17 @@ fn skins_match_the_scans() {
 }
 
 #[test]
-fn the_comparison_rejects_wrong_skins() {
+fn wrong_skins_do_not_match_the_scans() {
     let (Some(elaphe), Some(xenopeltis)) = (scan("elaphe"), scan("xenopeltis")) else { return };
     for (preset, other) in [(Preset::Elaphe, &xenopeltis), (Preset::Xenopeltis, &elaphe)] {
         for (what, deviation) in deviations(&procedural(&fingers_along_x(preset)), other) {
             let least = if what.ends_with("spectrum") { CLEAR_MISS } else { 1.0 };
             println!("{preset} against the other: {what} off by {deviation:.2} of its tolerance");
-            // The ranges and slopes of the two differ too, by about a factor of two.
+            // Ranges and slopes of the species differ by a factor of two, too.
             assert!(deviation > least, "{preset}: {what} is only {deviation:.2} of its tolerance from the other skin");
         }
     }
-    // The right skin, but turned by a quarter, or a third too high.
+    // The right skin fails when rotated by 90°, and when a third too high.
     let skin = fingers_along_x(Preset::Elaphe);
     let turned = Preset::Elaphe.build(None, None).unwrap();
     assert!(deviations(&procedural(&turned), &elaphe)[1].1 > CLEAR_MISS);
@@ -184,9 +184,9 @@ fn orders(field: &HeightField) -> Array2<f64> {
 }
 
 #[test]
-fn the_period_that_was_set_comes_out() {
-    // The presets' periods are set to what Single 2014 finds for the skins: this says that the number that was put in is that
-    // of the strongest order along x, to the rounding of the tile's extent, and nothing of the animals.
+fn skins_have_their_periods() {
+    // The presets' periods are those of Single 2014. The strongest order along x has this period, to the rounding of
+    // the tile's extent.
     for (preset, period_um) in [(Preset::Elaphe, 1.144_26), (Preset::Xenopeltis, 1.552_27)] {
         let field = preset.build(None, None).unwrap();
         let power = fft2(field.heights_um()).mapv(|c| c.norm_sqr());
@@ -195,28 +195,32 @@ fn the_period_that_was_set_comes_out() {
     }
 }
 
-#[test]
-fn xenopeltis_diffracts_both_ways_and_elaphe_one_way() {
-    // Within 3 orders of an axis, past the speckle around the mirror direction.
-    let along = |power: &Array2<f64>, axis: usize| -> f64 {
-        let near = |i: usize| signed(i, 1024).abs();
-        let inside = |(iy, ix): (usize, usize)| {
-            let (on, off) = if axis == 0 { (near(ix), near(iy)) } else { (near(iy), near(ix)) };
-            on > 30.0 && off <= 3.0
-        };
-        power.indexed_iter().filter(|(at, _)| inside(*at)).map(|(_, p)| p).sum()
+/// Powers within 3 orders of the x axis and of the y axis, without the speckle around the mirror direction.
+fn powers_along_axes(power: &Array2<f64>) -> [f64; 2] {
+    let distance = |i: usize| signed(i, 1024).abs();
+    let sum = |near: &dyn Fn(usize, usize) -> bool| -> f64 {
+        power.indexed_iter().filter(|((iy, ix), _)| near(*ix, *iy)).map(|(_, power)| power).sum()
     };
-    let (elaphe, xenopeltis) =
-        (orders(&Preset::Elaphe.build(None, None).unwrap()), orders(&Preset::Xenopeltis.build(None, None).unwrap()));
-    let (ex, ey) = (along(&elaphe, 0), along(&elaphe, 1));
-    let (xx, xy) = (along(&xenopeltis, 0), along(&xenopeltis, 1));
-    println!("elaphe: {ex:.4} along x, {ey:.4} along y; xenopeltis: {xx:.4}, {xy:.4}");
-    // "Nothing diffracts along the fingers" of Elaphe: a fiftieth of what does across them.
-    assert!(ey < ex / 50.0, "{ex} {ey}");
-    // Xenopeltis: the two directions within a factor of 4 of each other.
-    assert!(xx < 4.0 * xy && xy < 4.0 * xx, "{xx} {xy}");
-    // Power outside the mirror direction: what there is to colour.
-    let coloured = |power: &Array2<f64>| 1.0 - power[[0, 0]];
-    println!("outside the mirror direction: elaphe {:.3}, xenopeltis {:.3}", coloured(&elaphe), coloured(&xenopeltis));
-    assert!(coloured(&xenopeltis) > coloured(&elaphe));
+    let near_axis = |along: usize, across: usize| distance(along) > 30.0 && distance(across) <= 3.0;
+    [sum(&|ix, iy| near_axis(ix, iy)), sum(&|ix, iy| near_axis(iy, ix))]
+}
+
+/// Single 2014: "Nothing diffracts along the fingers".
+#[test]
+fn elaphe_diffracts_along_one_axis() {
+    let [x, y] = powers_along_axes(&orders(&Preset::Elaphe.build(None, None).unwrap()));
+    assert!(y < x / 50.0, "{x} {y}");
+}
+
+#[test]
+fn xenopeltis_diffracts_along_both_axes() {
+    let [x, y] = powers_along_axes(&orders(&Preset::Xenopeltis.build(None, None).unwrap()));
+    assert!(x < 4.0 * y && y < 4.0 * x, "{x} {y}");
+}
+
+#[test]
+fn xenopeltis_diffracts_more_than_elaphe() {
+    // Power outside of the mirror direction.
+    let diffracted = |preset: Preset| 1.0 - orders(&preset.build(None, None).unwrap())[[0, 0]];
+    assert!(diffracted(Preset::Xenopeltis) > diffracted(Preset::Elaphe));
 }

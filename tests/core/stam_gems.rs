@@ -1,4 +1,4 @@
-//! Stam's shader of GPU Gems against the formula of the chapter, written out here in its own terms.
+//! Stam's shader of GPU Gems against the chapter's formula, written here in the chapter's terms.
 
 use super::common::{Random, preset};
 use std::f64::consts::PI;
@@ -9,7 +9,7 @@ use sunbeam::methods::{AnswerKind, Method, MethodError, MethodKind, MethodOption
 use sunbeam::scattering::Options;
 use sunbeam::table::Model;
 
-/// Of single precision: a bump falls by 16 a µm, and wavelengths of up to 5 µm are known to 1e-6.
+/// Relative error in single precision: a bump falls by 16 a µm, and wavelengths up to 5 µm have an error of 1e-6.
 const ROUNDING: f64 = 3e-5;
 
 fn gems() -> MethodOptions {
@@ -24,7 +24,7 @@ fn method(options: &MethodOptions) -> Box<dyn Method> {
     build(MethodKind::Stam, &preset(Preset::Blazed), &surface(), options).unwrap()
 }
 
-/// The answer to directions whose sum is `q`, with cosines that are alike.
+/// The answer to a pair of directions with the sum `q` and equal cosines.
 fn answer(method: &dyn Method, q: [f32; 3]) -> [f32; 3] {
     let half = 0.5 * q[2];
     method.answer_rgb([q[0], q[1], half], [0.0, 0.0, half])
@@ -39,7 +39,7 @@ fn difference(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f64::max)
 }
 
-/// The chapter's colour of `q` for a spacing in µm; `orders` is its 7.
+/// The chapter's colour for `q` and a spacing in µm; `orders` is 7 in the chapter.
 fn chapter(q: [f64; 3], spacing_um: f64, r: f64, highlight: [f64; 3], orders: u32) -> [f64; 3] {
     let u = q[0] * spacing_um;
     let exponent = (r * u / q[2]).powi(2);
@@ -55,7 +55,7 @@ fn chapter(q: [f64; 3], spacing_um: f64, r: f64, highlight: [f64; 3], orders: u3
 
 #[test]
 fn the_colours_are_those_worked_out_by_hand() {
-    // The blazed grating repeats after 2.5 µm.
+    // The period of the blazed grating is 2.5 µm.
     let method = method(&gems());
     for (u, expected) in [
         (0.0, [1.0, 0.7, 0.3]),       // the highlight alone
@@ -83,14 +83,14 @@ fn the_colours_are_those_of_the_chapter() {
         let method = method(&options);
         let mut eighth = 0.0f64;
         for i in 0..4000 {
-            // Half of them near the mirror direction, where the highlight is.
+            // Half of the pairs are near the mirror direction, at the highlight.
             let u = if i % 2 == 0 { random.between(-1.7, 1.7) } else { random.between(-0.05, 0.05) };
             let q = [u, random.between(-0.3, 0.3), random.between(0.02, 1.0)].map(|c| f64::from(c as f32));
             let (found, expected) = (colour(&*method, q), chapter(q, spacing_um, r, highlight, 7));
             assert!(difference(found, expected) < ROUNDING, "{q:?}: {found:?}, not {expected:?}");
             eighth = eighth.max(difference(found, chapter(q, spacing_um, r, highlight, 8)));
         }
-        // An eighth order, as our own form has, would have been seen where the spacing is wide enough for one.
+        // An eighth order, which the library's own form has, would be noticed at wide spacings.
         assert_eq!(eighth > 0.01, 1.7 * spacing_um / 8.0 > 0.5, "{eighth}");
     }
 }
@@ -111,7 +111,7 @@ fn an_order_has_its_light_at_half_a_micrometre_to_one() {
 }
 
 #[test]
-fn left_and_right_are_alike_where_those_of_the_blazed_grating_are_not() {
+fn gems_is_symmetric_where_a_blaze_is_not() {
     let (gems, exact) = (method(&gems()), Exact::new(&preset(Preset::Blazed), &surface(), None));
     let visible = SpectralToRgb::visible(5.0).unwrap();
     let wi = [0.0, 0.0, 1.0];
@@ -128,12 +128,18 @@ fn left_and_right_are_alike_where_those_of_the_blazed_grating_are_not() {
 }
 
 #[test]
-fn it_has_no_values_by_wavelength_and_all_its_colours_are_finite() {
+fn gems_has_colours_alone() {
+    let gems = method(&gems());
+    assert_eq!(gems.answers(), AnswerKind::Reflectance);
+    assert_eq!(gems.answer_spectral([0.3, 0.0, 0.5], [0.0, 0.0, 0.5], 550.0), None);
+    assert_eq!(method(&MethodOptions::default()).answers(), AnswerKind::Relief);
+}
+
+#[test]
+fn all_colours_are_finite() {
     let wide = MethodOptions { period_um: Some(1e3), gems_sharpness: 1e4, ..gems() };
     let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, -1.0, -0.0, 1e-30, 1e-4, 1.0, 2.0];
     for method in [method(&gems()), method(&wide)] {
-        assert_eq!(method.answers(), AnswerKind::Reflectance);
-        assert_eq!(method.answer_spectral([0.3, 0.0, 0.5], [0.0, 0.0, 0.5], 550.0), None);
         for i in 0..odd.len().pow(3) {
             let q = [odd[i % 10], odd[i / 10 % 10], odd[i / 100]];
             let rgb = answer(&*method, q);
@@ -142,11 +148,10 @@ fn it_has_no_values_by_wavelength_and_all_its_colours_are_finite() {
             assert!(inside || rgb == [0.0; 3], "{q:?}: {rgb:?}");
         }
     }
-    assert_eq!(method(&MethodOptions::default()).answers(), AnswerKind::Relief);
 }
 
 #[test]
-fn its_options_are_read_and_checked() {
+fn options_are_read_and_checked() {
     let read: MethodOptions =
         serde_json::from_str(r#"{"stam_form":"gems","gems_sharpness":9,"gems_highlight":[1,2,3]}"#).unwrap();
     assert_eq!(read, MethodOptions { gems_sharpness: 9.0, gems_highlight: [1.0, 2.0, 3.0], ..gems() });

@@ -1,4 +1,4 @@
-//! The tables against the oracle, and the oracle against hand-written sums.
+//! The tables against the oracle, and the oracle against direct sums.
 
 use super::common::{Random, built, oracle, preset, relief, table_error, waves};
 use std::f64::consts::{PI, TAU};
@@ -9,13 +9,13 @@ use sunbeam::table::{Model, Tiling};
 use sunbeam::transform::naive_order_amplitude;
 use sunbeam_fourier::num_complex::Complex64;
 
-/// A table's tolerance is meant for 99 of 100 look-ups; the rest may miss by this factor.
+/// Largest error as a multiple of the tolerance, which 99 of 100 look-ups keep.
 const WORST: f64 = 10.0;
-/// Sums of a few thousand terms of size one, relative to the largest value.
+/// Error of sums of a few thousand terms of size one, relative to the largest value.
 const BRUTE_FORCE: f64 = 1e-10;
 
-/// Prints median, 99th percentile and maximum of the error over random look-ups, half of them where the sampler
-/// goes; true if they are within the tolerance.
+/// Prints median, 99th percentile and maximum of the error over random look-ups, half of them at samples' directions.
+/// Returns whether they are within the tolerance.
 fn holds(name: &str, field: &HeightField, options: &Options, queries: usize) -> bool {
     let surface = built(field, &Options { conserve_energy: false, ..options.clone() });
     let exact = oracle(field, &surface);
@@ -50,7 +50,7 @@ fn with(model: Model, tiling: Tiling, coherence_length_um: f64, tolerance: f64) 
     Options { model, tiling, coherence_length_um, tolerance, ..Options::default() }
 }
 
-/// All but the case that has a test of its own.
+/// Tilings of a model; aperiodic ensembles have a test of their own.
 fn tilings(model: Model) -> impl Iterator<Item = Tiling> {
     let alone = (model == Model::Patch).then_some(Tiling::Aperiodic);
     std::iter::once(Tiling::Periodic).chain(alone)
@@ -99,7 +99,7 @@ fn every_coherence_length_is_within_the_tolerance() {
 }
 
 #[test]
-fn a_patch_of_a_scan_that_stands_alone_is_within_the_tolerance() {
+fn aperiodic_patches_are_within_the_tolerance() {
     let field = waves(100, 100, 0.065, 0.065, 0.4);
     for length in [10.0, 65.0] {
         let options = with(Model::Patch, Tiling::Aperiodic, length, 1e-3);
@@ -108,7 +108,7 @@ fn a_patch_of_a_scan_that_stands_alone_is_within_the_tolerance() {
 }
 
 #[test]
-fn the_ensemble_of_a_scan_that_stands_alone_is_within_the_tolerance() {
+fn aperiodic_ensembles_are_within_the_tolerance() {
     let mut all = true;
     let (scan, small) = (waves(100, 100, 0.065, 0.065, 0.4), waves(24, 18, 0.065, 0.07, 0.5));
     for length in [10.0, 65.0] {
@@ -122,7 +122,7 @@ fn the_ensemble_of_a_scan_that_stands_alone_is_within_the_tolerance() {
     assert!(all);
 }
 
-/// Their spectrum goes far beyond any frequency that is asked for, which the table cuts off.
+/// The spectrum of fine pixels reaches far beyond the frequencies of visible light, where the table cuts it off.
 #[test]
 fn fine_pixels_are_within_the_tolerance() {
     let mut all = true;
@@ -139,9 +139,9 @@ fn fine_pixels_are_within_the_tolerance() {
     assert!(all);
 }
 
-/// Beyond half the rate of the pixels a table says nothing, and there is no error to measure.
+/// Coarse pixels have no spectrum beyond half of their rate, where the table is empty and its error undefined.
 #[test]
-fn the_stated_error_is_within_the_tolerance_where_pixels_are_coarse() {
+fn stated_errors_of_coarse_pixels_are_within_the_tolerance() {
     let field = waves(40, 40, 0.13, 0.13, 0.5);
     for model in MODELS {
         let options = Options { conserve_energy: false, ..with(model, Tiling::Aperiodic, 20.0, 1e-3) };
@@ -167,7 +167,7 @@ fn every_tolerance_is_met() {
 }
 
 #[test]
-fn the_oracle_of_a_repeating_tile_is_the_sum_over_its_orders() {
+fn the_periodic_oracle_is_the_sum_over_orders() {
     let field = relief(7, 5, 0.3, 0.4, 0.5);
     let (lx, ly) = field.extent_um();
     let mut random = Random::new(11);
@@ -193,14 +193,14 @@ fn the_oracle_of_a_repeating_tile_is_the_sum_over_its_orders() {
     }
 }
 
-/// The raised cosine over a quarter of each edge that model and documentation give a scan that stands alone.
+/// The raised cosine over a quarter of each edge, by which model and documentation taper an aperiodic scan.
 fn edge(i: usize, n: usize) -> f64 {
     let t = (i.min(n - 1 - i) as f64 + 0.5) / n as f64;
     if t < 0.25 { (0.5 * PI * t / 0.25).sin().powi(2) } else { 1.0 }
 }
 
 #[test]
-fn the_oracle_of_a_scan_alone_is_the_sum_over_its_pixels() {
+fn the_aperiodic_oracle_is_the_sum_over_pixels() {
     let (nx, ny, dx, dy) = (9, 7, 0.3, 0.2);
     let field = relief(nx, ny, dx, dy, 0.5);
     let mut random = Random::new(13);
@@ -250,20 +250,20 @@ fn the_density_integrates_to_one() {
     let (lx, ly) = field.extent_um();
     for (model, tiling, length) in [
         (Model::Ensemble, Tiling::Periodic, 8.0),
-        // Twice the tile, so that orders of a patch do not overlap: e^{−π²·2²}.
+        // The window is twice the tile, so that orders of a patch do not overlap: e^{−π²·2²}.
         (Model::Patch, Tiling::Periodic, 8.0 * lx.max(ly)),
         (Model::Ensemble, Tiling::Aperiodic, 8.0),
         (Model::Patch, Tiling::Aperiodic, 8.0),
     ] {
         let exact = Exact::new(&field, &with(model, tiling, length, 1e-3), None);
         let half = |n: f64, extent: f64| match tiling {
-            // All orders and seven standard deviations beyond.
+            // The range covers all orders and seven standard deviations.
             Tiling::Periodic => 0.5 * n / extent + 7.0 * 4.0 / (8f64.sqrt() * PI * length),
-            // One period of a sum over pixels.
+            // The range is one period of the sum over pixels.
             Tiling::Aperiodic => 0.5 * n / extent,
         };
         let (fx, fy) = (half(7.0, lx), half(5.0, ly));
-        // Equal steps are exact for what is smooth and periodic or has died away.
+        // Uniform steps are exact for smooth functions that are periodic or decay.
         const STEPS: usize = 400;
         for kappa in [0.0, 9.0, 34.0] {
             let mut sum = 0.0;

@@ -1,5 +1,5 @@
-//! The transforms against closed forms and against each other. The naive sum is judged by mathematics, the FFT by the
-//! naive sum, the expansions by the FFT.
+//! The transforms against closed forms and each other: the naive sum against mathematics, the FFT against the naive
+//! sum, the series against the FFT.
 
 use super::common::{direction, preset, relief, sinusoid};
 use ndarray::Array2;
@@ -12,17 +12,17 @@ use sunbeam::transform::{
 };
 use sunbeam_fourier::num_complex::{Complex, Complex64};
 
-/// Closed forms against sums of up to 131072 terms of modulus one, whose rounding is some 1e-12.
+/// Rounding of sums of up to 131072 terms of modulus one, against closed forms.
 const CLOSED_FORM: f64 = 1e-9;
-/// Two ways to sum at most a few hundred terms of modulus one in double precision.
+/// Difference of two sums of a few hundred terms of modulus one in double precision.
 const ROUNDING: f64 = 1e-12;
-/// Heights near 1000 µm are spaced by 1.1e-13 µm; κ ≤ 35 rad/µm turns that into phases of 4e-12.
+/// Error at an offset of 1000 µm: heights have a spacing of 1.1e-13 µm, which κ ≤ 35 rad/µm turns into phases of 4e-12.
 const ROUNDING_AT_1_MM: f64 = 1e-10;
-/// 2π·2/0.38: both directions along the normal at 380 nm.
+/// Largest κ, 2π·2/0.38 µm: both directions along the normal at 380 nm.
 const KAPPA: f64 = TAU * 2.0 / 0.38;
-/// Half range for which κH = 13.56, the case of docs/model.md#the-two-expansions.
+/// Half of the height range with κH = 13.56, the case of docs/model.md#the-two-expansions.
 const HALF_RANGE_UM: f64 = 0.41;
-/// Rounding of f32 sums of bounded terms: the terms and 39 additions at 6e-8 each.
+/// Rounding of single-precision sums: the terms and 39 additions at 6e-8 each.
 const SINGLE: f64 = 2e-6;
 
 fn orders() -> impl Iterator<Item = i64> {
@@ -41,7 +41,7 @@ fn a_sinusoid_has_bessel_amplitudes_with_their_sign() {
             assert!((found - expected).norm() < CLOSED_FORM, "κ {kappa} j {j}: {found} {expected}");
         }
     }
-    // Negative control: the other sign of the exponent is told apart.
+    // Negative control: the other sign of the exponent differs.
     assert!((naive_order_amplitude(&field, 3.0, 1, 0) - libm::jn(1, 3.0 * amplitude)).norm() > 0.1);
 }
 
@@ -73,7 +73,7 @@ fn a_sampled_sawtooth_has_its_closed_form() {
         for j in orders() {
             let a = kappa * height / TAU + j as f64;
             let size = if a.abs() < 1e-12 { 1.0 } else { (PI * a).sin() / (n * (PI * a / n).sin()) };
-            // Samples lie half a pixel inside, and the middle of the geometric series carries the phase.
+            // Samples lie half a pixel inside the edges, and the middle of the geometric series gives the phase.
             let expected = Complex64::from_polar(size.abs(), 0.5 * kappa * height / n + PI * a * (n - 1.0) / n)
                 * if size < 0.0 { -1.0 } else { 1.0 };
             let found = naive_order_amplitude(&field, kappa, j, 0);
@@ -91,7 +91,7 @@ fn a_fine_sawtooth_has_the_sinc_of_the_continuum() {
         for j in -3..=3 {
             let a = kappa * height / TAU + j as f64;
             let sinc = (PI * a).sin() / (PI * a);
-            // The sampled form differs by πa/(6n²) ≈ 2e-10.
+            // The sampled form differs from the continuum by πa/(6n²) ≈ 2e-10.
             assert!((naive_order_amplitude(&field, kappa, j, 0).norm() - sinc.abs()).abs() < CLOSED_FORM);
         }
     }
@@ -130,7 +130,7 @@ fn a_facet_that_rises_along_x_is_bright_at_minus_sine_of_twice_its_slope() {
     ] {
         let (lit, unlit) =
             (f(&surface, &exact, wi, bright, wavelength_nm), f(&surface, &exact, wi, dark, wavelength_nm));
-        // At its blaze the grating sends everything into one order; the order opposite is at a zero of the sinc.
+        // At its blaze the grating sends all light into one order; the opposite order is at a zero of the sinc.
         assert!(lit > 1e3 * unlit.max(1.0), "{lit} {unlit}");
     }
 }
@@ -168,7 +168,7 @@ fn a_millimetre_of_offset_changes_nothing() {
     assert!(powers.abs() < ROUNDING_AT_1_MM, "{powers:e}");
 }
 
-/// Half range 0.41 µm, so that κH = 13.56 at [`KAPPA`].
+/// A relief with half range 0.41 µm, so that κH = 13.56 at [`KAPPA`].
 fn deep() -> HeightField {
     let mut field = relief(37, 23, 0.1, 0.1, 1.0);
     let (low, high) = field.range_um();
@@ -185,9 +185,9 @@ fn worst<T: Precision + Into<f64>>(field: &HeightField, series: Series, terms: u
 }
 
 #[test]
-fn chebyshev_terms_keep_their_tolerance_and_are_no_more_than_needed() {
+fn chebyshev_terms_suffice_and_are_few() {
     let kappa_h = KAPPA * HALF_RANGE_UM;
-    // The model's counts are what order amplitudes need; the bound at every height asks for a few more.
+    // Order amplitudes need the model's counts; the bound at every height needs a few more.
     for (tolerance, enough) in [(1e-3, 20), (3e-6, 25)] {
         let terms = chebyshev_terms(kappa_h, tolerance);
         assert!((enough..=enough + 3).contains(&terms), "{tolerance:e}: {terms}");
@@ -202,7 +202,7 @@ fn chebyshev_terms_keep_their_tolerance_and_are_no_more_than_needed() {
     let all = worst::<f64>(&deep(), Series::Chebyshev, 39, KAPPA);
     println!("Chebyshev, 39 terms: {all:.1e} in f64; 1e-15 asks for {}", chebyshev_terms(kappa_h, 1e-15));
     assert!(all <= ROUNDING, "{all:e}");
-    // Negative control: the terms are needed.
+    // Negative control: fewer terms miss the tolerance.
     assert!(worst::<f64>(&deep(), Series::Chebyshev, 16, KAPPA) > 1e-3);
 }
 
@@ -212,8 +212,8 @@ fn taylor_loses_its_digits_in_single_precision() {
     let double = worst::<f64>(&deep(), Series::Taylor, terms, KAPPA);
     let single = worst::<f32>(&deep(), Series::Taylor, terms, KAPPA);
     println!("Taylor, {terms} terms: {double:.1e} in f64, {single:.1e} in f32");
-    // Terms of up to e^13.56/√(2π·13.56) = 8e4 cancel: 2e-11 of double and 5e-3 of single precision at one pixel, less
-    // in the mean over pixels.
+    // Terms of up to e^13.56/√(2π·13.56) = 8e4 cancel: the error is 2e-11 in double precision and 5e-3 in single
+    // precision at one pixel, less in the mean over pixels.
     assert!(double < 1e-6 + 1e-9);
     assert!((3e-5..5e-3).contains(&single), "{single:e}");
 }

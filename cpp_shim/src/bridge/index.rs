@@ -1,16 +1,31 @@
-//! Refractive index from the samples that C++ passes.
+//! Refractive index from the samples that C++ passes (`IndexSamples` in bridge.rs).
+//!
+//! The real part eta and the imaginary part k come as two lists each: wavelengths in nm and values.
+//!
+//! | wavelengths | values | meaning |
+//! | --- | --- | --- |
+//! | empty | one | a constant |
+//! | n, rising | n | samples with linear interpolation in between |
+//! | empty | empty | not given: the surface is a perfect reflector |
 
 use super::ffi;
 use sunbeam::scattering::{ComplexIndex, SpectralIndex, SpectralIndexError};
 use sunbeam::table::WAVELENGTH_MIN_NM;
 
-/// The complex index at the wavelengths of both parts, each linearly interpolated; `None` for a perfect reflector.
+/// The complex index, or `None` for a perfect reflector.
+///
+/// An index that depends on the wavelength has samples at the wavelengths of eta and of k together, and the other part
+/// is interpolated linearly there.
+///
+/// # Errors
+/// The errors of [`SpectralIndex::sampled`].
 pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<SpectralIndex>, SpectralIndexError> {
-    let part = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
-        let all = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };
-        all.iter().copied().zip(values.iter().copied()).collect()
+    // A constant becomes one sample. Its wavelength does not matter, because `linear` is constant beyond the ends.
+    let samples_of = |nm: &[f64], values: &[f64]| -> Vec<(f64, f64)> {
+        let wavelengths = if nm.is_empty() { &[WAVELENGTH_MIN_NM] } else { nm };
+        wavelengths.iter().copied().zip(values.iter().copied()).collect()
     };
-    let (eta, k) = (part(&samples.eta_nm, &samples.eta), part(&samples.k_nm, &samples.k));
+    let (eta, k) = (samples_of(&samples.eta_nm, &samples.eta), samples_of(&samples.k_nm, &samples.k));
     if let (&[(_, eta)], &[(_, k)]) = (eta.as_slice(), k.as_slice()) {
         return Ok(Some(SpectralIndex::Constant(ComplexIndex { eta, k })));
     }
@@ -24,7 +39,8 @@ pub(super) fn spectral_index(samples: &ffi::IndexSamples) -> Result<Option<Spect
     SpectralIndex::sampled(wavelengths.into_iter().map(index).collect()).map(Some)
 }
 
-/// Linear interpolation at `x` between samples in rising order, constant beyond their ends. Needs at least one sample.
+/// Linear interpolation at `x` between samples `(x, value)` with rising x, constant beyond their ends. There is at
+/// least one sample.
 fn linear(samples: &[(f64, f64)], x: f64) -> f64 {
     let above = samples.partition_point(|sample| sample.0 < x).min(samples.len() - 1);
     let (low, high) = (samples[above.saturating_sub(1)], samples[above]);

@@ -12,7 +12,7 @@ use sunbeam::lobe::{self, ColourSurface};
 use sunbeam::scattering::SpectralIndex;
 
 /// The Rust side of a BSDF instance.
-pub struct Surface {
+pub(crate) struct Surface {
     pub(super) recipe: Recipe,
     pub(super) tables: Tables,
     /// Jones matrices of the orders: for rigorous surfaces in polarised variants.

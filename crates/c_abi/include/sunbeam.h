@@ -4,56 +4,57 @@
 #include <stddef.h>
 #include <stdint.h>
 
-// The first number of the version of this header; `sunbeam_version` says that of the library which the program runs with.
+// Major version of this header; `sunbeam_version` returns that of the library at run time.
 #define SUNBEAM_VERSION_MAJOR 0
 
-// The second number.
+// Minor version of this header.
 #define SUNBEAM_VERSION_MINOR 1
 
-// The third number.
+// Patch version of this header.
 #define SUNBEAM_VERSION_PATCH 0
 
-// What a call ended with. Anything but `SUNBEAM_STATUS_OK` comes with a message from `sunbeam_last_error`.
+// Result of a call. With any code but `SUNBEAM_STATUS_OK`, `sunbeam_last_error` returns a message.
 typedef enum {
-  // It worked.
+  // Success.
   SUNBEAM_STATUS_OK = 0,
-  // A pointer is null that must not be, or does not point to a whole float.
+  // A required pointer is null, or a pointer to floats is misaligned.
   SUNBEAM_STATUS_BAD_POINTER = 1,
-  // A number, direction, stride or size is outside of what is accepted. Where it is one of a batch, the other items
-  // were answered all the same, and the bad ones with zeros.
+  // A number, direction, stride or size is not accepted. In a batch, results of bad items are zeros, and
+  // all other items have been computed.
   SUNBEAM_STATUS_BAD_VALUE = 2,
-  // The configuration is not JSON, has an unknown name, or a value out of range; or an environment variable has.
+  // The configuration is not JSON, or has an unknown name or a value out of range; or an environment
+  // variable has an unknown value.
   SUNBEAM_STATUS_BAD_CONFIG = 3,
-  // A height field cannot be read, or is not usable.
+  // A height field cannot be read, or is not valid.
   SUNBEAM_STATUS_BAD_HEIGHT_FIELD = 4,
   // The tables cannot be built: they would be too large.
   SUNBEAM_STATUS_BAD_TABLES = 5,
-  // The buffer is too small for the text; the size that it needs was written.
+  // The buffer is too small for the text; the required size has been written.
   SUNBEAM_STATUS_BUFFER_TOO_SMALL = 6,
-  // A defect of the library itself.
+  // A defect of the library.
   SUNBEAM_STATUS_INTERNAL = 7,
 } sunbeam_status;
 
-// A surface with its tables. It is never changed after it was made, so any number of threads may use it at once.
+// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.
 typedef struct sunbeam_surface sunbeam_surface;
 
-// Floats that the caller owns, to be read: item `i` begins at `data + i * stride`.
+// A strided array of floats to be read, owned by the caller: item `i` begins at `data + i * stride`.
 //
-// The stride is counted in floats, may be negative, and 0 gives every item the same values.
+// The stride is in floats and may be negative. With stride 0 all items have the same values.
 typedef struct {
-  // Where the first item begins.
+  // Beginning of the first item.
   const float *data;
-  // Floats from the beginning of an item to that of the next.
+  // Distance between the beginnings of consecutive items, in floats.
   ptrdiff_t stride;
 } sunbeam_floats;
 
-// Floats that the caller owns, to be written: item `i` begins at `data + i * stride`.
+// A strided array of floats to be written, owned by the caller: item `i` begins at `data + i * stride`.
 //
-// The stride is counted in floats and may be negative; items must not overlap.
+// The stride is in floats and may be negative. Items must not overlap.
 typedef struct {
-  // Where the first item begins.
+  // Beginning of the first item.
   float *data;
-  // Floats from the beginning of an item to that of the next.
+  // Distance between the beginnings of consecutive items, in floats.
   ptrdiff_t stride;
 } sunbeam_floats_out;
 
@@ -61,35 +62,37 @@ typedef struct {
 extern "C" {
 #endif // __cplusplus
 
-// The version of the library, such as `0.1.0`. Static.
+// Returns the version of the library, such as `0.1.0`, as a static string.
 const char *sunbeam_version(void);
 
-// What went wrong in the last call of this thread that failed, in one line of UTF-8; empty where none did.
+// Returns the message of the last failed call of this thread, one line of UTF-8; an empty string if no call
+// failed.
 //
-// Valid until the next call of this thread that fails. Never null.
+// The string is valid until the next failing call of this thread. Never null.
 const char *sunbeam_last_error(void);
 
-// Makes a surface from a JSON object whose keys are the parameters' names, such as
-// `{"preset": "blazed", "period": 2.5, "coherence_length": 65}`; all have defaults. Lengths are in micrometres.
+// Creates a surface from a JSON object of parameters, such as
+// `{"preset": "blazed", "period": 2.5, "coherence_length": 65}`. All parameters have defaults. Lengths are in
+// micrometres.
 //
-// It takes up to some seconds, or a fraction of one where the tables are in the cache (environment variables SUNBEAM_CACHE,
-// SUNBEAM_CACHE_DIR and SUNBEAM_CACHE_LIMIT_MB). `*surface` is null unless this returns `SUNBEAM_STATUS_OK`; give it back with
-// `sunbeam_surface_free`.
+// Building the tables takes up to some seconds; reading them from the cache takes a fraction of a second. The
+// environment variables SUNBEAM_CACHE, SUNBEAM_CACHE_DIR and SUNBEAM_CACHE_LIMIT_MB control the cache.
 //
-// What the caller has to see to:
-// `config_json` must be a string with a terminating NUL, `surface` a place for a pointer.
-sunbeam_status sunbeam_surface_new(const char *config_json,
-                                   sunbeam_surface **surface);
+// `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
+//
+// Requirements:
+// `config_json` must be a string with a terminating NUL, and `surface` a valid pointer to a pointer.
+sunbeam_status sunbeam_surface_new(const char *config_json, sunbeam_surface **surface);
 
-// Makes a surface from heights in memory: `ny` rows of `nx` heights in micrometres, row `iy` beginning at
-// `heights_um.data + iy * heights_um.stride` and lying at y = `iy * pixel_y_um`.
+// Creates a surface from an array of heights: `ny` rows of `nx` heights in micrometres. Row `iy` begins at
+// `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`. The heights are copied.
 //
-// The configuration is as for `sunbeam_surface_new` without what is about presets and files; as for files, `level` is
-// `plane` and `tiling` is `aperiodic` unless it says otherwise. Heights that are NaN, infinite or from ±1e30 on are holes:
-// they are refused unless `fill` is `laplace` or `mean`. The heights are copied.
+// The configuration is that of `sunbeam_surface_new` without parameters of presets and files. As for files,
+// the defaults are `plane` for `level` and `aperiodic` for `tiling`. Heights that are NaN, infinite or of
+// magnitude 1e30 or more are missing points; they are an error unless `fill` is `laplace` or `mean`.
 //
-// What the caller has to see to:
-// As `sunbeam_surface_new`, and `nx` floats must be readable from the beginning of each row.
+// Requirements:
+// As for `sunbeam_surface_new`; and `nx` floats must be readable from the beginning of each row.
 sunbeam_status sunbeam_surface_from_heights(const char *config_json,
                                             sunbeam_floats heights_um,
                                             size_t nx,
@@ -98,20 +101,22 @@ sunbeam_status sunbeam_surface_from_heights(const char *config_json,
                                             double pixel_y_um,
                                             sunbeam_surface **surface);
 
-// Gives a surface back. Null is fine; nothing may use it afterwards.
+// Frees a surface. Null is ignored.
 //
-// What the caller has to see to:
-// `surface` must come from one of the two functions that make one, and not have been given back.
+// Requirements:
+// `surface` must have been created by `sunbeam_surface_new` or `sunbeam_surface_from_heights`, not have been
+// freed before, and not be used afterwards.
 void sunbeam_surface_free(sunbeam_surface *surface);
 
-// Writes a JSON object that tells the configuration, the size of the tables and their measured error; for a file of heights
-// also, under `file`, what its size, unit, orientation, channel and holes were taken from.
+// Writes a JSON object with the configuration, the size of the tables and their measured error. For a file of
+// heights, its key `file` tells the origin of size, unit, orientation, channel and missing points.
 //
-// `*needed` is the size of the text with its terminating NUL, so a first call with `capacity` 0 asks for it (and returns
-// `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
+// `*needed` receives the size of the text with its terminating NUL. A call with `capacity` 0 only returns this
+// size (and `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
 //
-// What the caller has to see to:
-// `surface` must be alive, `buffer` have room for `capacity` bytes, and `needed` be a place for a size.
+// Requirements:
+// `surface` must not have been freed, `buffer` must have room for `capacity` bytes, and `needed` must be a valid
+// pointer.
 sunbeam_status sunbeam_surface_describe(const sunbeam_surface *surface,
                                         char *buffer,
                                         size_t capacity,
@@ -119,16 +124,18 @@ sunbeam_status sunbeam_surface_describe(const sunbeam_surface *surface,
 
 // Evaluates the BSDF for `count` pairs of directions, each at `wavelength_count` wavelengths.
 //
-// Item `i` of `wi` and `wo` is a direction: three floats, of length 1 to 1e-3, in the surface's frame (z its normal, x along
-// the relief's rows), both pointing away from it. Item `i` of `wavelength_nm` is `wavelength_count` floats in [360, 830].
-// Item `i` of `f` receives as many: the reflectance in 1/sr, without the cosine and with the Fresnel reflectance where the
-// configuration has `eta`; zeros unless both directions lie above the surface.
+// - Item `i` of `wi` and of `wo` is a direction away from the surface: three floats, of length 1 within 1e-3,
+//   in the surface's frame (z is the normal, x runs along the rows of the relief).
+// - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths in [360, 830].
+// - Item `i` of `f` receives the reflectance at each wavelength in 1/sr, without the cosine, and with the Fresnel
+//   factor if the configuration has `eta`. It is zero unless both directions lie above the surface.
 //
-// An item that is not usable is answered with zeros, the others are answered all the same, and the call returns
-// `SUNBEAM_STATUS_BAD_VALUE` with a message about the first such item.
+// For an item that is not usable the results are zeros; all other items are computed. The call then returns
+// `SUNBEAM_STATUS_BAD_VALUE` with a message about the first bad item.
 //
-// What the caller has to see to:
-// `surface` must be alive; every item of the arrays must be readable, those of `f` writable, by this call alone.
+// Requirements:
+// `surface` must not have been freed. All items of the inputs must be readable. Those of `f` must be writable, and
+// not be accessed by others during the call.
 sunbeam_status sunbeam_surface_eval(const sunbeam_surface *surface,
                                     size_t count,
                                     sunbeam_floats wi,
@@ -137,11 +144,13 @@ sunbeam_status sunbeam_surface_eval(const sunbeam_surface *surface,
                                     sunbeam_floats wavelength_nm,
                                     sunbeam_floats_out f);
 
-// The density with which `sunbeam_surface_sample` finds the direction `wo`, per solid angle: one float an item, the mean over
-// the wavelengths that it carries. The arguments are those of `sunbeam_surface_eval`.
+// Computes the density per solid angle with which `sunbeam_surface_sample` samples the direction `wo`.
 //
-// What the caller has to see to:
-// As `sunbeam_surface_eval`.
+// Item `i` of `pdf` receives one float, the mean over the wavelengths of the item. Other arguments are those of
+// `sunbeam_surface_eval`.
+//
+// Requirements:
+// As for `sunbeam_surface_eval`.
 sunbeam_status sunbeam_surface_pdf(const sunbeam_surface *surface,
                                    size_t count,
                                    sunbeam_floats wi,
@@ -150,10 +159,10 @@ sunbeam_status sunbeam_surface_pdf(const sunbeam_surface *surface,
                                    sunbeam_floats wavelength_nm,
                                    sunbeam_floats_out pdf);
 
-// `sunbeam_surface_eval` and `sunbeam_surface_pdf` in one, for the cost of the latter.
+// Combines `sunbeam_surface_eval` and `sunbeam_surface_pdf`, at the cost of the latter.
 //
-// What the caller has to see to:
-// As `sunbeam_surface_eval`.
+// Requirements:
+// As for `sunbeam_surface_eval`.
 sunbeam_status sunbeam_surface_eval_pdf(const sunbeam_surface *surface,
                                         size_t count,
                                         sunbeam_floats wi,
@@ -163,15 +172,17 @@ sunbeam_status sunbeam_surface_eval_pdf(const sunbeam_surface *surface,
                                         sunbeam_floats_out f,
                                         sunbeam_floats_out pdf);
 
-// Samples `count` outgoing directions, one for all the wavelengths that an item carries.
+// Samples `count` outgoing directions, each for all wavelengths of its item.
 //
-// Item `i` of `u` is three random numbers in [0, 1). Item `i` of `wo` receives the direction, of `pdf` its density (that of
-// `sunbeam_surface_pdf`), of `weight` for each wavelength `f cos(theta_o) / pdf`. A sample that falls below the horizon counts
-// as zero: all of its results are zeros. Else the arguments, and what happens to items that are not usable, are as for
-// `sunbeam_surface_eval`.
+// - Item `i` of `u` holds three random numbers in [0, 1).
+// - Item `i` of `wo` receives the direction, item `i` of `pdf` its density (that of `sunbeam_surface_pdf`).
+// - Item `i` of `weight` receives `f cos(theta_o) / pdf` at each wavelength.
 //
-// What the caller has to see to:
-// As `sunbeam_surface_eval`.
+// A sample below the horizon is valid and has no contribution: all of its results are zeros. Other arguments and
+// the treatment of bad items are those of `sunbeam_surface_eval`.
+//
+// Requirements:
+// As for `sunbeam_surface_eval`.
 sunbeam_status sunbeam_surface_sample(const sunbeam_surface *surface,
                                       size_t count,
                                       sunbeam_floats wi,

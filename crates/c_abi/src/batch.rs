@@ -6,10 +6,10 @@ use super::status::{CallError, Status, call};
 use sunbeam::scattering::{Pair, Vec3, unit_vector};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Most wavelengths that an item carries.
-const CARRIED_MAX: usize = 4096;
+/// Most wavelengths of an item.
+const WAVELENGTHS_MAX: usize = 4096;
 
-/// What of a batch could not be answered.
+/// Bad items of a batch: their number, and index and error of the first.
 #[derive(Default)]
 struct Refused {
     bad: usize,
@@ -17,7 +17,7 @@ struct Refused {
 }
 
 impl Refused {
-    /// Takes the outcome of item `i`; `Err` is why it is not usable.
+    /// Records the outcome of item `i`; an `Err` says why it is not usable.
     fn note(&mut self, i: usize, outcome: Result<(), String>) {
         if let Err(reason) = outcome {
             self.bad += 1;
@@ -33,11 +33,12 @@ impl Refused {
     }
 }
 
+/// Unit vector of item `i`.
 fn direction(name: &str, items: &Input, i: usize) -> Result<Vec3, String> {
     unit_vector(items.three(i)).map_err(|error| format!("`{name}` {error}"))
 }
 
-/// The wavelengths of item `i`, into `carried`.
+/// Reads the wavelengths of item `i` into `carried`.
 fn wavelengths(items: &Input, i: usize, carried: &mut [f64]) -> Result<(), String> {
     for (k, nm) in carried.iter_mut().enumerate() {
         *nm = f64::from(items.at(i, k));
@@ -48,8 +49,9 @@ fn wavelengths(items: &Input, i: usize, carried: &mut [f64]) -> Result<(), Strin
     Ok(())
 }
 
+/// A buffer for the wavelengths of one item.
 fn carried(wavelength_count: usize) -> Result<Vec<f64>, CallError> {
-    if !(1..=CARRIED_MAX).contains(&wavelength_count) {
+    if !(1..=WAVELENGTHS_MAX).contains(&wavelength_count) {
         let (argument, accepted) = ("wavelength_count", "1 to 4096");
         return Err(CallError::Size { argument, found: wavelength_count, accepted });
     }
@@ -65,7 +67,8 @@ struct Queries {
 }
 
 impl SurfaceHandle {
-    /// Evaluates a batch. Values are `f_r` in 1/sr at each wavelength, densities the mean over the wavelengths carried.
+    /// Evaluates a batch: `values` receives `f_r` in 1/sr at each wavelength, `pdf` the mean density over the
+    /// wavelengths.
     fn eval(
         &self,
         queries: &Queries,
@@ -78,7 +81,7 @@ impl SurfaceHandle {
             let outcome = (|| {
                 let (wi, wo) = (direction("wi", &queries.wi, i)?, direction("wo", &queries.wo, i)?);
                 wavelengths(&queries.wavelength_nm, i, &mut carried)?;
-                // Below the surface nothing is reflected, which is an answer.
+                // Directions below the surface are valid: the result is zero.
                 if Pair::new(wi, wo).is_none() {
                     return Ok(false);
                 }
@@ -104,17 +107,19 @@ impl SurfaceHandle {
 
 /// Evaluates the BSDF for `count` pairs of directions, each at `wavelength_count` wavelengths.
 ///
-/// Item `i` of `wi` and `wo` is a direction: three floats, of length 1 to 1e-3, in the surface's frame (z its normal, x along
-/// the relief's rows), both pointing away from it. Item `i` of `wavelength_nm` is `wavelength_count` floats in [360, 830].
-/// Item `i` of `f` receives as many: the reflectance in 1/sr, without the cosine and with the Fresnel reflectance where the
-/// configuration has `eta`; zeros unless both directions lie above the surface.
+/// - Item `i` of `wi` and of `wo` is a direction away from the surface: three floats, of length 1 within 1e-3,
+///   in the surface's frame (z is the normal, x runs along the rows of the relief).
+/// - Item `i` of `wavelength_nm` holds `wavelength_count` wavelengths in [360, 830].
+/// - Item `i` of `f` receives the reflectance at each wavelength in 1/sr, without the cosine, and with the Fresnel
+///   factor if the configuration has `eta`. It is zero unless both directions lie above the surface.
 ///
-/// An item that is not usable is answered with zeros, the others are answered all the same, and the call returns
-/// `SUNBEAM_STATUS_BAD_VALUE` with a message about the first such item.
+/// For an item that is not usable the results are zeros; all other items are computed. The call then returns
+/// `SUNBEAM_STATUS_BAD_VALUE` with a message about the first bad item.
 ///
 /// # Safety
-/// `surface` must be alive; every item of the arrays must be readable, those of `f` writable, by this call alone.
-#[unsafe(no_mangle)] // SAFETY: the prefix keeps it from meeting a symbol of others.
+/// `surface` must not have been freed. All items of the inputs must be readable. Those of `f` must be writable, and
+/// not be accessed by others during the call.
+#[unsafe(no_mangle)] // SAFETY: no other library has symbols with this prefix.
 pub unsafe extern "C" fn sunbeam_surface_eval(
     surface: *const SurfaceHandle,
     count: usize,
@@ -124,15 +129,17 @@ pub unsafe extern "C" fn sunbeam_surface_eval(
     wavelength_nm: Floats,
     f: FloatsOut,
 ) -> Status {
-    // SAFETY: as the caller vouches.
+    // SAFETY: by the contract above.
     unsafe { evaluate(surface, count, [wi, wo], (wavelength_count, wavelength_nm), Some(f), None) }
 }
 
-/// The density with which `sunbeam_surface_sample` finds the direction `wo`, per solid angle: one float an item, the mean over
-/// the wavelengths that it carries. The arguments are those of `sunbeam_surface_eval`.
+/// Computes the density per solid angle with which `sunbeam_surface_sample` samples the direction `wo`.
+///
+/// Item `i` of `pdf` receives one float, the mean over the wavelengths of the item. Other arguments are those of
+/// `sunbeam_surface_eval`.
 ///
 /// # Safety
-/// As `sunbeam_surface_eval`.
+/// As for `sunbeam_surface_eval`.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_pdf(
     surface: *const SurfaceHandle,
@@ -143,14 +150,14 @@ pub unsafe extern "C" fn sunbeam_surface_pdf(
     wavelength_nm: Floats,
     pdf: FloatsOut,
 ) -> Status {
-    // SAFETY: as the caller vouches.
+    // SAFETY: by the contract above.
     unsafe { evaluate(surface, count, [wi, wo], (wavelength_count, wavelength_nm), None, Some(pdf)) }
 }
 
-/// `sunbeam_surface_eval` and `sunbeam_surface_pdf` in one, for the cost of the latter.
+/// Combines `sunbeam_surface_eval` and `sunbeam_surface_pdf`, at the cost of the latter.
 ///
 /// # Safety
-/// As `sunbeam_surface_eval`.
+/// As for `sunbeam_surface_eval`.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_eval_pdf(
     surface: *const SurfaceHandle,
@@ -162,19 +169,21 @@ pub unsafe extern "C" fn sunbeam_surface_eval_pdf(
     f: FloatsOut,
     pdf: FloatsOut,
 ) -> Status {
-    // SAFETY: as the caller vouches.
+    // SAFETY: by the contract above.
     unsafe { evaluate(surface, count, [wi, wo], (wavelength_count, wavelength_nm), Some(f), Some(pdf)) }
 }
 
-/// Samples `count` outgoing directions, one for all the wavelengths that an item carries.
+/// Samples `count` outgoing directions, each for all wavelengths of its item.
 ///
-/// Item `i` of `u` is three random numbers in [0, 1). Item `i` of `wo` receives the direction, of `pdf` its density (that of
-/// `sunbeam_surface_pdf`), of `weight` for each wavelength `f cos(theta_o) / pdf`. A sample that falls below the horizon counts
-/// as zero: all of its results are zeros. Else the arguments, and what happens to items that are not usable, are as for
-/// `sunbeam_surface_eval`.
+/// - Item `i` of `u` holds three random numbers in [0, 1).
+/// - Item `i` of `wo` receives the direction, item `i` of `pdf` its density (that of `sunbeam_surface_pdf`).
+/// - Item `i` of `weight` receives `f cos(theta_o) / pdf` at each wavelength.
+///
+/// A sample below the horizon is valid and has no contribution: all of its results are zeros. Other arguments and
+/// the treatment of bad items are those of `sunbeam_surface_eval`.
 ///
 /// # Safety
-/// As `sunbeam_surface_eval`.
+/// As for `sunbeam_surface_eval`.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_sample(
     surface: *const SurfaceHandle,
@@ -189,7 +198,7 @@ pub unsafe extern "C" fn sunbeam_surface_sample(
 ) -> Status {
     call(|| {
         let mut carried = carried(wavelength_count)?;
-        // SAFETY: as the caller vouches.
+        // SAFETY: by the contract above.
         let (surface, wi, wavelength_nm, u, wo, pdf, weight) = unsafe {
             (
                 reference("surface", surface)?,
@@ -227,7 +236,7 @@ pub unsafe extern "C" fn sunbeam_surface_sample(
 }
 
 impl SurfaceHandle {
-    /// Direction and density of one sample; its weight at each of the wavelengths goes to `weights`.
+    /// Direction and density of one sample, `None` below the horizon; `weights` receives its weight at each wavelength.
     fn sample(&self, wi: Vec3, carried: &[f64], u: [f64; 3], weights: &mut [f64]) -> Option<(Vec3, f64)> {
         let wo = self.surface.sample_direction(wi, carried, u)?;
         let pdf = self.surface.eval_pdf(wi, wo, carried, |k, f| weights[k] = f * wo[2]);
@@ -236,10 +245,10 @@ impl SurfaceHandle {
     }
 }
 
-/// What the three functions of two directions share.
+/// Body of the three functions that take two directions.
 ///
 /// # Safety
-/// As for [`Input::new`] and [`Output::new`], and `surface` must be alive.
+/// As for [`Input::new`] and [`Output::new`], and `surface` must not have been freed.
 unsafe fn evaluate(
     surface: *const SurfaceHandle,
     count: usize,
@@ -250,7 +259,7 @@ unsafe fn evaluate(
 ) -> Status {
     call(|| {
         let carried = carried(wavelength_count)?;
-        // SAFETY: as the caller vouches.
+        // SAFETY: by the contract above.
         let (surface, queries, f, pdf) = unsafe {
             (
                 reference("surface", surface)?,

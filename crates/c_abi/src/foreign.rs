@@ -1,40 +1,40 @@
-//! Pointers from C, checked and read: the unsafe half of the room.
+//! Pointers from C: checks, and safe access to what they point to.
 
 use super::status::CallError;
 use std::ffi::{CStr, c_char};
 
-/// Floats that the caller owns, to be read: item `i` begins at `data + i * stride`.
+/// A strided array of floats to be read, owned by the caller: item `i` begins at `data + i * stride`.
 ///
-/// The stride is counted in floats, may be negative, and 0 gives every item the same values.
+/// The stride is in floats and may be negative. With stride 0 all items have the same values.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Floats {
-    /// Where the first item begins.
+    /// Beginning of the first item.
     pub data: *const f32,
-    /// Floats from the beginning of an item to that of the next.
+    /// Distance between the beginnings of consecutive items, in floats.
     pub stride: isize,
 }
 
-/// Floats that the caller owns, to be written: item `i` begins at `data + i * stride`.
+/// A strided array of floats to be written, owned by the caller: item `i` begins at `data + i * stride`.
 ///
-/// The stride is counted in floats and may be negative; items must not overlap.
+/// The stride is in floats and may be negative. Items must not overlap.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct FloatsOut {
-    /// Where the first item begins.
+    /// Beginning of the first item.
     pub data: *mut f32,
-    /// Floats from the beginning of an item to that of the next.
+    /// Distance between the beginnings of consecutive items, in floats.
     pub stride: isize,
 }
 
-/// [`Floats`] that were checked.
+/// Checked [`Floats`].
 #[derive(Clone, Copy)]
 pub(super) struct Input {
     data: *const f32,
     stride: isize,
 }
 
-/// [`FloatsOut`] that were checked.
+/// Checked [`FloatsOut`], with items of `width` floats.
 #[derive(Clone, Copy)]
 pub(super) struct Output {
     data: *mut f32,
@@ -43,29 +43,33 @@ pub(super) struct Output {
 }
 
 impl Input {
+    /// Checks an array of `count` items.
+    ///
     /// # Safety
-    /// For every item up to `count`, `width` floats must be readable from its beginning until the call ends.
-    pub unsafe fn new(argument: &'static str, floats: Floats, count: usize) -> Result<Self, CallError> {
+    /// The floats of all `count` items that are passed to [`Input::at`] must be readable until the call ends.
+    pub(super) unsafe fn new(argument: &'static str, floats: Floats, count: usize) -> Result<Self, CallError> {
         check_pointer(argument, floats.data, count)?;
         Ok(Self { data: floats.data, stride: floats.stride })
     }
 
     /// Float `k` of item `i`.
-    pub fn at(&self, i: usize, k: usize) -> f32 {
-        // SAFETY: the caller of `new` vouched for every item below its count, and its offset is within one object of theirs.
+    pub(super) fn at(&self, i: usize, k: usize) -> f32 {
+        // SAFETY: by the contract of `new`, item i < count is readable, and lies in the array of the caller.
         unsafe { self.data.offset(i as isize * self.stride).add(k).read() }
     }
 
-    /// Item `i`, of three floats.
-    pub fn three(&self, i: usize) -> [f64; 3] {
+    /// The three floats of item `i`.
+    pub(super) fn three(&self, i: usize) -> [f64; 3] {
         std::array::from_fn(|k| f64::from(self.at(i, k)))
     }
 }
 
 impl Output {
+    /// Checks an array of `count` items of `width` floats.
+    ///
     /// # Safety
-    /// For every item up to `count`, `width` floats must be writable from its beginning until the call ends, by nobody else.
-    pub unsafe fn new(
+    /// All `count` items must be writable until the call ends, and not be accessed by anyone else.
+    pub(super) unsafe fn new(
         argument: &'static str,
         floats: FloatsOut,
         width: usize,
@@ -79,19 +83,19 @@ impl Output {
     }
 
     /// Writes float `k` of item `i`.
-    pub fn set(&self, i: usize, k: usize, value: f32) {
+    pub(super) fn set(&self, i: usize, k: usize, value: f32) {
         debug_assert!(k < self.width);
         // SAFETY: as for `Input::at`.
         unsafe { self.data.offset(i as isize * self.stride).add(k).write(value) }
     }
 
     /// Writes zeros to item `i`.
-    pub fn clear(&self, i: usize) {
+    pub(super) fn clear(&self, i: usize) {
         (0..self.width).for_each(|k| self.set(i, k, 0.0));
     }
 }
 
-/// An array of nothing may be null.
+/// Refuses null and misaligned pointers, except for arrays without items.
 fn check_pointer(argument: &'static str, data: *const f32, count: usize) -> Result<(), CallError> {
     if count == 0 {
         return Ok(());
@@ -105,7 +109,7 @@ fn check_pointer(argument: &'static str, data: *const f32, count: usize) -> Resu
     Ok(())
 }
 
-/// A reference from a pointer that must not be null.
+/// A shared reference from a pointer; null is an error.
 ///
 /// # Safety
 /// Unless null, it must point to a `T` that outlives `'a` and is not changed meanwhile.
@@ -114,16 +118,16 @@ pub(super) unsafe fn reference<'a, T>(argument: &'static str, pointer: *const T)
     unsafe { pointer.as_ref() }.ok_or(CallError::Null { argument })
 }
 
-/// Where a result goes: the same for a place to be written.
+/// A mutable reference from a pointer to a result; null is an error.
 ///
 /// # Safety
 /// Unless null, it must point to a writable `T` that nobody else uses during `'a`.
-pub(super) unsafe fn place<'a, T>(argument: &'static str, pointer: *mut T) -> Result<&'a mut T, CallError> {
+pub(super) unsafe fn output<'a, T>(argument: &'static str, pointer: *mut T) -> Result<&'a mut T, CallError> {
     // SAFETY: by the contract above.
     unsafe { pointer.as_mut() }.ok_or(CallError::Null { argument })
 }
 
-/// A string of UTF-8.
+/// A string from a pointer; null and invalid UTF-8 are errors.
 ///
 /// # Safety
 /// Unless null, it must point to a string with a terminating NUL that outlives `'a` and is not changed meanwhile.

@@ -1,6 +1,6 @@
-//! The life of a surface: made, described, freed.
+//! Creation, description and destruction of surfaces.
 
-use super::foreign::{Floats, Input, place, reference, text};
+use super::foreign::{Floats, Input, output, reference, text};
 use super::status::{CallError, Status, call};
 use ndarray::Array2;
 use serde::Serialize;
@@ -10,7 +10,7 @@ use sunbeam::config::{BuildError, BuiltReport, BuiltSurface, SurfaceConfig};
 use sunbeam::height_field::{FileField, HeightField, Provenance};
 use sunbeam::table::Progress;
 
-/// A surface with its tables. It is never changed after it was made, so any number of threads may use it at once.
+/// A surface with its tables. It never changes after its creation, so any number of threads may use it at once.
 pub struct SurfaceHandle {
     pub(super) surface: BuiltSurface,
     config: SurfaceConfig,
@@ -18,16 +18,16 @@ pub struct SurfaceHandle {
     file: Option<FileDescription>,
 }
 
-/// How a file of heights was understood.
+/// Interpretation of a file of heights.
 #[derive(Serialize)]
 struct FileDescription {
     provenance: Option<Provenance>,
-    /// Properties that no relief has.
+    /// Warnings about implausible properties of the relief.
     doubts: Vec<String>,
 }
 
 impl FileDescription {
-    /// Reads the file that a configuration names; `None` for a preset.
+    /// Reads the file of a configuration; `None` for a preset.
     fn of(config: &SurfaceConfig) -> Result<Option<Self>, BuildError> {
         if config.filename.is_none() {
             return Ok(None);
@@ -37,12 +37,12 @@ impl FileDescription {
     }
 }
 
-/// What `sunbeam_surface_describe` tells.
+/// The JSON object of `sunbeam_surface_describe`.
 #[derive(Serialize)]
 struct Description<'a> {
     version: &'static str,
     config: &'a SurfaceConfig,
-    /// Where the tables came from.
+    /// Origin of the tables: the cache or a build.
     origin: &'a Origin,
     #[serde(skip_serializing_if = "Option::is_none")]
     file: Option<&'a FileDescription>,
@@ -51,47 +51,50 @@ struct Description<'a> {
 }
 
 impl SurfaceHandle {
-    fn publish(self, place: &mut *mut Self) {
-        *place = Box::into_raw(Box::new(self));
+    /// Moves the surface to the heap, and passes its ownership to the caller.
+    fn publish(self, output: &mut *mut Self) {
+        *output = Box::into_raw(Box::new(self));
     }
 }
 
-/// Makes a surface from a JSON object whose keys are the parameters' names, such as
-/// `{"preset": "blazed", "period": 2.5, "coherence_length": 65}`; all have defaults. Lengths are in micrometres.
+/// Creates a surface from a JSON object of parameters, such as
+/// `{"preset": "blazed", "period": 2.5, "coherence_length": 65}`. All parameters have defaults. Lengths are in
+/// micrometres.
 ///
-/// It takes up to some seconds, or a fraction of one where the tables are in the cache (environment variables SUNBEAM_CACHE,
-/// SUNBEAM_CACHE_DIR and SUNBEAM_CACHE_LIMIT_MB). `*surface` is null unless this returns `SUNBEAM_STATUS_OK`; give it back with
-/// `sunbeam_surface_free`.
+/// Building the tables takes up to some seconds; reading them from the cache takes a fraction of a second. The
+/// environment variables SUNBEAM_CACHE, SUNBEAM_CACHE_DIR and SUNBEAM_CACHE_LIMIT_MB control the cache.
+///
+/// `*surface` is null unless the call returns `SUNBEAM_STATUS_OK`. Free it with `sunbeam_surface_free`.
 ///
 /// # Safety
-/// `config_json` must be a string with a terminating NUL, `surface` a place for a pointer.
-#[unsafe(no_mangle)] // SAFETY: the prefix keeps it from meeting a symbol of others.
+/// `config_json` must be a string with a terminating NUL, and `surface` a valid pointer to a pointer.
+#[unsafe(no_mangle)] // SAFETY: no other library has symbols with this prefix.
 pub unsafe extern "C" fn sunbeam_surface_new(config_json: *const c_char, surface: *mut *mut SurfaceHandle) -> Status {
     call(|| {
-        // SAFETY: as the caller vouches.
-        let (place, json) = unsafe {
-            let place = place("surface", surface)?;
-            *place = std::ptr::null_mut();
-            (place, text("config_json", config_json)?)
+        // SAFETY: by the contract above.
+        let (output, json) = unsafe {
+            let output = output("surface", surface)?;
+            *output = std::ptr::null_mut();
+            (output, text("config_json", config_json)?)
         };
         let config = SurfaceConfig::from_json(json).map_err(BuildError::from)?;
         let cache = Cache::from_env().map_err(BuildError::from)?;
         let file = FileDescription::of(&config)?;
         let (surface, origin) = config.build_by_theory(&cache, &Progress::none())?;
-        SurfaceHandle { surface, config, origin, file }.publish(place);
+        SurfaceHandle { surface, config, origin, file }.publish(output);
         Ok(())
     })
 }
 
-/// Makes a surface from heights in memory: `ny` rows of `nx` heights in micrometres, row `iy` beginning at
-/// `heights_um.data + iy * heights_um.stride` and lying at y = `iy * pixel_y_um`.
+/// Creates a surface from an array of heights: `ny` rows of `nx` heights in micrometres. Row `iy` begins at
+/// `heights_um.data + iy * heights_um.stride` and lies at y = `iy * pixel_y_um`. The heights are copied.
 ///
-/// The configuration is as for `sunbeam_surface_new` without what is about presets and files; as for files, `level` is
-/// `plane` and `tiling` is `aperiodic` unless it says otherwise. Heights that are NaN, infinite or from ±1e30 on are holes:
-/// they are refused unless `fill` is `laplace` or `mean`. The heights are copied.
+/// The configuration is that of `sunbeam_surface_new` without parameters of presets and files. As for files,
+/// the defaults are `plane` for `level` and `aperiodic` for `tiling`. Heights that are NaN, infinite or of
+/// magnitude 1e30 or more are missing points; they are an error unless `fill` is `laplace` or `mean`.
 ///
 /// # Safety
-/// As `sunbeam_surface_new`, and `nx` floats must be readable from the beginning of each row.
+/// As for `sunbeam_surface_new`; and `nx` floats must be readable from the beginning of each row.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_from_heights(
     config_json: *const c_char,
@@ -103,12 +106,12 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
     surface: *mut *mut SurfaceHandle,
 ) -> Status {
     call(|| {
-        // SAFETY: as the caller vouches.
-        let (place, json, rows) = unsafe {
-            let place = place("surface", surface)?;
-            *place = std::ptr::null_mut();
+        // SAFETY: by the contract above.
+        let (output, json, rows) = unsafe {
+            let output = output("surface", surface)?;
+            *output = std::ptr::null_mut();
             let count = if nx == 0 { 0 } else { ny };
-            (place, text("config_json", config_json)?, Input::new("heights_um", heights_um, count)?)
+            (output, text("config_json", config_json)?, Input::new("heights_um", heights_um, count)?)
         };
         if nx.checked_mul(ny).is_none_or(|n| n > isize::MAX as usize / size_of::<f64>()) {
             return Err(CallError::Size {
@@ -122,34 +125,36 @@ pub unsafe extern "C" fn sunbeam_surface_from_heights(
         let fill = config.fill.unwrap_or_default();
         let field = HeightField::with_holes(heights, pixel_x_um, pixel_y_um, fill).map_err(BuildError::from)?;
         let (surface, origin) = config.build_of(&field, &Cache::from_env().map_err(BuildError::from)?)?;
-        SurfaceHandle { surface, config, origin, file: None }.publish(place);
+        SurfaceHandle { surface, config, origin, file: None }.publish(output);
         Ok(())
     })
 }
 
-/// Gives a surface back. Null is fine; nothing may use it afterwards.
+/// Frees a surface. Null is ignored.
 ///
 /// # Safety
-/// `surface` must come from one of the two functions that make one, and not have been given back.
+/// `surface` must have been created by `sunbeam_surface_new` or `sunbeam_surface_from_heights`, not have been
+/// freed before, and not be used afterwards.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_free(surface: *mut SurfaceHandle) {
     call(|| {
         if !surface.is_null() {
-            // SAFETY: as the caller vouches, it came from `Box::into_raw` and this is its end.
+            // SAFETY: by the contract above, it came from `Box::into_raw` and is not used again.
             drop(unsafe { Box::from_raw(surface) });
         }
         Ok(())
     });
 }
 
-/// Writes a JSON object that tells the configuration, the size of the tables and their measured error; for a file of heights
-/// also, under `file`, what its size, unit, orientation, channel and holes were taken from.
+/// Writes a JSON object with the configuration, the size of the tables and their measured error. For a file of
+/// heights, its key `file` tells the origin of size, unit, orientation, channel and missing points.
 ///
-/// `*needed` is the size of the text with its terminating NUL, so a first call with `capacity` 0 asks for it (and returns
-/// `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
+/// `*needed` receives the size of the text with its terminating NUL. A call with `capacity` 0 only returns this
+/// size (and `SUNBEAM_STATUS_BUFFER_TOO_SMALL`); `buffer` may then be null.
 ///
 /// # Safety
-/// `surface` must be alive, `buffer` have room for `capacity` bytes, and `needed` be a place for a size.
+/// `surface` must not have been freed, `buffer` must have room for `capacity` bytes, and `needed` must be a valid
+/// pointer.
 #[unsafe(no_mangle)] // SAFETY: as above.
 pub unsafe extern "C" fn sunbeam_surface_describe(
     surface: *const SurfaceHandle,
@@ -158,8 +163,8 @@ pub unsafe extern "C" fn sunbeam_surface_describe(
     needed: *mut usize,
 ) -> Status {
     call(|| {
-        // SAFETY: as the caller vouches.
-        let (handle, needed) = unsafe { (reference("surface", surface)?, place("needed", needed)?) };
+        // SAFETY: by the contract above.
+        let (handle, needed) = unsafe { (reference("surface", surface)?, output("needed", needed)?) };
         let version = env!("CARGO_PKG_VERSION");
         let description = Description {
             version,
@@ -176,7 +181,7 @@ pub unsafe extern "C" fn sunbeam_surface_describe(
         if buffer.is_null() {
             return Err(CallError::Null { argument: "buffer" });
         }
-        // SAFETY: the buffer has room for the text and its end.
+        // SAFETY: the buffer has room for the text and its terminating NUL.
         unsafe {
             std::ptr::copy_nonoverlapping(text.as_ptr().cast(), buffer, text.len());
             buffer.add(text.len()).write(0);

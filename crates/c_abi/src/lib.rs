@@ -1,8 +1,12 @@
-//! The C ABI: `include/sunbeam.h`, which cbindgen writes from this room (see its manual for the rules of use).
+//! The C ABI. cbindgen writes its header, `include/sunbeam.h`, from the sources of this crate (`make header`).
 //!
-//! A surface is an opaque handle made from a JSON configuration; batches of directions are read and written through
-//! [`Floats`] and [`FloatsOut`]. Every export runs its body in [`call`]: errors and panics become a [`Status`] and a
-//! message of the thread, and nothing unwinds into foreign code. All pointers are turned into Rust's terms in [`foreign`].
+//! - A surface is an opaque handle, made from a JSON configuration (`handle.rs`).
+//! - Batches of directions are strided arrays of floats, [`Floats`] and [`FloatsOut`] (`batch.rs`).
+//! - Every export runs its body in `call` (`status.rs`): errors and panics become a [`Status`] and a message of the
+//!   thread, and nothing unwinds into foreign code.
+//! - All pointers from C are checked and dereferenced in `foreign.rs`.
+//!
+//! Comments of exports are part of the header: they are written for C programmers, in at most 110 columns.
 
 mod batch;
 mod foreign;

@@ -1,34 +1,35 @@
-//! What a call ends with, and the message of the thread that made it.
+//! Status codes, and the error message of each thread.
 
 use std::cell::RefCell;
 use std::ffi::{CString, c_char};
 use sunbeam::config::BuildError;
 use sunbeam_guard::{Panic, guard};
 
-/// What a call ended with. Anything but `SUNBEAM_STATUS_OK` comes with a message from `sunbeam_last_error`.
+/// Result of a call. With any code but `SUNBEAM_STATUS_OK`, `sunbeam_last_error` returns a message.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// It worked.
+    /// Success.
     Ok = 0,
-    /// A pointer is null that must not be, or does not point to a whole float.
+    /// A required pointer is null, or a pointer to floats is misaligned.
     BadPointer = 1,
-    /// A number, direction, stride or size is outside of what is accepted. Where it is one of a batch, the other items
-    /// were answered all the same, and the bad ones with zeros.
+    /// A number, direction, stride or size is not accepted. In a batch, results of bad items are zeros, and
+    /// all other items have been computed.
     BadValue = 2,
-    /// The configuration is not JSON, has an unknown name, or a value out of range; or an environment variable has.
+    /// The configuration is not JSON, or has an unknown name or a value out of range; or an environment
+    /// variable has an unknown value.
     BadConfig = 3,
-    /// A height field cannot be read, or is not usable.
+    /// A height field cannot be read, or is not valid.
     BadHeightField = 4,
     /// The tables cannot be built: they would be too large.
     BadTables = 5,
-    /// The buffer is too small for the text; the size that it needs was written.
+    /// The buffer is too small for the text; the required size has been written.
     BufferTooSmall = 6,
-    /// A defect of the library itself.
+    /// A defect of the library.
     Internal = 7,
 }
 
-/// Why a call failed.
+/// Error of an export; its `Display` is the message.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum CallError {
     #[error("`{argument}` is null")]
@@ -52,6 +53,7 @@ pub(super) enum CallError {
 }
 
 impl CallError {
+    /// Status code of the error.
     fn status(&self) -> Status {
         match self {
             Self::Null { .. } | Self::Misaligned { .. } => Status::BadPointer,
@@ -67,25 +69,27 @@ impl CallError {
 }
 
 thread_local! {
+    /// Message of the last failed call of the thread.
     static MESSAGE: RefCell<CString> = RefCell::default();
 }
 
-/// Runs the body of an export: the one place where errors and panics become a status.
+/// Runs the body of an export. Converts an error or a panic into a status, and stores its message.
 pub(super) fn call(body: impl FnOnce() -> Result<(), CallError>) -> Status {
     let Err(error) = guard(body) else { return Status::Ok };
     let mut text = error.to_string().into_bytes();
     text.retain(|byte| *byte != 0);
-    // No byte of it is zero now, so there is always a message.
+    // The text has no NUL, so `CString::new` succeeds.
     let text = CString::new(text).unwrap_or_default();
-    // Not while the thread ends, when its storage is gone and nobody can ask any more.
+    // Fails only while the thread ends, when its message cannot be read any more.
     let _ = MESSAGE.try_with(|message| message.replace(text));
     error.status()
 }
 
-/// What went wrong in the last call of this thread that failed, in one line of UTF-8; empty where none did.
+/// Returns the message of the last failed call of this thread, one line of UTF-8; an empty string if no call
+/// failed.
 ///
-/// Valid until the next call of this thread that fails. Never null.
-#[unsafe(no_mangle)] // SAFETY: the prefix keeps it from meeting a symbol of others.
+/// The string is valid until the next failing call of this thread. Never null.
+#[unsafe(no_mangle)] // SAFETY: no other library has symbols with this prefix.
 pub extern "C" fn sunbeam_last_error() -> *const c_char {
     MESSAGE.try_with(|message| message.borrow().as_ptr()).unwrap_or(c"".as_ptr())
 }

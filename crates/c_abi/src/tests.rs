@@ -1,10 +1,10 @@
-//! The exports as a C program would call them; C, C++ and threads are in `tests/c_abi/`.
+//! The exports, called from Rust. `tests/c_abi/` has programs in C and C++, and threads.
 
 use super::*;
 use std::ffi::{CStr, CString, c_char};
 use std::ptr::{null, null_mut};
 
-/// Built at once, and unlike in x and y.
+/// A surface that builds in milliseconds, and differs between x and y.
 const QUICK: &str = r#"{"preset":"blazed","period":2.0,"coherence_length":8,"conserve_energy":false,"tolerance":0.01}"#;
 const DOWN: [f32; 3] = [0.0, 0.0, -1.0];
 
@@ -35,7 +35,7 @@ fn out(values: &mut [f32], stride: isize) -> FloatsOut {
 }
 
 #[test]
-fn a_batch_answers_what_the_library_does() {
+fn batches_match_the_library() {
     let surface = new(QUICK).unwrap();
     let config = sunbeam::config::SurfaceConfig::from_json(QUICK).unwrap();
     let (direct, _) = config.build(&sunbeam::cache::Cache::off()).unwrap();
@@ -79,7 +79,7 @@ fn a_batch_answers_what_the_library_does() {
 }
 
 #[test]
-fn samples_weigh_what_eval_and_pdf_say() {
+fn sample_weights_match_eval_and_pdf() {
     let surface = new(r#"{"preset":"blazed","coherence_length":8,"conserve_energy":false,"eta":1.5}"#).unwrap();
     let count = 200;
     let u: Vec<f32> = (0..3 * count).map(|i| (i as f32 * 0.618_034).fract()).collect();
@@ -116,7 +116,7 @@ fn samples_weigh_what_eval_and_pdf_say() {
 }
 
 #[test]
-fn bad_items_are_counted_and_the_others_answered() {
+fn bad_items_are_counted_and_others_computed() {
     let surface = new(QUICK).unwrap();
     let wi: Vec<f32> = [[0.6, 0.0, 0.8], [f32::NAN, 0.0, 1.0], [0.0; 3], [0.0, 0.0, 1.0], DOWN].concat();
     let nm = [550.0, 550.0, 550.0, 900.0, 550.0];
@@ -146,7 +146,7 @@ fn bad_items_are_counted_and_the_others_answered() {
 }
 
 #[test]
-fn every_pointer_may_be_null_or_misaligned() {
+fn null_and_misaligned_pointers_are_errors() {
     let surface = new(QUICK).unwrap();
     let up = [0.0, 0.0, 1.0, 550.0];
     let mut result = [0.0; 8];
@@ -169,7 +169,7 @@ fn every_pointer_may_be_null_or_misaligned() {
             assert_eq!(outcome.0, Status::BadPointer);
             assert!(outcome.1.contains(&format!("`{name}`")), "{}", outcome.1);
         }
-        // Nothing is asked, so nothing needs to be anywhere.
+        // A batch without items needs no arrays.
         assert_eq!(sunbeam_surface_eval(surface, 0, nothing, nothing, 1, nothing, nowhere), Status::Ok);
         assert_eq!(sunbeam_surface_eval(surface, 1, good, good, 0, nm, to), Status::BadValue);
         assert_eq!(sunbeam_surface_eval(surface, 1, good, good, usize::MAX, nm, to), Status::BadValue);
@@ -193,7 +193,7 @@ fn configurations_are_refused_by_kind() {
         (r#"{"coherence_length":-1}"#, Status::BadConfig, "[1e-3, 1e5]"),
         (r#"{"k":1}"#, Status::BadConfig, "\"eta\""),
         (r#"{"filename":"no/such.gsf"}"#, Status::BadHeightField, "no/such.gsf"),
-        // Whatever a build may take: no time would do.
+        // Refused with any build limit.
         (
             r#"{"preset":"lamellar","period":50,"eta":1.5,"theory":"rigorous","build_limit":1e6}"#,
             Status::BadTables,
@@ -262,7 +262,7 @@ fn heights_from_memory_are_those_of_a_scan() {
 }
 
 #[test]
-fn holes_in_memory_are_refused_or_filled() {
+fn missing_heights_are_refused_or_filled() {
     let (nx, ny) = (6, 4);
     let mut heights: Vec<f32> = (0..nx * ny).map(|i| 0.02 * ((i * i) % 7) as f32).collect();
     let quick = r#""coherence_length":2,"tolerance":0.01,"conserve_energy":false"#;
@@ -294,7 +294,7 @@ fn holes_in_memory_are_refused_or_filled() {
 }
 
 #[test]
-fn the_description_fits_a_buffer_of_the_size_it_names() {
+fn description_fits_a_buffer_of_the_returned_size() {
     let surface = new(QUICK).unwrap();
     let mut needed = 0;
     // SAFETY: the buffers have the sizes that are said.
@@ -317,7 +317,7 @@ fn the_description_fits_a_buffer_of_the_size_it_names() {
 }
 
 #[test]
-fn a_panic_is_a_status_and_messages_belong_to_threads() {
+fn panics_become_a_status_and_messages_belong_to_threads() {
     assert_eq!(status::call(|| panic!("a defect\0of ours")), Status::Internal);
     assert!(message().contains("a defect") && message().contains("report it"), "{}", message());
     let elsewhere = std::thread::spawn(message).join().unwrap();

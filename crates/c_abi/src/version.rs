@@ -1,16 +1,16 @@
-//! The version, of the header and of the library.
+//! Version of the header and of the library.
 
 use std::ffi::{CStr, c_char};
 
-/// The first number of the version of this header; `sunbeam_version` says that of the library which the program runs with.
+/// Major version of this header; `sunbeam_version` returns that of the library at run time.
 pub const SUNBEAM_VERSION_MAJOR: u32 = 0;
-/// The second number.
+/// Minor version of this header.
 pub const SUNBEAM_VERSION_MINOR: u32 = 1;
-/// The third number.
+/// Patch version of this header.
 pub const SUNBEAM_VERSION_PATCH: u32 = 0;
 
-/// The version of the library, such as `0.1.0`. Static.
-#[unsafe(no_mangle)] // SAFETY: the prefix keeps it from meeting a symbol of others.
+/// Returns the version of the library, such as `0.1.0`, as a static string.
+#[unsafe(no_mangle)] // SAFETY: no other library has symbols with this prefix.
 pub extern "C" fn sunbeam_version() -> *const c_char {
     const VERSION: &CStr = match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
         Ok(version) => version,
@@ -24,7 +24,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_numbers_are_those_of_the_package() {
+    fn header_has_the_version_of_the_package() {
         let numbers = [SUNBEAM_VERSION_MAJOR, SUNBEAM_VERSION_MINOR, SUNBEAM_VERSION_PATCH];
         assert_eq!(numbers.map(|number| number.to_string()).join("."), env!("CARGO_PKG_VERSION"));
     }

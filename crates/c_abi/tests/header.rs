@@ -1,14 +1,14 @@
-//! `include/sunbeam.h` is what cbindgen makes of `src/`. `make header` writes it.
+//! `include/sunbeam.h` equals the output of cbindgen for `src/`. `make header` writes it.
 
-#![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
+#![allow(clippy::unwrap_used, reason = "helpers of tests unwrap as tests do")]
 
 use std::path::Path;
 
-/// The files of the room that hold exports and their types.
+/// Files with exports and their types, in the order of the header.
 const SOURCES: [&str; 5] = ["version.rs", "status.rs", "foreign.rs", "handle.rs", "batch.rs"];
 
 #[test]
-fn the_header_is_current() {
+fn header_is_current() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let config = cbindgen::Config::from_file(root.join("include/cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
@@ -17,8 +17,8 @@ fn the_header_is_current() {
     }
     let mut header = Vec::new();
     builder.generate().unwrap().write(&mut header);
-    // Rust's heading for what its `unsafe` asks of a caller says nothing to others.
-    let header = String::from_utf8(header).unwrap().replace("// # Safety\n", "// What the caller has to see to:\n");
+    // Rust's heading of the contract of unsafe functions, in words for C.
+    let header = String::from_utf8(header).unwrap().replace("// # Safety\n", "// Requirements:\n");
     let path = root.join("include/sunbeam.h");
     if std::env::var_os("SUNBEAM_WRITE_HEADER").is_some() {
         std::fs::write(&path, &header).unwrap();

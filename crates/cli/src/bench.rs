@@ -1,4 +1,4 @@
-//! Speed against error of every method, numerical stability, and the sampler.
+//! `sunbeam bench`: speed against error of every method, numerical stability, and the sampler's weights.
 
 mod plot;
 
@@ -6,7 +6,7 @@ use super::output::{Output, output};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use crate::benchmarks::INCIDENT_DEG;
-use crate::benchmarks::methods::{self, Adapter, SurfaceFigures};
+use crate::benchmarks::methods::{self, SurfaceFigures};
 use crate::benchmarks::sampler::{SamplerRow, sampler};
 use crate::benchmarks::stability::{self, StabilityFigures};
 use clap::ValueEnum;
@@ -16,48 +16,56 @@ use std::time::Instant;
 use sunbeam::cache::Cache;
 use sunbeam::config::{Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
+use sunbeam_realtime::{Gpu, GpuError};
 
-/// The surfaces that are measured unless one is given: with every method, and by the sampler.
-const PRESETS: [Preset; 3] = [Preset::Blazed, Preset::Elaphe, Preset::Xenopeltis];
-const SAMPLED_PRESETS: [Preset; 6] =
+/// Presets whose methods are measured unless a surface is given.
+const METHOD_PRESETS: [Preset; 3] = [Preset::Blazed, Preset::Elaphe, Preset::Xenopeltis];
+/// Presets whose samplers are measured unless a surface is given.
+const SAMPLER_PRESETS: [Preset; 6] =
     [Preset::Blazed, Preset::Sinusoidal, Preset::Lamellar, Preset::Cd, Preset::Elaphe, Preset::Xenopeltis];
-/// Samples of each incidence and wavelength, in full and quickly.
-const SAMPLES: (usize, usize) = (100_000, 1000);
+/// Samples for each incidence and wavelength: the 99.9th percentile has 100 above it.
+const SAMPLES: usize = 100_000;
+/// Samples for each incidence and wavelength with `--quick`.
+const QUICK_SAMPLES: usize = 1000;
 
-/// What is measured.
+/// The subject of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum What {
+enum Subject {
     /// Time, memory and error of every method and parameter set
     Methods,
-    /// Deep relief, grazing directions and random questions
+    /// Errors at deep relief and grazing directions, and answers to random queries
     Stability,
-    /// How evenly importance sampling weighs what it finds
+    /// Statistics of the weights of importance sampling
     Sampler,
 }
 
 /// Measure speed against error of every method, numerical stability, or the sampler
 ///
-/// methods: for each method and set of parameters the time of a colour on one core and on the GPU, memory, build time,
-/// and the error against the direct double-precision sum of the same model, over four directions of incidence, on the presets
-/// blazed, elaphe and xenopeltis or on the surface given. stability: errors as the relief grows deep and directions grazing,
-/// and random questions that must not break anything. sampler: deviation, 99.9th percentile and largest of the weight
-/// f_r cosθo / pdf over incidences from 0° to 85°, three azimuths and three wavelengths.
+/// --what methods measures each method with each set of parameters: the time of a colour on one core and on the GPU,
+/// memory, build time, and the error against the direct double-precision sum of the same model. Light comes from four
+/// directions, on the presets blazed, elaphe and xenopeltis or on the given surface.
+///
+/// --what stability measures errors as the relief grows deep and the directions graze, and checks the answers to random
+/// queries of random surfaces.
+///
+/// --what sampler measures the standard deviation, the 99.9th percentile and the largest of the weight f_r·cosθo/pdf,
+/// for incidences from 0° to 85°, three azimuths and three wavelengths.
 #[derive(clap::Args)]
-pub struct BenchArgs {
-    /// What is measured
-    #[arg(long, value_enum, default_value_t = What::Methods)]
-    what: What,
-    /// Where the figures go as JSON (.json); "-" is stdout
+pub(crate) struct BenchArgs {
+    /// Subject of the measurement
+    #[arg(long, value_enum, default_value_t = Subject::Methods)]
+    what: Subject,
+    /// File for the figures as JSON (.json); "-" is stdout
     #[arg(long, value_name = "FILE", default_value = "-", value_parser = output(&["json"]).or_stdout())]
     json: Output,
-    /// Time against error, with the front, one panel a surface (.svg); of --what methods
+    /// File for a plot of time against error with the front, one chart for each surface (.svg); with --what methods
     #[arg(long, value_name = "FILE", value_parser = output(&["svg"]))]
     plot: Option<Output>,
-    /// Few directions, parameters and repetitions: seconds instead of minutes
+    /// Measure few directions, parameters and repetitions: seconds instead of minutes
     #[arg(long)]
     quick: bool,
-    /// Leave the GPU out
+    /// Measure no times of the GPU
     #[arg(long)]
     cpu_only: bool,
     #[command(flatten)]
@@ -66,16 +74,16 @@ pub struct BenchArgs {
 
 #[derive(Serialize)]
 struct MethodsReport {
-    what: What,
+    what: Subject,
     quick: bool,
-    /// Of the adapter that ran the methods' twins; without one there are no times of a GPU.
+    /// The adapter; without one there are no times of a GPU.
     #[serde(skip_serializing_if = "Option::is_none")]
     adapter: Option<AdapterReport>,
-    /// Why there is none.
+    /// The reason why there is no adapter.
     #[serde(skip_serializing_if = "Option::is_none")]
     no_adapter: Option<String>,
     effort: methods::Effort,
-    /// Angle with the normal and azimuth of each direction of incidence.
+    /// Angle with the normal and azimuth of each direction of incidence, in degrees.
     incident_deg: [(f64, f64); 4],
     surfaces: Vec<Named<SurfaceFigures>>,
     seconds: f64,
@@ -87,6 +95,7 @@ struct AdapterReport {
     software: bool,
 }
 
+/// The figures of a surface by its name.
 #[derive(Serialize)]
 struct Named<T> {
     name: String,
@@ -96,7 +105,7 @@ struct Named<T> {
 
 #[derive(Serialize)]
 struct StabilityReport {
-    what: What,
+    what: Subject,
     quick: bool,
     effort: stability::Effort,
     #[serde(flatten)]
@@ -106,9 +115,9 @@ struct StabilityReport {
 
 #[derive(Serialize)]
 struct SamplerReport {
-    what: What,
+    what: Subject,
     quick: bool,
-    /// Samples of each incidence and wavelength.
+    /// Samples for each incidence and wavelength.
     samples: usize,
     surfaces: Vec<Named<SamplerFigures>>,
     seconds: f64,
@@ -116,31 +125,32 @@ struct SamplerReport {
 
 #[derive(Serialize)]
 struct SamplerFigures {
-    /// What the sampler keeps beside the table of `S`.
+    /// Size of the sampler's data in bytes, without the table of S.
     bytes: usize,
     rows: Vec<SamplerRow>,
 }
 
 /// Runs `sunbeam bench`.
-pub fn run(args: &BenchArgs) -> Outcome {
+pub(crate) fn run(args: &BenchArgs) -> Outcome {
     match args.what {
-        What::Methods => bench_methods(args),
-        What::Stability => bench_stability(args),
-        What::Sampler => bench_sampler(args),
+        Subject::Methods => bench_methods(args),
+        Subject::Stability => bench_stability(args),
+        Subject::Sampler => bench_sampler(args),
     }
 }
 
 fn bench_methods(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
-    args.surface.refuse_what_methods_differ_in()?;
+    args.surface.refuse_bench_choices()?;
     let effort = if args.quick { methods::Effort::QUICK } else { methods::Effort::FULL };
     let (adapter, no_adapter) = if args.cpu_only { (None, Some("left out".to_owned())) } else { adapter()? };
     if let Some(reason) = &no_adapter {
         eprintln!("no times of a GPU: {reason}");
     }
-    let given = if args.surface.is_given() { vec![args.surface.clone()] } else { args.surface.presets(&PRESETS) };
+    let selected =
+        if args.surface.is_given() { vec![args.surface.clone()] } else { args.surface.presets(&METHOD_PRESETS) };
     let mut surfaces = Vec::new();
-    for surface in given {
+    for surface in selected {
         let config = surface.config()?;
         let name = name(&config);
         let mut progress = |stage: &str| eprintln!("[{:4.0} s] {name}: {stage}", start.elapsed().as_secs_f64());
@@ -159,8 +169,9 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
         seconds: start.elapsed().as_secs_f64(),
     };
     if let Some(file) = &args.plot {
-        let panels: Vec<_> = report.surfaces.iter().map(|s| (s.name.as_str(), s.figures.entries.as_slice())).collect();
-        file.write(plot::svg(&panels)?.as_bytes())?;
+        let surfaces: Vec<_> =
+            report.surfaces.iter().map(|s| (s.name.as_str(), s.figures.entries.as_slice())).collect();
+        file.write(plot::svg(&surfaces).as_bytes())?;
     }
     write_json(&args.json, &report)
 }
@@ -168,7 +179,7 @@ fn bench_methods(args: &BenchArgs) -> Outcome {
 fn bench_stability(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     if args.surface.is_given() || args.plot.is_some() {
-        return Err("--what stability has surfaces of its own and no plot".into());
+        return Err("--what stability accepts no surface and no --plot".into());
     }
     let effort = if args.quick { stability::Effort::QUICK } else { stability::Effort::FULL };
     let mut progress = |stage: &str| eprintln!("[{:4.0} s] {stage}", start.elapsed().as_secs_f64());
@@ -180,13 +191,13 @@ fn bench_stability(args: &BenchArgs) -> Outcome {
 fn bench_sampler(args: &BenchArgs) -> Outcome {
     let start = Instant::now();
     if args.plot.is_some() {
-        return Err("--what sampler has no plot".into());
+        return Err("--what sampler accepts no --plot".into());
     }
-    let samples = if args.quick { SAMPLES.1 } else { SAMPLES.0 };
-    let given =
-        if args.surface.is_given() { vec![args.surface.clone()] } else { args.surface.presets(&SAMPLED_PRESETS) };
+    let samples = if args.quick { QUICK_SAMPLES } else { SAMPLES };
+    let selected =
+        if args.surface.is_given() { vec![args.surface.clone()] } else { args.surface.presets(&SAMPLER_PRESETS) };
     let mut surfaces = Vec::new();
-    for surface in given {
+    for surface in selected {
         let config = surface.config()?;
         let name = name(&config);
         eprintln!("[{:4.0} s] {name}", start.elapsed().as_secs_f64());
@@ -198,7 +209,7 @@ fn bench_sampler(args: &BenchArgs) -> Outcome {
     write_json(&args.json, &SamplerReport { what: args.what, quick: args.quick, samples, surfaces, seconds })
 }
 
-/// What a surface is called: its preset or its file.
+/// The name of a surface: that of its preset or its file.
 fn name(config: &SurfaceConfig) -> String {
     match config.source() {
         Source::Preset(preset) => preset.name().to_owned(),
@@ -206,9 +217,8 @@ fn name(config: &SurfaceConfig) -> String {
     }
 }
 
-/// The adapter, or why there is none.
-fn adapter() -> Result<(Option<Adapter>, Option<String>), Box<dyn Error>> {
-    use sunbeam_realtime::GpuError;
+/// The adapter, or the reason why there is none.
+fn adapter() -> Result<(Option<Gpu>, Option<String>), Box<dyn Error>> {
     match super::realtime::open(None) {
         Ok(gpu) => Ok((Some(gpu), None)),
         Err(error) => match error.downcast_ref::<GpuError>() {
@@ -218,7 +228,7 @@ fn adapter() -> Result<(Option<Adapter>, Option<String>), Box<dyn Error>> {
     }
 }
 
-fn adapter_report(gpu: &Adapter) -> AdapterReport {
+fn adapter_report(gpu: &Gpu) -> AdapterReport {
     AdapterReport { name: gpu.adapter(), software: gpu.is_software() }
 }
 

@@ -1,8 +1,11 @@
+//! `sunbeam brdf-map`: the reflectance over the outgoing hemisphere as a picture.
+
+use super::arguments::{direction_from_degrees, out_of_range};
 use super::encode;
-use super::method_args::{Asked, Method, MethodArgs};
+use super::method_args::{Method, MethodArgs, Quantity};
 use super::output::{Output, output};
 use super::reflector::Reflector;
-use super::surface_args::SurfaceArgs;
+use super::surface_args::{SurfaceArgs, no_effect_with_gems};
 use super::{Outcome, print_json};
 use serde::Serialize;
 use std::error::Error;
@@ -10,25 +13,26 @@ use std::time::Instant;
 use sunbeam::colour::{SpectralToRgb, automatic_exposure, srgb_bytes};
 use sunbeam::scattering::{Vec3, map_direction};
 
-/// Accepted sides of the map in pixels.
+/// Accepted lengths of the map's sides in pixels.
 const SIZE: std::ops::RangeInclusive<usize> = 1..=16_384;
 
-/// Write a map of the reflectance over the outgoing hemisphere, in colour
+/// Write a colour map of the reflectance over the outgoing hemisphere
 ///
-/// The hemisphere is seen from above: the pixel at (x, y) in the unit disc is the direction wo = (x, y, √(1−x²−y²)),
-/// x right is +x, y up is +y (the top row is y = +1). Its value is Σ f_r(λ)·w(λ) in 1/sr over 380 to 780 nm, w the
-/// weights of D65 and the CIE 1931 2° observer in linear sRGB that sum to (1, 1, 1): f_r alone, without the cosine, so
-/// a white Lambertian surface would be 1/π everywhere. Black outside the disc. Colours outside the gamut keep their
-/// negative components in the EXR; the PNG clips them. Prints what was written as JSON.
+/// The hemisphere is seen from above: the pixel at (x, y) of the unit disc is the direction wo = (x, y, √(1−x²−y²)), x
+/// to the right, y up. Pixels outside the disc are black.
+///
+/// A pixel is Σ f_r(λ)·w(λ) in 1/sr over 380 to 780 nm. The weights w are those of D65 and the CIE 1931 2° observer in
+/// linear sRGB, and sum to (1, 1, 1). f_r has no cosine, so a white Lambertian surface is 1/π everywhere. Out-of-gamut
+/// colours keep their negative components in the EXR; the PNG clips them. Prints a report as JSON.
 #[derive(clap::Args)]
-pub struct BrdfMapArgs {
-    /// The map: linear sRGB, 32-bit floats (.exr)
+pub(crate) struct BrdfMapArgs {
+    /// File for the map: linear sRGB, 32-bit floats (.exr)
     #[arg(short, long, value_name = "FILE", value_parser = output(&["exr"]))]
     output: Output,
-    /// The map as a picture, sRGB (.png)
+    /// File for the map as an sRGB picture (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
-    /// Factor before the picture is encoded [default: so that 1 % of the disc's pixels are clipped]
+    /// Factor on the colours of the picture [default: the factor that clips 1 % of the disc's pixels]
     #[arg(long, allow_negative_numbers = true)]
     exposure: Option<f64>,
     /// Angle of wi with the normal in degrees, in [0, 90)
@@ -37,10 +41,11 @@ pub struct BrdfMapArgs {
     /// Azimuth of wi in degrees from +x towards +y
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     phi_i: f64,
-    /// Where it is computed
+    /// Processor that computes the map
     #[arg(long, value_enum, default_value_t = Backend::Cpu)]
     backend: Backend,
-    /// With --backend gpu the GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
+    /// Adapter for --backend gpu: any prefers a GPU, software is the software adapter [default: SUNBEAM_ADAPTER, else
+    /// any]
     #[arg(long, value_name = "any|software")]
     adapter: Option<sunbeam_realtime::AdapterChoice>,
     /// Pixels along each side
@@ -54,22 +59,24 @@ pub struct BrdfMapArgs {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Backend {
+    /// All methods
     Cpu,
-    /// In single precision; the methods flss, nmm, pq, stam and table
+    /// The methods flss, nmm, pq, stam and table, in single precision
     Gpu,
 }
 
-/// The values of pixels, black outside the disc.
+/// A computed map.
 struct Map {
+    /// Linear sRGB in 1/sr, by rows from the top; black outside the disc.
     rgb: Vec<[f64; 3]>,
-    /// `None` where they depend on the directions.
+    /// Number of wavelengths; `None` where the directions determine them.
     wavelengths: Option<usize>,
-    /// Seconds for all directions, when the method's data was there.
+    /// Seconds for all directions, without building the method's data.
     seconds: f64,
     gpu: Option<GpuReport>,
 }
 
-/// What the GPU took.
+/// The adapter and its time.
 #[derive(Serialize)]
 struct GpuReport {
     adapter: String,
@@ -81,16 +88,16 @@ struct Report<'a> {
     output: &'a Output,
     #[serde(skip_serializing_if = "Option::is_none")]
     png: &'a Option<Output>,
-    /// Of the picture.
+    /// The factor on the colours of the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     exposure: Option<f64>,
     size: usize,
     wi: Vec3,
     method: &'static str,
-    /// `None` where they depend on the directions.
+    /// Number of wavelengths; `None` where the directions determine them.
     #[serde(skip_serializing_if = "Option::is_none")]
     wavelengths: Option<usize>,
-    /// Largest value of each channel, 1/sr.
+    /// Largest value of each channel in 1/sr.
     max: [f64; 3],
     seconds: f64,
     #[serde(flatten, skip_serializing_if = "Option::is_none")]
@@ -99,37 +106,33 @@ struct Report<'a> {
 
 impl BrdfMapArgs {
     fn check(&self) -> Result<(), String> {
-        let refuse = |name: &str, found: &dyn std::fmt::Display, accepted: &str| {
-            Err(format!("parameter {name:?} is {found}, but must be {accepted}"))
-        };
         if !(0.0..90.0).contains(&self.theta_i) {
-            return refuse("theta-i", &self.theta_i, "in [0, 90) degrees");
+            return Err(out_of_range("theta-i", self.theta_i, "in [0, 90) degrees"));
         }
         if !self.phi_i.is_finite() {
-            return refuse("phi-i", &self.phi_i, "finite");
+            return Err(out_of_range("phi-i", self.phi_i, "finite"));
         }
         if !SIZE.contains(&self.size) {
-            return refuse("size", &self.size, "1 to 16384 pixels");
+            return Err(out_of_range("size", self.size, "1 to 16384 pixels"));
         }
         if self.method.is_gems() && self.surface.has_index() {
-            return Err("--eta has no effect with --stam-form gems, whose colours are shown as they are".to_owned());
+            return Err(no_effect_with_gems("--eta"));
         }
         match self.exposure {
             Some(exposure) if !(exposure.is_finite() && exposure > 0.0) => {
-                refuse("exposure", &exposure, "finite and positive")
+                Err(out_of_range("exposure", exposure, "finite and positive"))
             }
             _ => Ok(()),
         }
     }
 
     fn wi(&self) -> Vec3 {
-        let ((sin, cos), (sin_phi, cos_phi)) = (self.theta_i.to_radians().sin_cos(), self.phi_i.to_radians().sin_cos());
-        [sin * cos_phi, sin * sin_phi, cos]
+        direction_from_degrees(self.theta_i, self.phi_i)
     }
 }
 
 /// Runs `sunbeam brdf-map`.
-pub fn run(args: &BrdfMapArgs) -> Outcome {
+pub(crate) fn run(args: &BrdfMapArgs) -> Outcome {
     args.check()?;
     let size = args.size;
     let pixels: Vec<Option<Vec3>> = (0..size * size).map(|i| map_direction(i % size, i / size, size)).collect();
@@ -140,8 +143,8 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
     args.output.write(&encode::exr((size, size), |i| map[i].map(|value| value as f32))?)?;
     let mut exposure = None;
     if let Some(png) = &args.png {
-        let inside = map.iter().zip(&pixels).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
-        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(inside));
+        let disc = map.iter().zip(&pixels).filter(|(_, wo)| wo.is_some()).map(|(rgb, _)| *rgb);
+        let factor = args.exposure.unwrap_or_else(|| automatic_exposure(disc));
         let bytes: Vec<u8> = map.iter().flat_map(|rgb| srgb_bytes(rgb.map(|value| value * factor))).collect();
         png.write(&encode::png((size, size), png::ColorType::Rgb, &bytes)?)?;
         exposure = Some(factor);
@@ -163,15 +166,15 @@ pub fn run(args: &BrdfMapArgs) -> Outcome {
 
 fn on_cpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
     let method = args.method.method();
-    let options = args.method.options(Asked::Colour)?;
+    let options = args.method.options(Quantity::Colour)?;
     let spectrum = SpectralToRgb::visible(options.lambda_step_nm)?;
     let reflector = Reflector::new(&args.surface, method, &options, false)?;
     let wi = args.wi();
     let start = Instant::now();
     let rgb = reflector.map(pixels, |wo| wo.map_or([0.0; 3], |wo| reflector.eval_rgb(wi, wo, &spectrum)));
     let seconds = start.elapsed().as_secs_f64();
-    let steps = !matches!(method, Method::Realtime(kind) if !kind.options().contains(&"lambda_step_nm"));
-    Ok(Map { rgb, wavelengths: steps.then(|| spectrum.weights().len()), seconds, gpu: None })
+    let has_steps = !matches!(method, Method::Realtime(kind) if !kind.options().contains(&"lambda_step_nm"));
+    Ok(Map { rgb, wavelengths: has_steps.then(|| spectrum.weights().len()), seconds, gpu: None })
 }
 
 fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Error>> {
@@ -184,7 +187,7 @@ fn on_gpu(args: &BrdfMapArgs, pixels: &[Option<Vec3>]) -> Result<Map, Box<dyn Er
     let (shader, report) = realtime.build(&gpu, index)?;
     let single = |w: Vec3| w.map(|c| c as f32);
     let wi = single(args.wi());
-    // Below the surface, which answers zero.
+    // Any direction below the surface, whose reflectance is zero.
     let outside = [0.0, 0.0, -1.0];
     let start = Instant::now();
     let queries: Vec<Query> = pixels.iter().map(|wo| Query::new(wi, wo.map_or(outside, single))).collect();

@@ -1,3 +1,5 @@
+//! `sunbeam compare`: differences of two pictures.
+
 use super::output::{Output, output};
 use super::{Outcome, encode, print_json};
 use crate::comparison::{Figures, Mask, Picture, compare};
@@ -6,24 +8,26 @@ use std::path::PathBuf;
 
 /// Compare two pictures: RMSE, relative MSE, PSNR, CIEDE2000, FLIP
 ///
-/// Both are linear sRGB in the channels R, G and B of an OpenEXR file; the first is the reference. rmse and
-/// relative_mse are of the radiance itself, relative_mse the mean of (b−a)²/(a²+ε²) with ε 1 % of the mean of |a|. The
-/// other figures are of the pictures as shown, 2^exposure times brighter and clipped to [0, 1]: psnr_db with sRGB
-/// encoding and the peak 1 (null where they are equal), delta_e_2000, and flip at 67 pixels per degree. A p99 is the
-/// smallest value that 99 % of the pixels do not exceed. Prints the figures as JSON.
+/// Both pictures are linear sRGB in the channels R, G and B of an OpenEXR file. The first is the reference. Prints the
+/// figures as JSON.
+///
+/// rmse and relative_mse compare radiance; relative_mse is the mean of (b−a)²/(a²+ε²), ε 1 % of the mean of |a|. The
+/// other figures compare the pictures as shown, multiplied by 2^exposure and clipped to [0, 1]: psnr_db with sRGB
+/// encoding and the peak 1 (null for equal pictures), delta_e_2000, and flip at 67 pixels per degree. A p99 is the
+/// smallest value that 99 % of the pixels do not exceed.
 #[derive(clap::Args)]
-pub struct CompareArgs {
-    /// The reference (.exr)
+pub(crate) struct CompareArgs {
+    /// Reference picture (.exr)
     a: PathBuf,
-    /// What is compared with it (.exr)
+    /// Picture that is compared with the reference (.exr)
     b: PathBuf,
-    /// Write a picture of three side by side: a and b as shown, and FLIP's map, black where they look alike (.png)
+    /// File for a picture with a, b and FLIP's map side by side; the map is black where a and b look alike (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
-    /// Brighten both for the figures of what is seen [default: so that 1 % of a's pixels are clipped]
+    /// Exposure of the pictures as shown, in stops [default: the exposure that clips 1 % of a's pixels]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true)]
     exposure: Option<f64>,
-    /// Compare only where this picture is above 0 in some channel; elsewhere both count as black (.exr, .png)
+    /// Picture of the pixels to compare, those above 0 in any channel; a and b count as black elsewhere (.exr, .png)
     #[arg(long, value_name = "FILE")]
     mask: Option<PathBuf>,
 }
@@ -37,7 +41,7 @@ struct Report<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     png: &'a Option<Output>,
     size: (usize, usize),
-    /// Compared ones.
+    /// Number of compared pixels.
     pixels: usize,
     exposure_stops: f64,
     #[serde(flatten)]
@@ -45,7 +49,7 @@ struct Report<'a> {
 }
 
 /// Runs `sunbeam compare`.
-pub fn run(args: &CompareArgs) -> Outcome {
+pub(crate) fn run(args: &CompareArgs) -> Outcome {
     let (a, b) = (Picture::read_exr(&args.a)?, Picture::read_exr(&args.b)?);
     let mask = args.mask.as_ref().map(Mask::read).transpose()?;
     let found = compare(&a, &b, mask.as_ref(), args.exposure)?;

@@ -1,4 +1,4 @@
-//! Contents of files in memory: pictures and arrays as bytes, so that a file is only begun once all of it is there.
+//! Encoders of pictures and arrays into memory, so that a file is only written when all of it is there.
 
 use ndarray::{ArrayBase, Data, Dimension};
 use ndarray_npy::{WritableElement, WriteNpyExt};
@@ -6,11 +6,12 @@ use std::error::Error;
 use std::io::Cursor;
 use sunbeam::colour::{srgb_bytes, tone_map};
 
-/// OpenEXR of linear sRGB in 32-bit floats; `size` is width and height, `pixel` gives a pixel by its index, rows from the
-/// top.
+/// Encodes linear sRGB as OpenEXR in 32-bit floats.
+///
+/// `size` is (width, height). `pixel` returns the pixel of an index; indices run by rows from the top.
 ///
 /// # Errors
-/// The encoder's reason, for a size that it does not serve.
+/// The encoder's message, for a size that it does not support.
 pub fn exr(size: (usize, usize), pixel: impl Fn(usize) -> [f32; 3] + Sync) -> Result<Vec<u8>, Box<dyn Error>> {
     use exr::prelude::{Image, SpecificChannels, Vec2, WritableImage};
     let mut bytes = Cursor::new(Vec::new());
@@ -19,10 +20,12 @@ pub fn exr(size: (usize, usize), pixel: impl Fn(usize) -> [f32; 3] + Sync) -> Re
     Ok(bytes.into_inner())
 }
 
-/// 8-bit PNG; `size` is width and height, `pixels` holds rows from the top, as many bytes as size and colour type ask for.
+/// Encodes 8-bit pixels as PNG.
+///
+/// `size` is (width, height). `pixels` holds rows from the top, with one byte for each channel of the colour type.
 ///
 /// # Errors
-/// The encoder's reason, for a size that it does not serve.
+/// The encoder's message, for a size that it does not support or that does not fit the number of bytes.
 pub fn png(size: (usize, usize), colour: png::ColorType, pixels: &[u8]) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, u32::try_from(size.0)?, u32::try_from(size.1)?);
@@ -37,20 +40,22 @@ pub fn png(size: (usize, usize), colour: png::ColorType, pixels: &[u8]) -> Resul
     Ok(bytes)
 }
 
-/// The PNG for the screen of linear sRGB radiance, rows from the top: 2^`exposure` times brighter, highlights compressed.
+/// Encodes linear sRGB radiance, rows from the top, as a PNG for the screen.
+///
+/// The radiance is multiplied by 2^`exposure`, and highlights are compressed.
 ///
 /// # Errors
-/// As [`png`].
+/// The errors of [`png()`].
 pub fn tone_mapped_png(size: (usize, usize), picture: &[[f32; 3]], exposure: f64) -> Result<Vec<u8>, Box<dyn Error>> {
     let shown = |pixel: &[f32; 3]| srgb_bytes(tone_map(pixel.map(f64::from), exposure));
     let bytes: Vec<u8> = picture.iter().flat_map(shown).collect();
     png(size, png::ColorType::Rgb, &bytes)
 }
 
-/// NumPy's format.
+/// Encodes an array in NumPy's format.
 ///
 /// # Errors
-/// None that occurs in memory.
+/// The encoder's message; in memory none occurs.
 pub fn npy<A, S, D>(array: &ArrayBase<S, D>) -> Result<Vec<u8>, Box<dyn Error>>
 where
     A: WritableElement,

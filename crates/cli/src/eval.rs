@@ -1,5 +1,7 @@
+//! `sunbeam eval`: the BSDF as a service.
+
 use super::Outcome;
-use super::method_args::{Asked, MethodArgs};
+use super::method_args::{MethodArgs, Quantity};
 use super::query::{Numbers, direction, parse};
 use super::reflector::Reflector;
 use super::service::serve;
@@ -8,19 +10,20 @@ use serde::{Deserialize, Serialize};
 
 /// Evaluate the BSDF for JSON lines on stdin
 ///
-/// Each line {"wi":[x,y,z],"wo":[x,y,z],"wavelength":nm} is answered by {"f":…,"pdf":…} in order. f is the reflectance
-/// f_r in 1/sr, without the cosine and with the Fresnel reflectance where --eta is given; it is 0 unless both
-/// directions lie above the surface. pdf is the density of `sunbeam sample` per solid angle, which belongs to the
-/// tables and is given with every method; null for wavelengths that the tables do not hold (360 to 830 nm). flss, nmm, pq
-/// and stam answer for 380 to 780 nm.
+/// Answers each line {"wi":[x,y,z],"wo":[x,y,z],"wavelength":nm} by a line {"f":…,"pdf":…}, in order.
 ///
-/// With an array of wavelengths f is an array too, and pdf the mean over the wavelengths carried: one number, as one
-/// direction is sampled for all of them (hero wavelength, balance heuristic).
+/// f is the reflectance f_r in 1/sr without the cosine, with the Fresnel factor where --eta is given. It is 0 unless
+/// both directions are above the surface. flss, nmm, pq and stam answer for 380 to 780 nm.
 ///
-/// Directions must have unit length to 1e-3, and are normalised. A bad line, an empty one included, gives {"error":…}
-/// in its place and the rest go on.
+/// pdf is the density of `sunbeam sample` per solid angle, with every method. It is null for wavelengths outside the
+/// range of the tables, 360 to 830 nm.
+///
+/// For an array of wavelengths, f is an array and pdf is the mean over the wavelengths, since one direction is sampled
+/// for all of them (hero wavelength, balance heuristic).
+///
+/// Directions must have unit length to 1e-3 and are normalised. A bad or empty line gives {"error":…} in its place.
 #[derive(clap::Args)]
-pub struct EvalArgs {
+pub(crate) struct EvalArgs {
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
@@ -42,8 +45,8 @@ struct Answer {
 }
 
 /// Runs `sunbeam eval`.
-pub fn run(args: &EvalArgs) -> Outcome {
-    let options = args.method.options(Asked::Spectrum)?;
+pub(crate) fn run(args: &EvalArgs) -> Outcome {
+    let options = args.method.options(Quantity::Spectrum)?;
     let reflector = Reflector::new(&args.surface, args.method.method(), &options, true)?;
     serve(&reflector, |line| answer(&reflector, line))
 }

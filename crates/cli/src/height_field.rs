@@ -1,3 +1,5 @@
+//! `sunbeam height-field`: the properties of a relief, and its conversion to other files.
+
 use super::encode;
 use super::output::{Output, output};
 use super::progress::{BUILDING, with_bar};
@@ -7,9 +9,9 @@ use super::{Outcome, print_json};
 use clap::builder::RangedU64ValueParser;
 use serde::Serialize;
 use std::error::Error;
-use std::f64::consts::TAU;
+use std::f64::consts::PI;
 use sunbeam::cache::Origin;
-use sunbeam::config::Theory;
+use sunbeam::config::{SurfaceConfig, Theory};
 use sunbeam::grating::{GratingReport, profile_of};
 use sunbeam::height_field::{HeightField, Provenance, Roughness, Seams, TileReport};
 use sunbeam::lobe::SurfaceReport;
@@ -18,42 +20,50 @@ use sunbeam::scattering::SpectralIndex;
 use sunbeam::table::Tiling;
 use sunbeam::transform::{Periods, chebyshev_terms, periods};
 
-/// Longer side of the preview, in pixels.
+/// Length of the preview's longer side in pixels.
 const PREVIEW_PIXELS: f64 = 512.0;
-/// Shortest visible wavelength in µm, which needs the most terms.
-const WAVELENGTH_UM: f64 = 0.38;
+/// Shortest visible wavelength in µm, which needs the most Chebyshev terms.
+const SHORTEST_UM: f64 = 0.38;
 
-/// Describe a surface as JSON; fill, crop, level it, make it tile, and write it where asked to
+/// Describe a height field as JSON; fill, crop, level, tile and convert it
 ///
-/// In this order: missing points are filled (--fill), the rectangle is cut out (--crop), the heights are levelled (--level),
-/// and the edges are blended (--make-tileable); the report is about what comes out. Periods are the strongest along each axis in
-/// the power spectrum of the heights, with the direction of their waves in degrees from +x and their share of the variance. Seams
-/// compare the step across the tile's edges with those between neighbours inside. chebyshev_terms is the number of transforms that
-/// the phase screen needs for --tolerance at 380 nm and any angle, table_bytes_estimate the size of the table for the given
-/// coherence length.
+/// The heights are processed in this order: missing points are filled (--fill), a rectangle is cut out (--crop), the
+/// heights are levelled (--level), and opposite edges are blended (--make-tileable). The report describes the result.
+///
+/// periods are the strongest along each axis in the power spectrum of the heights, with the direction of their waves in
+/// degrees from +x and their fraction of the variance. seams compare the step across the tile's edges with the steps
+/// between neighbours inside. chebyshev_terms is the number of transforms that the phase screen needs for --tolerance
+/// at 380 nm. table_bytes_estimate is the size of the table for --coherence-length.
 #[derive(clap::Args)]
-pub struct HeightFieldArgs {
+pub(crate) struct HeightFieldArgs {
     #[command(flatten)]
     surface: SurfaceArgs,
-    /// Keep the rectangle at X, Y from the lower left corner, all in µm
+    /// Rectangle to keep: position from the lower left corner and size, in µm
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT", value_parser = Rectangle::parse, allow_hyphen_values = true)]
     crop: Option<Rectangle>,
-    /// Blend opposite edges into each other over so many µm, so that the tile repeats [default width: a tenth of each axis]
+    /// Blend opposite edges over WIDTH in µm, so that the tile is periodic [default width: a tenth of each side]
     #[arg(long, value_name = "WIDTH", num_args = 0..=1, require_equals = true)]
     make_tileable: Option<Option<f64>>,
-    /// Write the heights: .exr (32-bit floats, µm), .gsf, .npy (64-bit floats, µm) or .png (16 bit)
+    /// File for the heights: .exr (32-bit floats, µm), .gsf, .npy (64-bit floats, µm) or .png (16 bit)
     #[arg(short, long, value_name = "FILE", value_parser = output(&["exr", "gsf", "npy", "png"]))]
     output: Option<Output>,
-    /// Write |DFT((h/H)ⁿ)| to --output instead, heights h about the middle of their range 2H: .png (logarithmic, five decades,
-    /// order 0 in the middle) or .npy (64-bit floats)
-    #[arg(long, value_name = "N", requires = "output", value_parser = RangedU64ValueParser::<usize>::new().range(1..=TERMS_MAX as u64))]
+    /// Write |DFT((h/H)ᴺ)| to --output in place of the heights
+    ///
+    /// h counts from the middle of the range of heights, which is 2H; order 0 is in the middle of the output. A .png is
+    /// logarithmic over five decades, a .npy has 64-bit floats.
+    #[arg(long, value_name = "N", requires = "output", value_parser = term_numbers())]
     term: Option<usize>,
-    /// Write a grey picture, black the lowest height, +x right and +y up (.png)
+    /// File for a grey picture of the heights, black the lowest, +x right and +y up (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     preview: Option<Output>,
     /// Build the tables and report their size, build time, measured error and mean albedo
     #[arg(long)]
     tables: bool,
+}
+
+/// A parser for the number of a term.
+fn term_numbers() -> RangedU64ValueParser<usize> {
+    RangedU64ValueParser::new().range(1..=TERMS_MAX as u64)
 }
 
 /// A rectangle in µm from the lower left corner of a field.
@@ -70,35 +80,35 @@ impl Rectangle {
         let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse()).collect();
         match numbers.as_deref() {
             Ok(&[x, y, width, height]) => Ok(Self { x, y, width, height }),
-            _ => Err("four numbers in µm are needed: X,Y,WIDTH,HEIGHT".to_owned()),
+            _ => Err("it must be four numbers in µm: X,Y,WIDTH,HEIGHT".to_owned()),
         }
     }
 }
 
 #[derive(Serialize)]
 struct Report<'a> {
-    /// The channel that was read, of a file that can hold several.
+    /// Channel that was read, for a format with several.
     #[serde(skip_serializing_if = "Option::is_none")]
     channel: Option<String>,
-    /// Points of the file without a height, which were filled.
+    /// Number of missing points of the file, which were filled.
     #[serde(skip_serializing_if = "Option::is_none")]
     filled_points: Option<usize>,
-    /// Origin of the file's size, unit, orientation, channel and holes.
+    /// Source of the file's size, unit, orientation, channel and missing points.
     #[serde(skip_serializing_if = "Option::is_none")]
     provenance: Option<Provenance>,
-    /// Properties that no relief has.
+    /// Warnings of implausible properties.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     doubts: Vec<String>,
     /// Pixels along x and y.
     pixels: [usize; 2],
     pixel_um: [f64; 2],
     extent_um: [f64; 2],
-    /// Lowest and highest height.
+    /// Lowest and highest height in µm.
     range_um: [f64; 2],
     peak_to_valley_um: f64,
     mean_um: f64,
     rms_um: f64,
-    /// Along x and y, dimensionless.
+    /// Root mean square slope along x and y, dimensionless.
     rms_slope: [f64; 2],
     roughness: Roughness,
     periods: Periods,
@@ -117,7 +127,7 @@ struct Report<'a> {
     preview: &'a Option<Output>,
 }
 
-/// By either theory.
+/// The tables of either theory.
 #[derive(Serialize)]
 #[serde(untagged)]
 enum Tables {
@@ -134,13 +144,13 @@ enum Tables {
 }
 
 /// Runs `sunbeam height-field`.
-pub fn run(args: &HeightFieldArgs) -> Outcome {
+pub(crate) fn run(args: &HeightFieldArgs) -> Outcome {
     if let (Some(_), Some(file)) = (args.term, &args.output) {
         Term::check_output(file)?;
     }
     let mut config = args.surface.config()?;
     if args.make_tileable.is_some() {
-        // What is made to repeat is described as what repeats.
+        // The blended tile is periodic, and the report describes it.
         config.tiling.get_or_insert(Tiling::Periodic);
     }
     let read = config.raw_height_field()?;
@@ -154,38 +164,11 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
         None => (levelled, None),
     };
     let term = args.term.map(|n| Term::new(&field, n));
-    match (&args.output, &term) {
-        (Some(file), Some(term)) => file.write(&term.encoded(file)?)?,
-        (Some(file), None) => field.write(file.path())?,
-        (None, _) => {}
-    }
-    if let Some(file) = &args.preview {
-        file.write(&preview_png(&field)?)?;
-    }
+    args.write_files(&field, term.as_ref())?;
+    let tables = if args.tables { Some(args.build_tables(&config, &field)?) } else { None };
     let options = config.options();
-    let tables = if args.tables {
-        let cache = args.surface.cache()?;
-        Some(match config.theory {
-            Theory::Scalar => {
-                let (surface, origin) = with_bar(BUILDING, |progress| cache.surface(&field, &options, progress))?;
-                Tables::Scalar { origin, report: surface.report().clone() }
-            }
-            Theory::Rigorous => {
-                let index = config.index().map(SpectralIndex::Constant);
-                // A preset's own profile, unless something else became of its heights.
-                let changed = args.crop.is_some() || args.make_tileable.is_some();
-                let profile = if changed { profile_of(&field, config.tolerance)? } else { config.profile()? };
-                let (length_um, limit) = (config.coherence_length, config.build_limit);
-                let built = with_bar(BUILDING, |progress| {
-                    cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress)
-                })?;
-                Tables::Rigorous { origin: built.1.clone(), report: *built.0.report() }
-            }
-        })
-    } else {
-        None
-    };
-    let kappa_h = TAU * 2.0 / WAVELENGTH_UM * 0.5 * field.peak_to_valley_um();
+    // κH with both directions along the normal: κ = 4π/λ, H half of the range of heights.
+    let kappa_h = 4.0 * PI / SHORTEST_UM * 0.5 * field.peak_to_valley_um();
     print_json(&Report {
         channel: read.channel,
         filled_points: config.fill.map(|_| read.filled),
@@ -212,7 +195,45 @@ pub fn run(args: &HeightFieldArgs) -> Outcome {
     })
 }
 
-/// The tile in its true proportions, sampled at the nearest pixels.
+impl HeightFieldArgs {
+    /// Writes the heights or the term, and the preview.
+    fn write_files(&self, field: &HeightField, term: Option<&Term>) -> Outcome {
+        match (&self.output, term) {
+            (Some(file), Some(term)) => file.write(&term.encoded(file)?)?,
+            (Some(file), None) => field.write(file.path())?,
+            (None, _) => {}
+        }
+        if let Some(file) = &self.preview {
+            file.write(&preview_png(field)?)?;
+        }
+        Ok(())
+    }
+
+    /// Builds the tables of the processed heights.
+    fn build_tables(&self, config: &SurfaceConfig, field: &HeightField) -> Result<Tables, Box<dyn Error>> {
+        let cache = self.surface.cache()?;
+        match config.theory {
+            Theory::Scalar => {
+                let options = config.options();
+                let (surface, origin) = with_bar(BUILDING, |progress| cache.surface(field, &options, progress))?;
+                Ok(Tables::Scalar { origin, report: surface.report().clone() })
+            }
+            Theory::Rigorous => {
+                let index = config.index().map(SpectralIndex::Constant);
+                // A preset has an exact profile, unless its heights are changed.
+                let is_changed = self.crop.is_some() || self.make_tileable.is_some();
+                let profile = if is_changed { profile_of(field, config.tolerance)? } else { config.profile()? };
+                let (length_um, limit) = (config.coherence_length, config.build_limit);
+                let built = with_bar(BUILDING, |progress| {
+                    cache.shared_grating(&profile, index.as_ref(), length_um, limit, progress)
+                })?;
+                Ok(Tables::Rigorous { origin: built.1.clone(), report: *built.0.report() })
+            }
+        }
+    }
+}
+
+/// The preview: the tile in its true proportions, sampled at the nearest pixels.
 fn preview_png(field: &HeightField) -> Result<Vec<u8>, Box<dyn Error>> {
     let (lx, ly) = field.extent_um();
     let edge = lx.max(ly) / PREVIEW_PIXELS;

@@ -1,17 +1,21 @@
-//! The subcommands, one a file, and what they share: the surface ([`surface_args`]), the method of evaluation
-//! ([`method_args`]), both together ([`reflector`]), the service that answers JSON lines ([`service`]), and the files that are
-//! written ([`output`], [`encode`]).
+//! The command `sunbeam`, one module for each subcommand, and the modules that they share.
+//!
+//! - [`surface_args`], [`method_args`], [`scene_args`]: arguments for the surface, the method and the scene.
+//! - `reflector`: a surface evaluated by a method, on the CPU; [`realtime`]: the same on the GPU.
+//! - `service`, `query`: answers to JSON lines on stdin.
+//! - [`output`], [`encode`], `chart`: files that are written.
+//! - [`benchmarks`], `comparison`: the measurements of `sunbeam bench` and `sunbeam compare`.
 //!
 //! Results go to stdout as JSON; a failure is one line on stderr and exit status 2.
 
-#![allow(missing_docs, clippy::missing_errors_doc)] // A library for the programs and tests of this workspace alone.
-
 mod adapter;
+mod arguments;
 mod bench;
 pub mod benchmarks;
-pub mod brdf_map;
+mod brdf_map;
+mod chart;
 mod compare;
-pub mod comparison;
+mod comparison;
 pub mod encode;
 mod eval;
 mod evaluate;
@@ -39,13 +43,13 @@ use std::error::Error;
 use std::io::{self, Write};
 use std::process::ExitCode;
 
-/// What a subcommand ends with.
+/// The result of a subcommand.
 pub type Outcome = Result<(), Box<dyn Error>>;
 
-/// Diffraction colours of measured nanostructures.
+/// Compute the diffraction colours of measured nanostructures
 ///
-/// Directions are in the surface's frame: z is its normal, wi and wo both point away from it. Lengths on the surface
-/// are in µm, wavelengths in nm. Exit status 0, or 2 with one line that says what is wrong.
+/// Directions are in the surface's frame: z is the normal, and wi and wo both point away from the surface. Lengths on
+/// the surface are in µm, wavelengths in nm. The exit status is 0, or 2 with one line on stderr that names the error.
 #[derive(Parser)]
 #[command(name = "sunbeam", version, subcommand_required = true, arg_required_else_help = false)]
 struct Cli {
@@ -87,23 +91,23 @@ pub fn run() -> ExitCode {
     })
 }
 
-/// Parses the process's arguments, and does with them what `run` does.
-pub fn run_with<A: Parser>(run: impl FnOnce(&A) -> Outcome) -> ExitCode {
-    let args = match parsed() {
+/// Parses the process's arguments and runs the program on them; prints its error, if any.
+pub fn run_with<A: Parser>(program: impl FnOnce(&A) -> Outcome) -> ExitCode {
+    let args = match parse_arguments() {
         Ok(args) => args,
-        Err(error) => return refuse(&error),
+        Err(error) => return exit_after_parsing(&error),
     };
     warnings::show();
-    match run(&args) {
+    match program(&args) {
         Ok(()) => ExitCode::SUCCESS,
-        // Whoever read the answers has seen enough.
+        // The reader of the answers has closed the pipe, as `head` does.
         Err(error) if is_broken_pipe(&*error) => ExitCode::SUCCESS,
         Err(error) => fail(&error.to_string()),
     }
 }
 
-/// The process's arguments, with outputs that can be written and differ from each other.
-fn parsed<A: Parser>() -> Result<A, clap::Error> {
+/// The process's arguments; outputs are writable and differ from each other.
+fn parse_arguments<A: Parser>() -> Result<A, clap::Error> {
     let mut command = A::command();
     let matches = command.try_get_matches_from_mut(std::env::args_os())?;
     output::check_distinct(&command, &matches)?;
@@ -115,24 +119,24 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Prints help or version, or what is wrong with the arguments.
-fn refuse(error: &clap::Error) -> ExitCode {
+/// Prints help, the version, or the error in the arguments.
+fn exit_after_parsing(error: &clap::Error) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
-            // Nothing can be done where stdout is closed.
+            // A closed stdout leaves nobody to tell.
             let _ = error.print();
             ExitCode::SUCCESS
         }
         _ => {
             let rendered = error.render().to_string();
-            let said = rendered.strip_prefix("error: ").unwrap_or(&rendered);
-            let end = ["\n\nUsage:", "\n\nFor more information"].iter().filter_map(|mark| said.find(mark)).min();
-            fail(&said[..end.unwrap_or(said.len())])
+            let message = rendered.strip_prefix("error: ").unwrap_or(&rendered);
+            let end = ["\n\nUsage:", "\n\nFor more information"].iter().filter_map(|mark| message.find(mark)).min();
+            fail(&message[..end.unwrap_or(message.len())])
         }
     }
 }
 
-/// One line on stderr and status 2.
+/// Prints one line on stderr and returns status 2.
 fn fail(message: &str) -> ExitCode {
     let line = message.split_whitespace().collect::<Vec<_>>().join(" ");
     eprintln!("sunbeam: {line}");
@@ -143,7 +147,7 @@ fn is_broken_pipe(error: &(dyn Error + 'static)) -> bool {
     error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == io::ErrorKind::BrokenPipe)
 }
 
-/// Prints a result as JSON over several lines.
+/// Prints a result on stdout as indented JSON.
 fn print_json(value: &impl serde::Serialize) -> Outcome {
     let mut out = io::stdout().lock();
     let text = serde_json::to_string_pretty(value)?;

@@ -1,23 +1,24 @@
-//! The arguments that say how a surface is evaluated, the same for every subcommand that does.
+//! The arguments that choose the method of evaluation and its options.
 
+use super::arguments::out_of_range;
 use super::surface_args::names;
 use std::str::FromStr;
 use sunbeam::methods::{LAMBDA_STEP_NM, MethodKind, MethodOptions, RESOLUTION, Repeats, StamForm};
 use sunbeam::transform::Series;
 
-/// How the reflectance is computed.
+/// A method of evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// The direct double-precision sum.
     Exact,
-    /// The spectral tables; on the GPU the colour table.
+    /// The spectral tables; on the GPU, the colour table.
     Table,
     /// A method of colours in single precision: one of the published ones, or the colour table.
     Realtime(MethodKind),
 }
 
 impl Method {
-    /// The name by which it is asked for.
+    /// The value of `--method`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Exact => "exact",
@@ -27,7 +28,7 @@ impl Method {
         }
     }
 
-    /// The method of that name on the GPU; `None` where it has none.
+    /// The method as it runs on the GPU; `None` where it does not.
     pub fn on_gpu(self) -> Option<MethodKind> {
         match self {
             Self::Exact => None,
@@ -52,14 +53,14 @@ impl FromStr for Method {
     }
 }
 
-/// What a method is asked for.
+/// The quantity that a command computes by a method; it decides which options have an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Asked {
-    /// Values at given wavelengths.
+pub enum Quantity {
+    /// Values at wavelengths that the command gives.
     Spectrum,
-    /// Colours, for which it has wavelengths of its own.
+    /// Colours, for which the method chooses wavelengths.
     Colour,
-    /// Colours, on the GPU.
+    /// Colours, computed on the GPU.
     ColourOnGpu,
 }
 
@@ -67,45 +68,47 @@ pub enum Asked {
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Method")]
 pub struct MethodArgs {
-    /// exact (direct double-precision sum), table (on the GPU that of colours), colour-table (the same on the CPU), or
-    /// one of the published methods in single precision, which know a single window in a fixed place over a tile that
-    /// repeats: flss, nmm, pq, stam
+    /// Method of evaluation
+    ///
+    /// exact is the direct double-precision sum. table looks spectra up, on the GPU colours; colour-table looks colours
+    /// up on the CPU. flss, nmm, pq and stam are published methods in single precision: they assume one fixed coherence
+    /// window over a periodic tile.
     #[arg(long, value_name = "NAME", default_value = "table")]
     method: Method,
-    /// Step between wavelengths in nm, 0.1 to 100; not of nmm and stam [default: 5]
+    /// Step between wavelengths in nm, 0.1 to 100; not with nmm and stam [default: 5]
     #[arg(long, value_name = "NM", allow_negative_numbers = true)]
     lambda_step: Option<f64>,
-    /// Terms of the series of flss, nmm and pq, 1 to 256 [default: as many as the tolerance asks for]
+    /// Number of terms of the series of flss, nmm and pq, 1 to 256 [default: the number that --tolerance needs]
     #[arg(long, value_name = "COUNT")]
     terms: Option<usize>,
-    /// Orders that flss and nmm sum along each axis, 1 to 64; Single 2014 has 3 [default: as many as the tolerance asks
-    /// for]
+    /// Number of orders that flss and nmm sum along each axis, 1 to 64; 3 in Single 2014 [default: the number that
+    /// --tolerance needs]
     #[arg(long, value_name = "COUNT")]
     neighbourhood: Option<usize>,
-    /// Series of flss, nmm and pq; Single 2014 has taylor [default: chebyshev]
+    /// Series of flss, nmm and pq; taylor in Single 2014 [default: chebyshev]
     #[arg(long, value_parser = names::<Series, 2>(["chebyshev", "taylor"]))]
     series: Option<Series>,
-    /// Let the wavelengths that nmm picks count by their distance, which Single 2014 does not [default: true]
+    /// Weight the wavelengths of nmm by their spacing; false in Single 2014 [default: true]
     #[arg(long, value_name = "BOOL", num_args = 0..=1, default_missing_value = "true")]
     weighted: Option<bool>,
-    /// How often the tile of pq repeats: one number, or two as in 26,1 for x and y [default: peaks as bright as those of
-    /// the coherence window]
+    /// Number of repeats of the tile of pq: one number, or two as in 26,1 for x and y [default: as many as give the
+    /// peaks of the coherence window]
     #[arg(long, value_name = "P[,Q]", value_parser = repeats)]
     repeats: Option<Repeats>,
-    /// Spacing of stam in µm [default: the dominant period along x]
+    /// Spacing of stam along x in µm [default: the dominant period along x]
     #[arg(long, value_name = "UM", allow_negative_numbers = true)]
     period_um: Option<f64>,
-    /// Form of stam: spacing, a reflectance, or gems, the colours of the shader in GPU Gems, chapter 8, which nothing is
-    /// multiplied by [default: spacing]
+    /// Form of stam: spacing is a reflectance; gems are the colours of the shader in GPU Gems, chapter 8, without any
+    /// factor of the surface [default: spacing]
     #[arg(long, value_parser = names::<StamForm, 2>(["spacing", "gems"]))]
     stam_form: Option<StamForm>,
-    /// How narrow the highlight of --stam-form gems is, its r, 0 to 10000 per µm [default: 50]
+    /// Narrowness r of the highlight of --stam-form gems, 0 to 10000 per µm [default: 50]
     #[arg(long, value_name = "R", allow_negative_numbers = true)]
     gems_sharpness: Option<f64>,
-    /// Linear sRGB of the highlight of --stam-form gems, each 0 to 100 [default: 1,0.7,0.3]
+    /// Linear sRGB of the highlight of --stam-form gems, each channel 0 to 100 [default: 1,0.7,0.3]
     #[arg(long, value_name = "R,G,B", value_parser = highlight, allow_hyphen_values = true)]
     gems_highlight: Option<[f64; 3]>,
-    /// Times the samples of the colour table along each axis, 0.25 to 4 [default: 1]
+    /// Factor on the samples of the colour table along each axis, 0.25 to 4 [default: 1]
     #[arg(long, value_name = "FACTOR", allow_negative_numbers = true)]
     table_resolution: Option<f64>,
 }
@@ -121,48 +124,18 @@ impl MethodArgs {
         self.method == Method::Realtime(MethodKind::Stam) && self.stam_form == Some(StamForm::Gems)
     }
 
-    /// The options that the arguments amount to, validated; an argument without effect is refused.
-    pub fn options(&self, asked: Asked) -> Result<MethodOptions, String> {
-        let given = [
-            ("lambda_step_nm", "--lambda-step", self.lambda_step.is_some()),
-            ("terms", "--terms", self.terms.is_some()),
-            ("neighbourhood", "--neighbourhood", self.neighbourhood.is_some()),
-            ("series", "--series", self.series.is_some()),
-            ("weighted", "--weighted", self.weighted.is_some()),
-            ("repeats", "--repeats", self.repeats.is_some()),
-            ("period_um", "--period-um", self.period_um.is_some()),
-            ("stam_form", "--stam-form", self.stam_form.is_some()),
-            ("gems_sharpness", "--gems-sharpness", self.gems_sharpness.is_some()),
-            ("gems_highlight", "--gems-highlight", self.gems_highlight.is_some()),
-            ("resolution", "--table-resolution", self.table_resolution.is_some()),
-        ];
-        if self.method == Method::Realtime(MethodKind::Table) && asked == Asked::Spectrum {
-            return Err("--method colour-table has no values by wavelength; use table".to_owned());
-        }
-        let heeded = match (self.method, asked) {
-            (Method::Table, Asked::ColourOnGpu) => MethodKind::Table.options(),
-            (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
-            (Method::Realtime(kind), _) => kind.options(),
-        };
-        let heeds = |field: &str| {
-            let colour_only = ["lambda_step_nm", "weighted"].contains(&field);
-            let gems_only = field.starts_with("gems_");
-            heeded.contains(&field) && (asked != Asked::Spectrum || !colour_only) && (self.is_gems() || !gems_only)
-        };
-        if let Some((_, flag, _)) = given.iter().find(|(field, _, given)| *given && !heeds(field)) {
-            let takes: Vec<_> = given.iter().filter(|(field, _, _)| heeds(field)).map(|(_, flag, _)| *flag).collect();
-            let takes = if takes.is_empty() { "none of its kind".to_owned() } else { takes.join(", ") };
-            return Err(format!("{flag} has no effect here with --method {}, which takes {takes}", self.method.name()));
-        }
-        if self.is_gems() && asked == Asked::Spectrum {
-            return Err("--stam-form gems has no values by wavelength; use spacing".to_owned());
-        }
-        // Under the name that users gave it by; the others are called alike.
+    /// The validated options.
+    ///
+    /// # Errors
+    /// An option out of range, or one without effect on this method and quantity.
+    pub fn options(&self, quantity: Quantity) -> Result<MethodOptions, String> {
+        self.refuse_without_effect(quantity)?;
+        // Flags whose names differ from the library's are checked here, so that the message has the flag's name.
         if let Some(step) = self.lambda_step.filter(|step| !LAMBDA_STEP_NM.contains(step)) {
-            return Err(format!("parameter \"lambda-step\" is {step}, but must be 0.1 to 100 nm"));
+            return Err(out_of_range("lambda-step", step, "0.1 to 100 nm"));
         }
         if let Some(factor) = self.table_resolution.filter(|factor| !RESOLUTION.contains(factor)) {
-            return Err(format!("parameter \"table-resolution\" is {factor}, but must be 0.25 to 4"));
+            return Err(out_of_range("table-resolution", factor, "0.25 to 4"));
         }
         let default = MethodOptions::default();
         let options = MethodOptions {
@@ -181,8 +154,53 @@ impl MethodArgs {
         options.validate().map_err(|error| error.to_string())?;
         Ok(options)
     }
+
+    /// Refuses a quantity that the method does not have, and an option without effect.
+    fn refuse_without_effect(&self, quantity: Quantity) -> Result<(), String> {
+        if self.method == Method::Realtime(MethodKind::Table) && quantity == Quantity::Spectrum {
+            return Err("--method colour-table has no values by wavelength; use table".to_owned());
+        }
+        // Field of MethodOptions, flag, and whether the flag is given.
+        let flags = [
+            ("lambda_step_nm", "--lambda-step", self.lambda_step.is_some()),
+            ("terms", "--terms", self.terms.is_some()),
+            ("neighbourhood", "--neighbourhood", self.neighbourhood.is_some()),
+            ("series", "--series", self.series.is_some()),
+            ("weighted", "--weighted", self.weighted.is_some()),
+            ("repeats", "--repeats", self.repeats.is_some()),
+            ("period_um", "--period-um", self.period_um.is_some()),
+            ("stam_form", "--stam-form", self.stam_form.is_some()),
+            ("gems_sharpness", "--gems-sharpness", self.gems_sharpness.is_some()),
+            ("gems_highlight", "--gems-highlight", self.gems_highlight.is_some()),
+            ("resolution", "--table-resolution", self.table_resolution.is_some()),
+        ];
+        let fields = match (self.method, quantity) {
+            (Method::Table, Quantity::ColourOnGpu) => MethodKind::Table.options(),
+            (Method::Exact | Method::Table, _) => &["lambda_step_nm"],
+            (Method::Realtime(kind), _) => kind.options(),
+        };
+        let has_effect = |field: &str| {
+            let for_colours_only = ["lambda_step_nm", "weighted"].contains(&field);
+            let for_gems_only = field.starts_with("gems_");
+            fields.contains(&field)
+                && (quantity != Quantity::Spectrum || !for_colours_only)
+                && (self.is_gems() || !for_gems_only)
+        };
+        if let Some((_, flag, _)) = flags.iter().find(|(field, _, is_given)| *is_given && !has_effect(field)) {
+            let accepted: Vec<_> =
+                flags.iter().filter(|(field, _, _)| has_effect(field)).map(|(_, flag, _)| *flag).collect();
+            let accepted = if accepted.is_empty() { "no option".to_owned() } else { accepted.join(", ") };
+            let method = self.method.name();
+            return Err(format!("{flag} has no effect here with --method {method}, which accepts {accepted}"));
+        }
+        if self.is_gems() && quantity == Quantity::Spectrum {
+            return Err("--stam-form gems has no values by wavelength; use spacing".to_owned());
+        }
+        Ok(())
+    }
 }
 
+/// Parses `P` or `P,Q`.
 fn repeats(text: &str) -> Result<Repeats, String> {
     let number = |part: &str| part.trim().parse().map_err(|_| format!("{part:?} is not a whole number"));
     match text.split_once(',') {
@@ -191,6 +209,7 @@ fn repeats(text: &str) -> Result<Repeats, String> {
     }
 }
 
+/// Parses `R,G,B`.
 fn highlight(text: &str) -> Result<[f64; 3], String> {
     let numbers = text.split(',').map(|part| part.trim().parse()).collect::<Result<Vec<f64>, _>>();
     numbers.ok().and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| format!("{text:?} is not three numbers"))
@@ -201,7 +220,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn repeats_are_one_number_or_two() {
+    fn repeats_parse_one_number_or_two() {
         assert_eq!(repeats("26"), Ok(Repeats::Both(26)));
         assert_eq!(repeats("26, 1"), Ok(Repeats::Each([26, 1])));
         for wrong in ["", "x", "1,", "1,2,3", "-1", "1.5"] {

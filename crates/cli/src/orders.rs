@@ -1,8 +1,9 @@
-//! The orders of a grating, as a spectroscopist asks for them.
+//! `sunbeam orders`: directions and efficiencies of a grating's orders, for one incidence or along a curve.
 
 mod plot;
 mod solve;
 
+use super::arguments::out_of_range;
 use super::output::{Output, output};
 use super::progress::with_bar;
 use super::surface_args::SurfaceArgs;
@@ -10,7 +11,7 @@ use super::{Outcome, print_json};
 use clap::ValueEnum;
 use rayon::prelude::*;
 use serde::Serialize;
-use solve::{Asked, Solved};
+use solve::{Incidence, SolvedOrders};
 use std::error::Error;
 use std::io::Write;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -18,60 +19,63 @@ use sunbeam::config::{BuildError, SurfaceConfig};
 
 /// Accepted wavelengths in nm.
 const WAVELENGTH_NM: std::ops::RangeInclusive<f64> = 1.0..=1e6;
-/// Most points of a curve.
+/// Largest number of points of a curve.
 const POINTS_MAX: usize = 2000;
 
-/// Tell the orders of a grating: directions, efficiencies, and what is absorbed
+/// Compute the orders of a grating: directions, efficiencies and absorption
 ///
-/// The relief must vary along x alone. Light comes from --theta-i, --phi-i: wi = (sinθ cosφ, sinθ sinφ, cosθ). te is the share of
-/// the power of light whose magnetic field has no component along the grooves that goes into an order, tm the same for its
-/// electric field, mean that of unpolarised light. With --theory rigorous the orders are those of Maxwell's equations;
-/// with scalar (the default) the phase screen's, which knows their mean alone, and energy is not limited.
+/// The relief must vary along x alone. Light comes from wi = (sinθ cosφ, sinθ sinφ, cosθ), given by --theta-i and
+/// --phi-i. An efficiency is the fraction of the incident power in an order: te for light whose magnetic field has no
+/// component along the grooves, tm for light whose electric field has none, mean for unpolarised light.
 ///
-/// Prints a table; with --json also the Jones matrices (real and imaginary parts; rows: what leaves without Hy, without Ey;
-/// columns: what comes in) and how well power is kept.
+/// --theory rigorous solves Maxwell's equations. --theory scalar, the default, is the phase screen, which has the mean
+/// only and does not conserve energy.
+///
+/// Prints a table. --json adds the Jones matrices and the errors of energy balance and reciprocity. A Jones matrix has
+/// real and imaginary parts; its rows are the outgoing states without Hy and without Ey, its columns the incident ones.
 #[derive(clap::Args)]
-pub struct OrdersArgs {
-    /// Angle of the incident light with the normal in degrees, 0 to below 90
+pub(crate) struct OrdersArgs {
+    /// Angle of incidence with the normal in degrees, in [0, 90)
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     theta_i: f64,
-    /// Azimuth of the incident light in degrees: 0 is +x, across the grooves
+    /// Azimuth of incidence in degrees; 0 is +x, across the grooves
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     phi_i: f64,
-    /// Wavelength in nm
+    /// Wavelength in nm, 1 to 1e6
     #[arg(long, value_name = "NM", default_value_t = 550.0, allow_negative_numbers = true)]
     wavelength: f64,
-    /// Print JSON
+    /// Print JSON in place of the table
     #[arg(long)]
     json: bool,
-    /// Draw efficiencies of the strongest orders over --over (.svg); the JSON has all of them
+    /// File for a plot of the efficiencies of the strongest orders along the curve (.svg)
     #[arg(long, value_name = "FILE", requires = "over", value_parser = output(&["svg"]))]
     plot: Option<Output>,
-    /// What varies
+    /// Quantity that varies along a curve
     #[arg(long, value_enum, requires = "range")]
     over: Option<Over>,
-    /// From, to and the number of points (2 to 2000) of what varies
+    /// First value, last value and number of points (2 to 2000) of the curve
     #[arg(long, value_name = "FROM,TO,COUNT", requires = "over", value_parser = range, allow_hyphen_values = true)]
     range: Option<(f64, f64, usize)>,
     #[command(flatten)]
     surface: SurfaceArgs,
 }
 
-/// What varies in a plot.
+/// The quantity that varies along a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Over {
+enum Over {
     /// The wavelength in nm
     Wavelength,
     /// The angle of incidence in degrees
     ThetaI,
-    /// Its azimuth in degrees
+    /// The azimuth of incidence in degrees
     PhiI,
     /// The height of a preset in µm
     Height,
 }
 
 impl Over {
+    /// Label of the plot's axis.
     fn axis(self) -> &'static str {
         match self {
             Self::Wavelength => "wavelength in nm",
@@ -82,80 +86,82 @@ impl Over {
     }
 }
 
-/// The orders along what varies.
+/// The orders along a curve.
 #[derive(Serialize)]
 struct Curve {
     over: Over,
     points: Vec<Point>,
 }
 
+/// The orders at one value of the quantity that varies.
 #[derive(Serialize)]
 struct Point {
     at: f64,
     #[serde(flatten)]
-    solved: Solved,
+    solved: SolvedOrders,
 }
 
 /// Runs `sunbeam orders`.
-pub fn run(args: &OrdersArgs) -> Outcome {
+pub(crate) fn run(args: &OrdersArgs) -> Outcome {
     let (Some(over), Some((from, to, count))) = (args.over, args.range) else {
-        let (config, asked) = args.question(None)?;
-        let solved = Solved::new(&config, &asked)?;
+        let (config, incidence) = args.query(None)?;
+        let solved = SolvedOrders::new(&config, &incidence)?;
         return if args.json { print_json(&solved) } else { print_table(&solved) };
     };
     let at = |i: usize| from + (to - from) * i as f64 / (count - 1) as f64;
-    let questions = (0..count).map(|i| args.question(Some((over, at(i))))).collect::<Result<Vec<_>, _>>()?;
-    // Checks every point before the first is solved, which may take a minute.
-    for (config, asked) in &questions {
-        Solved::check(config, asked)?;
+    let queries = (0..count).map(|i| args.query(Some((over, at(i))))).collect::<Result<Vec<_>, _>>()?;
+    // A point may take a minute, so all of them are checked before the first is solved.
+    for (config, incidence) in &queries {
+        SolvedOrders::check(config, incidence)?;
     }
     let points = with_bar("solving", |progress| {
         let done = AtomicUsize::new(0);
-        let solve = |(i, (config, asked)): (usize, &(SurfaceConfig, Asked))| {
-            let solved = Solved::new(config, asked)?;
+        let solve = |(i, (config, incidence)): (usize, &(SurfaceConfig, Incidence))| {
+            let solved = SolvedOrders::new(config, incidence)?;
             progress.report((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
             Ok(Point { at: at(i), solved })
         };
-        questions.par_iter().enumerate().map(solve).collect::<Result<Vec<_>, BuildError>>()
+        queries.par_iter().enumerate().map(solve).collect::<Result<Vec<_>, BuildError>>()
     })?;
     let curve = Curve { over, points };
     if let Some(file) = &args.plot {
-        file.write(plot::svg(&curve)?.as_bytes())?;
+        file.write(plot::svg(&curve).as_bytes())?;
     }
     print_json(&curve)
 }
 
 impl OrdersArgs {
-    /// The surface and the light, with one of the numbers replaced.
-    fn question(&self, varied: Option<(Over, f64)>) -> Result<(SurfaceConfig, Asked), Box<dyn Error>> {
-        let of = |over: Over, given: f64| varied.filter(|(which, _)| *which == over).map_or(given, |(_, at)| at);
-        let asked = Asked {
-            theta_i_deg: of(Over::ThetaI, self.theta_i),
-            phi_i_deg: of(Over::PhiI, self.phi_i),
-            wavelength_nm: of(Over::Wavelength, self.wavelength),
+    /// The surface and the incidence; `varied` replaces one of their quantities by a value.
+    fn query(&self, varied: Option<(Over, f64)>) -> Result<(SurfaceConfig, Incidence), Box<dyn Error>> {
+        let value = |over: Over, given: f64| varied.filter(|(which, _)| *which == over).map_or(given, |(_, at)| at);
+        let incidence = Incidence {
+            theta_i_deg: value(Over::ThetaI, self.theta_i),
+            phi_i_deg: value(Over::PhiI, self.phi_i),
+            wavelength_nm: value(Over::Wavelength, self.wavelength),
         };
-        if !(0.0..90.0).contains(&asked.theta_i_deg) {
-            return Err(format!("--theta-i is {}; it must be in [0, 90)", asked.theta_i_deg).into());
+        if !(0.0..90.0).contains(&incidence.theta_i_deg) {
+            return Err(out_of_range("theta-i", incidence.theta_i_deg, "in [0, 90) degrees").into());
         }
-        if !asked.phi_i_deg.is_finite() {
-            return Err(format!("--phi-i is {}; it must be finite", asked.phi_i_deg).into());
+        if !incidence.phi_i_deg.is_finite() {
+            return Err(out_of_range("phi-i", incidence.phi_i_deg, "finite").into());
         }
-        if !WAVELENGTH_NM.contains(&asked.wavelength_nm) {
-            return Err(format!("--wavelength is {}; it must be in [1, 1e6] nm", asked.wavelength_nm).into());
+        if !WAVELENGTH_NM.contains(&incidence.wavelength_nm) {
+            return Err(out_of_range("wavelength", incidence.wavelength_nm, "in [1, 1e6] nm").into());
         }
         let mut config = self.surface.config()?;
         if let Some((Over::Height, at)) = varied {
             config.height = Some(at);
             config.validate()?;
         }
-        Ok((config, asked))
+        Ok((config, incidence))
     }
 }
 
-/// A line an order, for reading.
-fn print_table(solved: &Solved) -> Outcome {
+/// Prints a line for each order.
+fn print_table(solved: &SolvedOrders) -> Outcome {
     let mut out = std::io::stdout().lock();
-    let percent = |share: Option<f64>| share.map_or("–".to_owned(), |share| format!("{:.3}", 100.0 * share));
+    let percent =
+        |fraction: Option<f64>| fraction.map_or("–".to_owned(), |fraction| format!("{:.3}", 100.0 * fraction));
     writeln!(out, "{:>5} {:>9} {:>9} {:>9} {:>9} {:>9}", "order", "theta", "phi", "te %", "tm %", "mean %")?;
     for order in &solved.orders {
         let [te, tm] = [order.te, order.tm].map(percent);
@@ -167,12 +173,13 @@ fn print_table(solved: &Solved) -> Outcome {
         )?;
     }
     if let Some([te, tm]) = solved.absorbed {
-        let [te, tm, mean] = [te, tm, 0.5 * (te + tm)].map(|share| percent(Some(share)));
+        let [te, tm, mean] = [te, tm, 0.5 * (te + tm)].map(|fraction| percent(Some(fraction)));
         writeln!(out, "{:>25} {te:>9} {tm:>9} {mean:>9}", "absorbed or transmitted")?;
     }
     Ok(())
 }
 
+/// Parses `FROM,TO,COUNT`.
 fn range(text: &str) -> Result<(f64, f64, usize), String> {
     let parts: Vec<_> = text.split(',').map(str::trim).collect();
     let numbers = || -> Option<(f64, f64, usize)> {
@@ -183,6 +190,6 @@ fn range(text: &str) -> Result<(f64, f64, usize), String> {
         Some((from, to, count)) if from.is_finite() && to.is_finite() && (2..=POINTS_MAX).contains(&count) => {
             Ok((from, to, count))
         }
-        _ => Err(format!("two finite numbers and a count from 2 to {POINTS_MAX} are needed: FROM,TO,COUNT")),
+        _ => Err(format!("it must be two finite numbers and a count from 2 to {POINTS_MAX}: FROM,TO,COUNT")),
     }
 }

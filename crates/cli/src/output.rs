@@ -1,7 +1,7 @@
-//! Files that a command writes, checked when its arguments are read: before anything is computed.
+//! Output files, which are checked when the arguments are parsed, before anything is computed.
 //!
-//! An argument that names such a file is an [`Output`] with the parser [`output`], which refuses an extension that does not
-//! fit the contents and a place that cannot be written. Encoders make bytes, and [`Output::write`] stores them.
+//! An argument that names an output file has the type [`Output`] and the parser [`output`]. The parser refuses an
+//! extension that does not fit the contents, and a path that cannot be written. [`Output::write`] stores the contents.
 
 use clap::builder::TypedValueParser;
 use clap::error::ErrorKind;
@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// The name that stands for stdout where an argument accepts it.
 const STDOUT: &str = "-";
 
-/// A file to be written, whose extension fits its contents and whose place can be written.
+/// An output file, whose extension fits its contents and whose path can be written.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Output(PathBuf);
@@ -36,54 +36,54 @@ impl Output {
         extension_of(&self.0).is_some_and(|found| found == extension)
     }
 
-    /// Stores the contents, replacing those of a file that is there.
+    /// Stores the contents, and replaces an existing file.
     ///
     /// # Errors
-    /// The path and the system's reason.
+    /// The path with the system's message.
     pub fn write(&self, contents: &[u8]) -> Result<(), String> {
         write(&self.0, contents)
     }
 }
 
-/// Stores the contents of a file.
+/// Stores the contents of a file, and replaces an existing one.
 ///
 /// # Errors
-/// The path and the system's reason.
+/// The path with the system's message.
 pub fn write(path: &Path, contents: &[u8]) -> Result<(), String> {
     fs::write(path, contents).map_err(|error| format!("{}: cannot be written: {error}", path.display()))
 }
 
-/// A parser of an argument that names a file to be written as one of these extensions (lower case, without dots).
+/// A parser for an output file with one of these extensions (lower case, without dots).
 pub fn output(extensions: &'static [&'static str]) -> OutputParser {
-    OutputParser { extensions, stdout: false }
+    OutputParser { extensions, accepts_stdout: false }
 }
 
-/// Checks the name and the place of a file to be written; see [`output`].
+/// A parser that checks the extension and the path of an output file; see [`output`].
 #[derive(Clone)]
 pub struct OutputParser {
     extensions: &'static [&'static str],
-    stdout: bool,
+    accepts_stdout: bool,
 }
 
 impl OutputParser {
     /// Accepts `-` as well, for stdout.
     #[must_use]
     pub fn or_stdout(self) -> Self {
-        Self { stdout: true, ..self }
+        Self { accepts_stdout: true, ..self }
     }
 
-    /// Refuses a path whose extension or place does not do; `siblings` is the command that the argument belongs to.
-    fn check(&self, path: &Path, siblings: &Command) -> Result<(), String> {
-        if self.stdout && path == Path::new(STDOUT) {
+    /// Refuses a path with a wrong extension and one that cannot be written. `command` is the argument's command.
+    fn check(&self, path: &Path, command: &Command) -> Result<(), String> {
+        if self.accepts_stdout && path == Path::new(STDOUT) {
             return Ok(());
         }
         let found = extension_of(path);
-        // The name of a device or a pipe says nothing of what goes into it, unless it has to choose between formats.
-        let named = self.extensions.len() > 1 || !is_device(path);
-        if named && !found.as_deref().is_some_and(|found| self.extensions.contains(&found)) {
-            return Err(format!("its name must end in {}{}", listed(self.extensions), advice(found, siblings)));
+        // A device or a pipe needs no extension, unless the extension chooses between formats.
+        let needs_extension = self.extensions.len() > 1 || !is_device(path);
+        if needs_extension && !found.as_deref().is_some_and(|found| self.extensions.contains(&found)) {
+            return Err(format!("its name must end in {}{}", listed(self.extensions), advice(found, command)));
         }
-        check_place(path)
+        check_writable(path)
     }
 }
 
@@ -103,7 +103,7 @@ impl TypedValueParser for OutputParser {
     }
 }
 
-/// Refuses two outputs of a command that name the same file, of which one would be lost.
+/// Refuses two outputs of a command that name the same file: one would overwrite the other.
 ///
 /// # Errors
 /// A message that names both arguments.
@@ -111,29 +111,29 @@ pub fn check_distinct(command: &Command, matches: &ArgMatches) -> Result<(), cla
     if let Some((name, matches)) = matches.subcommand() {
         return command.find_subcommand(name).map_or(Ok(()), |command| check_distinct(command, matches));
     }
-    let mut places: Vec<(PathBuf, &Arg)> = Vec::new();
+    let mut files: Vec<(PathBuf, &Arg)> = Vec::new();
     for argument in command.get_arguments() {
         let given = matches.try_get_one::<Output>(argument.get_id().as_str()).ok().flatten();
         let Some(output) = given.filter(|output| !output.is_stdout() && !is_device(output.path())) else { continue };
-        let place = resolved(output.path());
-        if let Some((_, other)) = places.iter().find(|(taken, _)| *taken == place) {
+        let file = resolved(output.path());
+        if let Some((_, other)) = files.iter().find(|(earlier, _)| *earlier == file) {
             let message = format!("'{other}' and '{argument}' name the same file, {}", output.path().display());
             return Err(clap::Error::raw(ErrorKind::ArgumentConflict, message).with_cmd(command));
         }
-        places.push((place, argument));
+        files.push((file, argument));
     }
     Ok(())
 }
 
-/// The path with symbolic links and dots resolved, as far as it is there.
+/// The path with symbolic links and dots resolved, as far as it exists.
 fn resolved(path: &Path) -> PathBuf {
     let (folder, name) = (folder_of(path), path.file_name().unwrap_or_default());
     let in_folder = || folder.canonicalize().unwrap_or(folder.to_owned()).join(name);
     path.canonicalize().unwrap_or_else(|_| in_folder())
 }
 
-/// `.a`, `.a or .b`, `.a, .b or .c`.
-pub fn listed(extensions: &[&str]) -> String {
+/// A list of extensions in words, such as `.a, .b or .c`.
+pub(crate) fn listed(extensions: &[&str]) -> String {
     let dotted: Vec<String> = extensions.iter().map(|extension| format!(".{extension}")).collect();
     match dotted.split_last() {
         Some((last, [])) => last.clone(),
@@ -142,46 +142,47 @@ pub fn listed(extensions: &[&str]) -> String {
     }
 }
 
-/// The argument of the same command that writes the extension found, where its name says so: `--png`.
-fn advice(found: Option<String>, siblings: &Command) -> String {
-    let writes = |found: &String| siblings.get_arguments().any(|sibling| sibling.get_long() == Some(found.as_str()));
+/// A hint at the argument of the command that is named after the extension found, such as `--png`; or an empty text.
+fn advice(found: Option<String>, command: &Command) -> String {
+    let writes = |found: &String| command.get_arguments().any(|argument| argument.get_long() == Some(found.as_str()));
     found.filter(writes).map(|found| format!("; --{found} writes a .{found}")).unwrap_or_default()
 }
 
+/// The extension in lower case, without its dot.
 fn extension_of(path: &Path) -> Option<String> {
     path.extension().map(|extension| extension.to_string_lossy().to_lowercase())
 }
 
-/// Whether the path is something other than a file or a folder: a device, a pipe, a socket.
+/// Whether the path names a device, a pipe or a socket.
 fn is_device(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|found| !found.is_file() && !found.is_dir())
 }
 
-/// The folder that holds a path; the current one of a bare name.
+/// The parent folder of a path; the current folder for a bare name.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Refuses a file that cannot be written. Leaves a file that is there as it is, and none where there was none.
-fn check_place(path: &Path) -> Result<(), String> {
+/// Refuses a path that cannot be written. It neither changes an existing file nor creates a new one.
+fn check_writable(path: &Path) -> Result<(), String> {
     match fs::metadata(path) {
         Ok(found) if found.is_dir() => Err("it is a folder".to_owned()),
         Ok(found) if found.is_file() => {
             OpenOptions::new().write(true).open(path).map(drop).map_err(|error| format!("cannot be written: {error}"))
         }
-        // Opening a pipe to close it again would end its reader.
+        // Opening and closing a pipe would end its reader.
         Ok(_) => Ok(()),
         Err(error) if is_missing(&error) => check_new(path),
         Err(error) => Err(format!("cannot be written: {error}")),
     }
 }
 
-/// Whether a path is not there, or leads through a file.
+/// Whether the error means that the path does not exist, or leads through a file.
 fn is_missing(error: &io::Error) -> bool {
     matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory)
 }
 
-/// Refuses a file that is not there and cannot be made.
+/// Refuses a path of a new file that cannot be created.
 fn check_new(path: &Path) -> Result<(), String> {
     let folder = folder_of(path);
     match fs::metadata(folder) {
@@ -191,10 +192,10 @@ fn check_new(path: &Path) -> Result<(), String> {
         Err(error) => return Err(format!("{}: {error}", folder.display())),
     }
     if let Ok(target) = fs::read_link(path) {
-        // A link to nothing yet: what it points to is made.
-        return check_place(&folder.join(target));
+        // Writing to a dangling link creates its target.
+        return check_writable(&folder.join(target));
     }
-    // Only the system knows about permissions and read-only file systems. A file without a name leaves nothing behind.
+    // A file without a name tests permissions and read-only file systems, and leaves nothing behind.
     tempfile::tempfile_in(folder)
         .map(drop)
         .map_err(|error| format!("{} cannot be written to: {error}", folder.display()))

@@ -1,36 +1,36 @@
-//! What JSON lines hold, and what is wrong with them.
+//! Parsing of the JSON lines of `sunbeam eval` and `sunbeam sample`, with messages that name the wrong field.
 
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sunbeam::scattering::{Vec3, unit_vector};
 
-/// A number or several, for wavelengths and what is answered for them.
+/// One number or an array of numbers: wavelengths, and the values at them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged, expecting = "expected a number or an array of numbers")]
-pub enum Numbers {
+pub(crate) enum Numbers {
     One(f64),
     Many(Vec<f64>),
 }
 
 impl Numbers {
-    /// The numbers.
-    pub fn as_slice(&self) -> &[f64] {
+    /// The numbers as a slice.
+    pub(crate) fn as_slice(&self) -> &[f64] {
         match self {
             Self::One(number) => std::slice::from_ref(number),
             Self::Many(numbers) => numbers,
         }
     }
 
-    /// `function` of each.
-    pub fn map(&self, function: impl Fn(f64) -> f64) -> Self {
+    /// Applies `function` to each number.
+    pub(crate) fn map(&self, function: impl Fn(f64) -> f64) -> Self {
         match self {
             Self::One(number) => Self::One(function(*number)),
             Self::Many(numbers) => Self::Many(numbers.iter().map(|number| function(*number)).collect()),
         }
     }
 
-    /// `function` of each, or the first error.
-    pub fn try_map(&self, function: impl Fn(f64) -> Result<f64, String>) -> Result<Self, String> {
+    /// Applies `function` to each number, and returns the first error.
+    pub(crate) fn try_map(&self, function: impl Fn(f64) -> Result<f64, String>) -> Result<Self, String> {
         Ok(match self {
             Self::One(number) => Self::One(function(*number)?),
             Self::Many(numbers) => {
@@ -40,12 +40,12 @@ impl Numbers {
     }
 }
 
-/// Reads one line; the error names the field where there is one.
-pub fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
+/// Parses one line; the error names the wrong field where there is one.
+pub(crate) fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     if line.trim_ascii().is_empty() {
         return Err("the line is empty".to_owned());
     }
-    // Paths cost time, so they are only followed once something is known to be wrong.
+    // Tracking the path of a field costs time, so it is done for wrong lines alone.
     if let Ok(query) = serde_json::from_slice(line) {
         return Ok(query);
     }
@@ -53,31 +53,33 @@ pub fn parse<T: DeserializeOwned>(line: &[u8]) -> Result<T, String> {
     let error = match serde_path_to_error::deserialize::<_, T>(&mut reader) {
         Err(error) => error,
         Ok(_) => {
-            return Err(reader.end().map_or_else(|error| format!("not JSON: {}", place(&error)), |()| String::new()));
+            return Err(reader
+                .end()
+                .map_or_else(|error| format!("not JSON: {}", without_line_number(&error)), |()| String::new()));
         }
     };
     let field = error.path().to_string();
     let cause = error.into_inner();
-    let said = place(&cause);
+    let message = without_line_number(&cause);
     match (cause.is_data(), field.as_str()) {
-        (false, _) => Err(format!("not JSON: {said}")),
-        (true, "." | "?") => Err(said),
-        (true, field) => Err(format!("{field:?}: {said}")),
+        (false, _) => Err(format!("not JSON: {message}")),
+        (true, "." | "?") => Err(message),
+        (true, field) => Err(format!("{field:?}: {message}")),
     }
 }
 
 /// The message without the number of the line, which is always 1.
-fn place(error: &serde_json::Error) -> String {
+fn without_line_number(error: &serde_json::Error) -> String {
     error.to_string().replace(" at line 1 column ", " at column ")
 }
 
-/// A direction from its components: three, of unit length to 1e-3.
-pub fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
+/// Checks and normalises a direction: three components of unit length to 1e-3.
+pub(crate) fn direction(name: &str, components: &[f64]) -> Result<Vec3, String> {
     unit_vector(triple(name, components)?).map_err(|error| format!("{name:?} {error}"))
 }
 
-/// Three random numbers in [0, 1).
-pub fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
+/// Checks three random numbers in [0, 1).
+pub(crate) fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
     let point = triple(name, components)?;
     match point.iter().find(|c| !(0.0..1.0).contains(*c)) {
         Some(outside) => Err(format!("{name:?} holds {outside}; all must be in [0, 1)")),
@@ -85,6 +87,7 @@ pub fn unit_cube(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
     }
 }
 
+/// Checks the number of components.
 fn triple(name: &str, components: &[f64]) -> Result<[f64; 3], String> {
     components.try_into().map_err(|_| format!("{name:?} has {} components; it must have 3", components.len()))
 }
@@ -103,14 +106,14 @@ mod tests {
     }
 
     #[test]
-    fn random_numbers_are_below_one() {
+    fn random_numbers_outside_the_unit_interval_are_refused() {
         assert!(unit_cube("u", &[0.0, 0.5, 0.999]).is_ok());
         assert!(unit_cube("u", &[0.0, 1.0, 0.5]).unwrap_err().contains("[0, 1)"));
         assert!(unit_cube("u", &[0.0, -1e-9, 0.5]).is_err());
     }
 
     #[test]
-    fn what_is_wrong_with_a_line_is_named() {
+    fn errors_name_the_wrong_field() {
         #[derive(Debug, Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Query {

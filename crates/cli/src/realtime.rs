@@ -1,6 +1,6 @@
-//! A method on the GPU, for the subcommands that have one there.
+//! A method on the GPU, for the subcommands that draw or evaluate there.
 
-use super::method_args::{Asked, MethodArgs};
+use super::method_args::{MethodArgs, Quantity};
 use super::progress::{BUILDING, with_bar};
 use super::surface_args::SurfaceArgs;
 use serde::Serialize;
@@ -13,17 +13,20 @@ use sunbeam::methods::{MethodKind, MethodOptions};
 use sunbeam::scattering::{ComplexIndex, SpectralIndex};
 use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Shader};
 
-/// The adapter that is asked for, or that the environment names.
+/// Opens the adapter of the argument or, without one, of the environment.
+///
+/// # Errors
+/// No such adapter, or an environment variable with a wrong value.
 pub fn open(adapter: Option<AdapterChoice>) -> Result<Gpu, Box<dyn Error>> {
     Ok(Gpu::open(adapter.map_or_else(AdapterChoice::from_env, Ok)?)?)
 }
 
 /// The clock of an adapter's times: `timestamps` of the GPU, or `wall clock` around each submission.
-pub fn clock(gpu: &Gpu) -> &'static str {
+pub(crate) fn clock(gpu: &Gpu) -> &'static str {
     if gpu.has_timestamps() { "timestamps" } else { "wall clock" }
 }
 
-/// A method that the GPU has, with its options and the surface it is for.
+/// A method of the GPU with its options, and the surface.
 pub struct Realtime {
     kind: MethodKind,
     options: MethodOptions,
@@ -31,53 +34,60 @@ pub struct Realtime {
     cache: Cache,
 }
 
-/// What a method was and took.
+/// The method in a report.
 #[derive(Serialize)]
 pub struct MethodReport {
     method: &'static str,
     options: MethodOptions,
-    /// Seconds to make the method's data.
+    /// Seconds to compute the method's data.
     build_seconds: f64,
-    /// Bytes of that data on the GPU.
+    /// Size of the data on the GPU in bytes.
     method_bytes: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     quadrature: Option<Quadrature>,
 }
 
-/// The sum over wavelengths of a method that has equal steps.
+/// The sum over wavelengths of a method with uniform steps.
 #[derive(Serialize)]
 struct Quadrature {
     wavelengths_nm: Vec<f64>,
-    /// Linear sRGB; they sum to (1, 1, 1).
+    /// Linear sRGB of each wavelength; the weights sum to (1, 1, 1).
     weights: Vec<[f64; 3]>,
 }
 
 impl MethodReport {
-    /// How many wavelengths are summed; `None` where they depend on the directions.
-    pub fn wavelengths(&self) -> Option<usize> {
+    /// The number of wavelengths in the sum; `None` where the directions determine the wavelengths.
+    pub(crate) fn wavelengths(&self) -> Option<usize> {
         self.quadrature.as_ref().map(|sum| sum.wavelengths_nm.len())
     }
 }
 
 impl Realtime {
-    /// What the arguments amount to, validated.
+    /// The method and the surface of the arguments, validated.
+    ///
+    /// # Errors
+    /// A method that the GPU does not have, or an argument that is out of range, contradictory or without effect.
     pub fn new(method: &MethodArgs, surface: &SurfaceArgs) -> Result<Self, Box<dyn Error>> {
         let Some(kind) = method.method().on_gpu() else {
-            let has = MethodKind::ALL.map(MethodKind::name).join(", ");
-            return Err(format!("--method {} is not on the GPU, which has {has}", method.method().name()).into());
+            let available = MethodKind::ALL.map(MethodKind::name).join(", ");
+            return Err(format!("--method {} is not on the GPU, which has {available}", method.method().name()).into());
         };
-        let options = method.options(Asked::ColourOnGpu)?;
+        let options = method.options(Quantity::ColourOnGpu)?;
         let config = surface.realtime_config(kind, &options)?;
         Ok(Self { kind, options, config, cache: surface.cache()? })
     }
 
-    /// What is to be built, for who builds it later, and other things after it.
+    /// The method, its options, the surface and the cache, for a caller that builds the method itself.
     pub fn into_parts(self) -> (MethodKind, MethodOptions, SurfaceConfig, Cache) {
         (self.kind, self.options, self.config, self.cache)
     }
 
-    /// Makes the method's data and uploads it. `index` is the refractive index, `None` to reflect everything.
-    pub fn build(&self, gpu: &Gpu, index: Option<ComplexIndex>) -> Result<(Shader, MethodReport), Box<dyn Error>> {
+    /// Computes the method's data and uploads it. Without a refractive index the surface reflects everything.
+    pub(crate) fn build(
+        &self,
+        gpu: &Gpu,
+        index: Option<ComplexIndex>,
+    ) -> Result<(Shader, MethodReport), Box<dyn Error>> {
         let Self { kind, options, config, cache } = self;
         let start = Instant::now();
         let material = index.map(SpectralIndex::Constant);
@@ -97,7 +107,7 @@ impl Realtime {
         Ok((shader, report))
     }
 
-    /// `None` where the wavelengths depend on the directions.
+    /// The sum over wavelengths; `None` where the directions determine the wavelengths.
     fn quadrature(&self) -> Result<Option<Quadrature>, Box<dyn Error>> {
         if !self.kind.options().contains(&"lambda_step_nm") {
             return Ok(None);

@@ -1,5 +1,9 @@
-//! A surface as evaluated by one of the methods.
+//! A surface that is evaluated by one of the methods, on the CPU.
+//!
+//! Symbols, as in docs/model.md: f_r = R·O·M·S/λ² is the reflectance in 1/sr, with the Fresnel factor R, the obliquity
+//! factor O, the shadowing factor M, and the power spectral density S of the relief's phase screen.
 
+use super::arguments::VISIBLE_NM;
 use super::method_args::Method;
 use super::progress::{BUILDING, with_bar};
 use super::surface_args::SurfaceArgs;
@@ -15,38 +19,43 @@ use sunbeam::methods::{self, AnswerKind, MethodOptions};
 use sunbeam::scattering::{ComplexIndex, Options, Pair, SpectralIndex, Vec3};
 use sunbeam::table::{WAVELENGTH_MAX_NM, WAVELENGTH_MIN_NM};
 
-/// Largest tile for which direct sums run side by side; those of larger ones are parallel within, and side by side
-/// would need a lot of memory.
-const SIDE_BY_SIDE_PIXELS: usize = 1 << 16;
+/// Largest tile, in pixels, whose direct sums run concurrently. A direct sum over a larger tile is parallel itself, and
+/// each needs memory for the whole tile.
+const CONCURRENT_PIXELS_MAX: usize = 1 << 16;
 
-/// Wavelengths in nm that the methods of colours answer for.
-const VISIBLE_NM: std::ops::RangeInclusive<f64> = 380.0..=780.0;
-
-/// What answers.
+/// The evaluator of a method.
 enum Evaluator {
+    /// The direct sum over the relief.
     Exact(Box<Exact>),
+    /// The spectral tables.
     Table(Arc<Surface>),
+    /// A method of colours in single precision.
     Realtime(Box<dyn methods::Method>),
+    /// The tables of a grating by Maxwell's equations.
     Grating(Arc<(GratingSurface, Origin)>),
+    /// A grating by Maxwell's equations that is solved for each query.
     ExactGrating(Box<ExactGrating>),
 }
 
-/// A surface and the method that answers for it.
-pub struct Reflector {
+/// A surface and its method of evaluation.
+pub(crate) struct Reflector {
     evaluator: Evaluator,
-    /// The sampler, where it was asked for or is needed anyway.
+    /// The tables of the phase screen, which have a sampler; built on request or where the method needs them.
     surface: Option<Arc<Surface>>,
-    /// The same of a grating by Maxwell's equations.
+    /// The tables of a grating by Maxwell's equations, which have a sampler.
     grating: Option<Arc<(GratingSurface, Origin)>>,
     options: Options,
     index: Option<ComplexIndex>,
-    side_by_side: bool,
+    /// Whether queries run concurrently.
+    is_concurrent: bool,
 }
 
 impl Reflector {
-    /// Builds what the method needs: the tables, which the exact method takes its albedo from, or the orders of
-    /// one of the published methods. The latter have no sampler of their own; `sampler` builds the tables too.
-    pub fn new(
+    /// Builds the data of the method.
+    ///
+    /// The tables have a sampler, and the exact method takes its albedo from them. The published methods have no
+    /// sampler: with `sampler`, the tables are built as well.
+    pub(crate) fn new(
         args: &SurfaceArgs,
         method: Method,
         method_options: &MethodOptions,
@@ -85,27 +94,29 @@ impl Reflector {
                 (Evaluator::Realtime(method), sampler.then(surface).transpose()?)
             }
         };
-        let side_by_side = method != Method::Exact || nx * ny <= SIDE_BY_SIDE_PIXELS;
-        Ok(Self { evaluator, surface, grating: None, options, index, side_by_side })
+        let is_concurrent = method != Method::Exact || nx * ny <= CONCURRENT_PIXELS_MAX;
+        Ok(Self { evaluator, surface, grating: None, options, index, is_concurrent })
     }
 
-    /// A grating by Maxwell's equations; `one_by_one` where a question at a time is asked.
+    /// A grating by Maxwell's equations.
+    ///
+    /// `sampler` is true for the services, which answer query by query; only they may solve each query anew.
     fn rigorous(
         config: &SurfaceConfig,
         method: Method,
         method_options: &MethodOptions,
         cache: &Cache,
-        one_by_one: bool,
+        sampler: bool,
     ) -> Result<Self, Box<dyn Error>> {
         let index = config.index().map(SpectralIndex::Constant);
         let tabulated = || with_bar(BUILDING, |progress| config.build_shared_grating(index.as_ref(), cache, progress));
         let (evaluator, grating) = match method {
-            Method::Exact if one_by_one => {
+            Method::Exact if sampler => {
                 let exact = ExactGrating::new(config.profile()?, index.clone(), config.coherence_length);
                 (Evaluator::ExactGrating(Box::new(exact)), None)
             }
             Method::Exact => {
-                let advice = "solves each question anew: here --method must be table";
+                let advice = "solves each query anew, which is too slow here: --method must be table";
                 return Err(format!("--method exact with --theory rigorous {advice}").into());
             }
             Method::Table => {
@@ -116,26 +127,26 @@ impl Reflector {
                 let method = with_bar(BUILDING, |progress| {
                     config.build_method(kind, method_options, index.as_ref(), cache, progress)
                 })?;
-                (Evaluator::Realtime(method), one_by_one.then(tabulated).transpose()?)
+                (Evaluator::Realtime(method), sampler.then(tabulated).transpose()?)
             }
         };
         let (options, index) = (config.options(), config.index());
-        Ok(Self { evaluator, surface: None, grating, options, index, side_by_side: true })
+        Ok(Self { evaluator, surface: None, grating, options, index, is_concurrent: true })
     }
 
-    /// `f_r` in 1/sr, the interface's factor included.
+    /// `f_r` in 1/sr.
     ///
     /// # Errors
-    /// Of a grating that is solved anew, what the solver refuses.
-    pub fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
+    /// The solver's message, for a grating that is solved anew.
+    pub(crate) fn try_eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> Result<f64, String> {
         match &self.evaluator {
             Evaluator::ExactGrating(exact) => exact.eval(wi, wo, wavelength_nm).map_err(|error| error.to_string()),
             _ => Ok(self.eval(wi, wo, wavelength_nm)),
         }
     }
 
-    /// [`Reflector::try_eval`] of what cannot be refused; zero of a grating that is solved anew.
-    pub fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+    /// `f_r` in 1/sr; zero for a grating that is solved anew, which needs [`Reflector::try_eval`].
+    pub(crate) fn eval(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
         let relief = match &self.evaluator {
             Evaluator::Exact(exact) => exact.eval(wi, wo, wavelength_nm),
@@ -147,38 +158,38 @@ impl Reflector {
             Evaluator::Grating(built) => return built.0.eval(wi, wo, wavelength_nm),
             Evaluator::ExactGrating(_) => return 0.0,
         };
-        self.interface(&pair) * relief
+        self.fresnel(&pair) * relief
     }
 
-    /// What the relief alone answers: `S/λ²` in 1/sr, `f_r` without `R·O·M` (what conserves energy, where it is asked for,
-    /// stays in).
-    pub fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
+    /// `S/λ²` in 1/sr, which is `f_r` without `R·O·M`. Energy conservation, if requested, is included.
+    ///
+    /// For a grating by Maxwell's equations it is `f_r`: its material and its relief do not separate.
+    pub(crate) fn relief_spectral(&self, wi: Vec3, wo: Vec3, wavelength_nm: f64) -> f64 {
         let Some(pair) = Pair::new(wi, wo) else { return 0.0 };
         if self.grating.is_some() {
-            // What the material reflects cannot be told from what the relief does.
             return self.eval(wi, wo, wavelength_nm);
         }
-        self.eval(wi, wo, wavelength_nm) / (self.interface(&pair) * self.options.angular_factor(&pair))
+        self.eval(wi, wo, wavelength_nm) / (self.fresnel(&pair) * self.options.angular_factor(&pair))
     }
 
-    /// The integral of `f_r` over the visible spectrum in linear sRGB, by the method's own wavelengths where it has some,
-    /// else by those of `spectrum`.
-    pub fn eval_rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
+    /// The linear sRGB of `f_r` in 1/sr, by the wavelengths of `spectrum` unless the method has its own.
+    pub(crate) fn eval_rgb(&self, wi: Vec3, wo: Vec3, spectrum: &SpectralToRgb) -> [f64; 3] {
         let Evaluator::Realtime(method) = &self.evaluator else { return spectrum.rgb_of(|nm| self.eval(wi, wo, nm)) };
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match method.answers() {
-            AnswerKind::Relief => self.interface(&pair) * self.options.angular_factor(&pair),
+            AnswerKind::Relief => self.fresnel(&pair) * self.options.angular_factor(&pair),
             AnswerKind::Reflectance => 1.0,
         };
         method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
-    fn interface(&self, pair: &Pair) -> f64 {
+    /// The Fresnel factor R.
+    fn fresnel(&self, pair: &Pair) -> f64 {
         pair.interface(self.index, self.options.obliquity)
     }
 
-    /// Refuses wavelengths that the method cannot answer for.
-    pub fn check_wavelengths(&self, wavelengths_nm: &[f64]) -> Result<(), String> {
+    /// Refuses wavelengths outside the method's range.
+    pub(crate) fn check_wavelengths(&self, wavelengths_nm: &[f64]) -> Result<(), String> {
         if wavelengths_nm.is_empty() {
             return Err("\"wavelength\" is an empty array; at least one is needed".to_owned());
         }
@@ -196,9 +207,10 @@ impl Reflector {
         }
     }
 
-    /// The density of the sampler for the wavelengths carried; `None` where there is none or it does not serve one of
-    /// them.
-    pub fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
+    /// The sampler's density per solid angle, the mean over the wavelengths.
+    ///
+    /// `None` without a sampler, or for a wavelength outside the tables' range.
+    pub(crate) fn pdf(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64]) -> Option<f64> {
         let tabulated = |nm: &f64| (WAVELENGTH_MIN_NM..=WAVELENGTH_MAX_NM).contains(nm);
         if !wavelengths_nm.iter().all(tabulated) {
             return None;
@@ -209,17 +221,17 @@ impl Reflector {
         }
     }
 
-    /// A direction by the sampler, where there is one; see [`Surface::sample`].
-    pub fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
+    /// A sample by the sampler, if there is one; see [`Surface::sample`].
+    pub(crate) fn sample(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Sample> {
         match &self.surface {
             Some(surface) => surface.sample(wi, wavelengths_nm, u),
             None => self.grating.as_ref()?.0.sample(wi, wavelengths_nm, u),
         }
     }
 
-    /// `answer` of every item in order, computed side by side where that is sensible.
-    pub fn map<T: Sync, A: Send>(&self, items: &[T], answer: impl Fn(&T) -> A + Sync + Send) -> Vec<A> {
-        if self.side_by_side {
+    /// Applies `answer` to every item, concurrently where the method allows it; the order is kept.
+    pub(crate) fn map<T: Sync, A: Send>(&self, items: &[T], answer: impl Fn(&T) -> A + Sync + Send) -> Vec<A> {
+        if self.is_concurrent {
             items.par_iter().with_min_len(8).map(answer).collect()
         } else {
             items.iter().map(answer).collect()
@@ -227,7 +239,7 @@ impl Reflector {
     }
 }
 
-/// A direction as the methods take it.
+/// A direction in single precision.
 fn single(direction: Vec3) -> [f32; 3] {
     direction.map(|component| component as f32)
 }

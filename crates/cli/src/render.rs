@@ -1,46 +1,52 @@
+//! `sunbeam render`: a picture by the realtime renderer, without a window.
+
+use super::arguments::out_of_range;
 use super::encode;
 use super::method_args::MethodArgs;
 use super::output::{Output, output};
 use super::realtime::{self, MethodReport, Realtime};
-use super::scene_args::{KERATIN, SceneArgs, Size};
+use super::scene_args::{SceneArgs, Size};
 use super::surface_args::SurfaceArgs;
 use super::{Outcome, print_json};
 use ndarray::Array3;
 use serde::Serialize;
 use std::time::Instant;
-use sunbeam_realtime::{AdapterChoice, Query, Renderer, Scene, StageTimes, Target, View};
+use sunbeam_realtime::{AdapterChoice, KERATIN, Query, Renderer, Scene, StageTimes, Target, View};
 
 /// Draw the snake on the GPU, without a window
 ///
-/// The snake lies on dark soil in the sun, with camera, light and pigment as in the Mitsuba scenes: 1 unit is 1 cm, z is
-/// up. Light is direct sunlight alone, with sharp shadows and no sky. Without --eta the skin is keratin, 1.56. The picture
-/// is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, what it took and what was drawn as
-/// JSON.
+/// The snake lies on dark soil in the sun, with camera, light and pigment as in the Mitsuba scenes. One unit is 1 cm, z
+/// is up. The only light is direct sunlight, with sharp shadows. Without --eta the skin is keratin, of index 1.56.
+///
+/// The picture is linear sRGB; a white diffuse plane that faces the sun is 1. Prints the adapter, the times and the
+/// method's data as JSON.
 #[derive(clap::Args)]
-pub struct RenderArgs {
-    /// The picture: linear sRGB, 32-bit floats (.exr)
+pub(crate) struct RenderArgs {
+    /// File for the picture: linear sRGB, 32-bit floats (.exr)
     #[arg(short, long, value_name = "FILE", value_parser = output(&["exr"]))]
     output: Output,
-    /// The picture for the screen, sRGB with highlights compressed (.png)
+    /// File for the picture as shown: sRGB with compressed highlights (.png)
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     png: Option<Output>,
-    /// Brightens the PNG, in stops
+    /// Exposure of the PNG in stops
     #[arg(long, value_name = "STOPS", default_value_t = 2.0, allow_negative_numbers = true)]
     exposure: f64,
-    /// What each pixel's centre sees, as float32 (height, width, 8) (.npy): unit vectors to the sun and to the camera in
-    /// the grating's frame, 1 where the sun is seen from there, the cosine of the sun's angle; 0 off the mesh
+    /// File for the directions at each pixel's centre, as float32 (height, width, 8) (.npy)
+    ///
+    /// The components are the unit vectors to the sun and to the camera in the relief's frame, 1 where the sun is
+    /// visible and 0 in shadow, and the cosine of the sun's angle. They are 0 off the mesh.
     #[arg(long, value_name = "FILE", value_parser = output(&["npy"]))]
     pairs: Option<Output>,
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", default_value = "384x256")]
     size: Size,
-    /// Rays along each side of a pixel, 1 to 64; their mean is the pixel
+    /// Rays along each side of a pixel, 1 to 64; the pixel is their mean
     #[arg(long, value_name = "COUNT", default_value_t = 1)]
     supersample: u32,
-    /// Draws the picture this often and gives the medians of the times
+    /// Number of times that the picture is drawn; the times in the report are medians
     #[arg(long, value_name = "COUNT", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     repeat: u32,
-    /// The GPU, or the software adapter [default: SUNBEAM_ADAPTER, else any]
+    /// Adapter: any prefers a GPU, software is the software adapter [default: SUNBEAM_ADAPTER, else any]
     #[arg(long, value_name = "any|software")]
     adapter: Option<AdapterChoice>,
     #[command(flatten)]
@@ -64,33 +70,34 @@ struct Report<'a> {
     adapter: String,
     backend: &'static str,
     software: bool,
-    /// All stages.
+    /// Time of all stages.
     gpu_ms: f64,
     gpu_stages_ms: StageTimes,
     /// `timestamps` of the GPU, or `wall clock` around each submission.
     gpu_clock: &'static str,
-    /// Queries that the method answered, and in how many submissions.
+    /// Number of queries that the method answered: visible points of the mesh in the sun.
     answered: u64,
+    /// Number of submissions of these queries.
     submissions: u32,
     #[serde(flatten)]
     method: MethodReport,
-    /// Wall clock of everything.
+    /// Wall-clock time of the command.
     seconds: f64,
 }
 
 /// Runs `sunbeam render`.
-pub fn run(args: &RenderArgs) -> Outcome {
+pub(crate) fn run(args: &RenderArgs) -> Outcome {
     let start = Instant::now();
     if !args.exposure.is_finite() {
-        return Err(format!("parameter \"exposure\" is {}, but must be finite", args.exposure).into());
+        return Err(out_of_range("exposure", args.exposure, "finite").into());
     }
     if args.pairs.is_some() && args.supersample != 1 {
-        return Err("parameter \"pairs\" needs --supersample 1: it is about the pixels' centres".into());
+        return Err("parameter \"pairs\" needs --supersample 1: its directions are those at the pixels' centres".into());
     }
     let realtime = Realtime::new(&args.method, &args.surface)?;
     let index = args.surface.config()?.index().unwrap_or(KERATIN);
     let view = args.scene.view(args.supersample)?;
-    // Before what takes longer.
+    // Errors of the adapter come before the long work.
     let gpu = realtime::open(args.adapter)?;
     let Size(width, height) = args.size;
     let target = Target::new(&gpu, width, height)?;
@@ -99,7 +106,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
     let (mesh, pigment) = args.scene.mesh()?;
     let scene = Scene::new(&gpu, &mesh, &pigment)?;
     let renderer = Renderer::new(&gpu)?;
-    // Drivers finish compiling when a pipeline is first used; a picture of one pixel keeps that out of the times.
+    // Drivers finish compilation at the first use of a pipeline: a picture of one pixel keeps it out of the times.
     renderer.draw(&gpu, &scene, &shader, &Target::new(&gpu, 1, 1)?, &View { supersample: 1, ..view })?;
     let reports = (0..args.repeat)
         .map(|_| renderer.draw(&gpu, &scene, &shader, &target, &view))
@@ -136,7 +143,7 @@ pub fn run(args: &RenderArgs) -> Outcome {
     })
 }
 
-/// Contents of `--pairs`, `[row, column, component]`.
+/// The array of `--pairs`, `[row, column, component]`.
 fn pairs((width, height): (usize, usize), queries: &[Query]) -> Array3<f32> {
     Array3::from_shape_fn((height, width, 8), |(y, x, i)| {
         let query = &queries[y * width + x];

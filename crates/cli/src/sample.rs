@@ -1,3 +1,5 @@
+//! `sunbeam sample`: the sampler as a service.
+
 use super::Outcome;
 use super::method_args::Method;
 use super::query::{Numbers, direction, parse, unit_cube};
@@ -10,17 +12,18 @@ use sunbeam::scattering::Vec3;
 
 /// Sample outgoing directions for JSON lines on stdin
 ///
-/// Each line {"wi":[x,y,z],"wavelength":nm,"u":[a,b,c]}, with three random numbers in [0, 1), is answered by
-/// {"wo":[x,y,z],"pdf":…,"weight":…} in order. pdf is per solid angle and that of `sunbeam eval`; weight is
-/// f·cosθo/pdf, with the Fresnel reflectance where --eta is given. A sample that falls below the horizon counts as
-/// zero: {"wo":null,"pdf":0,"weight":0}.
+/// Answers each line {"wi":[x,y,z],"wavelength":nm,"u":[a,b,c]} by a line {"wo":[x,y,z],"pdf":…,"weight":…}, in order.
 ///
-/// With an array of wavelengths one direction is sampled for all of them: pdf is the mean over the wavelengths
-/// (hero wavelength, balance heuristic) and weight an array, one for each.
+/// u holds three random numbers in [0, 1). pdf is the density per solid angle, as from `sunbeam eval`. weight is
+/// f·cosθo/pdf, with the Fresnel factor where --eta is given. A sample below the horizon counts as zero:
+/// {"wo":null,"pdf":0,"weight":0}.
 ///
-/// A bad line, an empty one included, gives {"error":…} in its place and the rest go on.
+/// For an array of wavelengths, one direction is sampled for all of them: pdf is the mean over the wavelengths (hero
+/// wavelength, balance heuristic), and weight is an array.
+///
+/// A bad or empty line gives {"error":…} in its place.
 #[derive(clap::Args)]
-pub struct SampleArgs {
+pub(crate) struct SampleArgs {
     #[command(flatten)]
     surface: SurfaceArgs,
 }
@@ -41,7 +44,7 @@ struct Answer {
 }
 
 /// Runs `sunbeam sample`.
-pub fn run(args: &SampleArgs) -> Outcome {
+pub(crate) fn run(args: &SampleArgs) -> Outcome {
     let reflector = Reflector::new(&args.surface, Method::Table, &MethodOptions::default(), true)?;
     serve(&reflector, |line| answer(&reflector, line))
 }

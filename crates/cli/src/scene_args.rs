@@ -1,54 +1,55 @@
-//! The arguments that say what the realtime renderer draws: mesh, camera, light.
+//! The arguments of the realtime renderer's scene: mesh, camera, light.
 
+use super::arguments::out_of_range;
 use std::path::PathBuf;
 use std::str::FromStr;
-pub use sunbeam_realtime::KERATIN;
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{Blend, Camera, Light, Mesh, Shape, View};
 
-/// What is seen, from where, in which light.
+/// The mesh, the camera and the light.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneArgs {
-    /// What carries the relief: snake, flat (a square on the ground), sphere
+    /// Shape that carries the relief: snake, flat (a square on the ground), sphere
     #[arg(long, value_name = "NAME", default_value = "snake")]
     shape: Shape,
-    /// Another mesh than the snake: triangles with normals and texture coordinates (.ply)
+    /// Mesh in place of the shape: triangles with normals and texture coordinates (.ply)
     #[arg(long, value_name = "FILE", conflicts_with_all = ["resolution", "shape"])]
     mesh: Option<PathBuf>,
-    /// Times the cells of the snake in each direction
+    /// Factor on the snake's cells along each direction
     #[arg(long, value_name = "FACTOR", default_value_t = 4.0, allow_negative_numbers = true)]
     resolution: f64,
-    /// Whether there is a ground
+    /// Draw the ground at z = 0
     #[arg(long, value_name = "BOOL", default_value_t = true, action = clap::ArgAction::Set)]
     ground: bool,
-    /// How the pigment below the relief shows: physical (diffuse, weighted by what is not reflected), mix (mixed with
-    /// the diffraction colour at a fixed --share), none
+    /// Blend of the pigment below the relief: physical weights it by the light that is not reflected, mix mixes it with
+    /// the diffraction colour by --share, none omits it
     #[arg(long, value_name = "MODE", default_value = "physical")]
     blend: Blend,
-    /// Share of the diffraction colour with --blend mix, 0 to 1 [default: 0.5]
+    /// Fraction of the diffraction colour with --blend mix, 0 to 1 [default: 0.5]
     #[arg(long, allow_negative_numbers = true)]
     share: Option<f32>,
-    /// Turns the grating against the tangent
+    /// Rotation of the relief about the normal, from the tangent, in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_negative_numbers = true)]
     rotation: f64,
-    /// Where the camera is
+    /// Position of the camera in cm [default: that of the Mitsuba scenes]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     camera_origin: Option<Point>,
-    /// What is in the middle of the picture
+    /// Point in the middle of the picture in cm [default: that of the Mitsuba scenes]
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
     camera_target: Option<Point>,
-    /// Horizontal field of view
+    /// Horizontal field of view in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 30.0, allow_negative_numbers = true)]
     fov: f64,
-    /// Where the sun is, counter-clockwise seen from above, from +x
+    /// Azimuth of the sun in degrees, counter-clockwise from +x seen from above
     #[arg(long, value_name = "DEGREES", default_value_t = -150.0, allow_negative_numbers = true)]
     light_azimuth: f64,
-    /// How high the sun is above the ground
+    /// Elevation of the sun above the ground in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = 40.0, allow_negative_numbers = true)]
     light_elevation: f64,
-    /// The direction to the sun, instead of the two angles
-    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with_all = ["light_azimuth", "light_elevation"])]
+    /// Direction to the sun, in place of the two angles
+    #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+    #[arg(conflicts_with_all = ["light_azimuth", "light_elevation"])]
     light_from: Option<Point>,
 }
 
@@ -65,6 +66,7 @@ impl FromStr for Size {
     }
 }
 
+/// Three coordinates.
 #[derive(Clone, Copy, Debug)]
 struct Point([f64; 3]);
 
@@ -80,7 +82,10 @@ impl FromStr for Point {
 }
 
 impl SceneArgs {
-    /// The view, with so many rays along each side of a pixel.
+    /// The view, with `supersample` rays along each side of a pixel.
+    ///
+    /// # Errors
+    /// `--share` without `--blend mix`, and a sun that is not above the ground.
     pub fn view(&self, supersample: u32) -> Result<View, Box<dyn std::error::Error>> {
         let camera = Camera::default();
         let blend = match (self.blend, self.share) {
@@ -105,11 +110,13 @@ impl SceneArgs {
         })
     }
 
-    /// The mesh, and the snake's pigment for its texture coordinates.
+    /// The mesh, and the snake's pigment over texture coordinates.
+    ///
+    /// # Errors
+    /// A resolution that is not positive, or a mesh that cannot be read.
     pub fn mesh(&self) -> Result<(Mesh, PigmentTexture), Box<dyn std::error::Error>> {
         if !(self.resolution.is_finite() && self.resolution > 0.0) {
-            let found = self.resolution;
-            return Err(format!("parameter \"resolution\" is {found}, but must be finite and positive").into());
+            return Err(out_of_range("resolution", self.resolution, "finite and positive").into());
         }
         let Some(path) = &self.mesh else { return Ok(self.shape.make(self.resolution, PIGMENT_SIZE)?) };
         let pigment = pigment_texture(&SnakeOptions::default(), PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;

@@ -1,13 +1,15 @@
-//! JSON lines in, JSON lines out, in order.
+//! A service on stdin and stdout: one answer for each line, in order.
 
 use super::Outcome;
 use super::reflector::Reflector;
 use serde::Serialize;
 use std::io::{self, BufRead, BufReader, Read, Write};
 
-/// Bytes asked of stdin at a time. What one read gives is answered together, so a client that sends a line and waits
-/// gets its answer, and a file is worked off in large pieces.
-const READ_BYTES: usize = 1 << 20;
+/// Size in bytes of the buffer for stdin.
+///
+/// The complete lines in the buffer are answered together. A client that sends one line and waits gets its answer, and
+/// a file is answered in large batches.
+const BUFFER_BYTES: usize = 1 << 20;
 
 /// The answer to a line that could not be answered.
 #[derive(Serialize)]
@@ -15,12 +17,12 @@ struct Refusal {
     error: String,
 }
 
-/// Answers every line of stdin on stdout; a line that `answer` refuses gets `{"error": …}` in its place.
-pub fn serve<A: Serialize>(
+/// Answers every line of stdin on stdout. A line that `answer` refuses gets `{"error": …}` in its place.
+pub(crate) fn serve<A: Serialize>(
     reflector: &Reflector,
     answer: impl Fn(&[u8]) -> Result<A, String> + Sync + Send,
 ) -> Outcome {
-    let mut input = BufReader::with_capacity(READ_BYTES, io::stdin().lock());
+    let mut input = BufReader::with_capacity(BUFFER_BYTES, io::stdin().lock());
     let mut output = io::stdout().lock();
     loop {
         let lines = next_lines(&mut input)?;
@@ -38,7 +40,10 @@ pub fn serve<A: Serialize>(
     }
 }
 
-/// The lines that are there already, at least one; none at the end.
+/// The complete lines of the buffer, with their line ends.
+///
+/// If the buffer has none, it is refilled until a line is complete or the input ends. No line means the end of the
+/// input.
 fn next_lines<R: Read>(input: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
     let mut lines = Vec::new();
     loop {
@@ -54,7 +59,7 @@ fn next_lines<R: Read>(input: &mut BufReader<R>) -> io::Result<Vec<Vec<u8>>> {
 }
 
 fn json(answer: &impl Serialize) -> String {
-    // The answers are plain structs of numbers and strings, which always serialise.
+    // Answers are structs of numbers and strings, which always serialise.
     serde_json::to_string(answer).unwrap_or_else(|error| format!("{{\"error\":{:?}}}", error.to_string()))
 }
 
@@ -62,21 +67,45 @@ fn json(answer: &impl Serialize) -> String {
 mod tests {
     use super::*;
 
-    /// The batches of lines that `next_lines` gives for `text`, read four bytes at a time.
-    fn batches(text: &str) -> Vec<Vec<String>> {
-        let mut input = BufReader::with_capacity(4, text.as_bytes());
-        let batches = std::iter::from_fn(|| Some(next_lines(&mut input).unwrap()).filter(|lines| !lines.is_empty()));
-        batches.map(|lines| lines.into_iter().map(|line| String::from_utf8(line).unwrap()).collect()).collect()
+    /// All batches of `next_lines`, from an input that arrives in these reads.
+    fn batches(reads: &[&str]) -> Vec<Vec<String>> {
+        /// A reader that returns one piece a call, as a pipe does.
+        struct Pipe<'a>(std::slice::Iter<'a, &'a str>);
+        impl Read for Pipe<'_> {
+            fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+                let Some(piece) = self.0.next() else { return Ok(0) };
+                buffer[..piece.len()].copy_from_slice(piece.as_bytes());
+                Ok(piece.len())
+            }
+        }
+        let mut input = BufReader::with_capacity(16, Pipe(reads.iter()));
+        let mut batches = Vec::new();
+        loop {
+            let lines = next_lines(&mut input).unwrap();
+            if lines.is_empty() {
+                return batches;
+            }
+            batches.push(lines.iter().map(|line| String::from_utf8_lossy(line).into_owned()).collect());
+        }
     }
 
     #[test]
-    fn lines_of_one_read_are_answered_together() {
-        assert_eq!(batches("a\nb\ncc\n\nd"), [vec!["a\n", "b\n"], vec!["cc\n", "\n"], vec!["d"]]);
+    fn lines_of_one_read_are_one_batch() {
+        assert_eq!(batches(&["a\nb\n", "c\n"]), [vec!["a\n", "b\n"], vec!["c\n"]]);
     }
 
     #[test]
-    fn lines_across_reads_stay_whole() {
-        // Reads give "a\nbc", "def\n", "g\nhi" and "\n".
-        assert_eq!(batches("a\nbcdef\ng\nhi\n"), [vec!["a\n"], vec!["bcdef\n"], vec!["g\n"], vec!["hi\n"]]);
+    fn a_line_split_between_reads_is_whole_in_the_later_batch() {
+        assert_eq!(batches(&["a\nbb", "bb\nc\n"]), [vec!["a\n"], vec!["bbbb\n", "c\n"]]);
+    }
+
+    #[test]
+    fn a_line_longer_than_a_read_is_whole() {
+        assert_eq!(batches(&["aaa", "bbb", "ccc\nd\n"]), [["aaabbbccc\n", "d\n"]]);
+    }
+
+    #[test]
+    fn a_last_line_without_its_end_is_answered() {
+        assert_eq!(batches(&["a\n", "\n", "b"]), [["a\n"], ["\n"], ["b"]]);
     }
 }

@@ -1,3 +1,6 @@
+//! `sunbeam snake`: the mesh of the snake and the pigment of its skin.
+
+use super::arguments::out_of_range;
 use super::output::{Output, output};
 use super::{Outcome, encode, print_json};
 use serde::Serialize;
@@ -7,20 +10,20 @@ use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture, SnakeMesh, SnakeOpti
 
 /// Write the snake's mesh as PLY
 ///
-/// 1 unit is 1 cm, z is up; the mesh has normals, texture coordinates (u along the body) and tangents along the body.
-/// Prints the counts as JSON.
+/// One unit is 1 cm, z is up. The mesh has normals, texture coordinates (u along the body) and tangents along the body.
+/// Prints the numbers of vertices and faces as JSON.
 #[derive(clap::Args)]
-pub struct SnakeArgs {
-    /// The mesh (.ply)
+pub(crate) struct SnakeArgs {
+    /// File for the mesh (.ply)
     #[arg(short, long, value_name = "FILE", value_parser = output(&["ply"]))]
     output: Output,
-    /// Times the cells in each direction; 1 is the mesh of 10 933 vertices and 21 573 faces
+    /// Factor on the cells along each direction; 1 gives 10 933 vertices and 21 573 faces
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     resolution: f64,
-    /// The diffuse pigment for the same texture coordinates: an sRGB picture (.png), or linear sRGB (.exr)
+    /// File for the diffuse pigment over the texture coordinates: sRGB (.png) or linear sRGB (.exr)
     #[arg(long, value_name = "FILE", value_parser = output(&["png", "exr"]))]
     pigment: Option<Output>,
-    /// Factor on the pigment's linear reflectance in an .exr, 0 to 1; the renderers take 0.35
+    /// Factor on the linear reflectance of the pigment in an .exr, 0 to 1; the renderers use 0.35
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true)]
     pigment_scale: f64,
 }
@@ -35,21 +38,21 @@ struct Report<'a> {
 }
 
 /// Runs `sunbeam snake`.
-pub fn run(args: &SnakeArgs) -> Outcome {
+pub(crate) fn run(args: &SnakeArgs) -> Outcome {
     if !(args.resolution.is_finite() && args.resolution > 0.0) {
-        return Err(format!("parameter \"resolution\" is {}, but must be finite and positive", args.resolution).into());
+        return Err(out_of_range("resolution", args.resolution, "finite and positive").into());
     }
-    let (linear, scale) = (args.pigment.as_ref().is_some_and(|file| file.ends_in("exr")), args.pigment_scale);
-    if !(0.0..=1.0).contains(&scale) || (scale != 1.0 && !linear) {
-        let accepted = if linear { "0 to 1" } else { "left out without --pigment FILE.exr" };
-        return Err(format!("parameter \"pigment-scale\" is {scale}, but must be {accepted}").into());
+    let (is_linear, scale) = (args.pigment.as_ref().is_some_and(|file| file.ends_in("exr")), args.pigment_scale);
+    if !(0.0..=1.0).contains(&scale) || (scale != 1.0 && !is_linear) {
+        let accepted = if is_linear { "0 to 1" } else { "left out without --pigment FILE.exr" };
+        return Err(out_of_range("pigment-scale", scale, accepted).into());
     }
     let options = SnakeOptions::default().with_resolution(args.resolution);
     let mesh = SnakeMesh::build(&options)?;
     mesh.write_ply(args.output.path())?;
     if let Some(file) = &args.pigment {
         let texture = pigment_texture(&options, PIGMENT_SIZE.0, PIGMENT_SIZE.1)?;
-        if linear {
+        if is_linear {
             file.write(&linear_exr(&texture, scale)?)?;
         } else {
             texture.write_png(file.path())?;
@@ -63,7 +66,7 @@ pub fn run(args: &SnakeArgs) -> Outcome {
     })
 }
 
-/// The texture decoded, times a factor, as OpenEXR.
+/// The texture in linear sRGB, times a factor, as OpenEXR.
 fn linear_exr(texture: &PigmentTexture, scale: f64) -> Result<Vec<u8>, Box<dyn Error>> {
     encode::exr((texture.width, texture.height), |i| {
         let encoded = texture.pixels[i].map(|byte| f64::from(byte) / 255.0);

@@ -1,4 +1,6 @@
-//! One term of the Taylor expansion as a picture or an array: how large the DFT of a power of the heights is.
+//! One term of the Taylor expansion of the phase screen: the magnitudes of the DFT of a power of the heights.
+//!
+//! `sunbeam height-field --term N` writes them as a picture or an array (docs/model.md#the-two-expansions).
 
 use super::encode;
 use super::output::{Output, listed};
@@ -8,48 +10,53 @@ use std::error::Error;
 use sunbeam::height_field::HeightField;
 use sunbeam::transform::{Series, TermTransform};
 
-/// Extensions of the files that a term is written to.
+/// Extensions of the files that can hold a term.
 const EXTENSIONS: [&str; 2] = ["png", "npy"];
 
-/// A picture is black where a bin is this many powers of ten below the largest.
+/// Powers of ten from white, the largest magnitude, to black. Five keep the strong orders of real reliefs apart.
 const DECADES: f64 = 5.0;
 
-/// `|DFT((h/H)ⁿ)|`, with the heights h about the middle of their range, and H half of it: means over the tile, in \[0, 1\].
+/// The magnitudes `|DFT((h/H)ⁿ)|` of all orders, in \[0, 1\].
+///
+/// The heights h count from the middle of their range, H is half the range, and the DFT is a mean over the tile.
 #[derive(Serialize)]
-pub struct Term {
+pub(crate) struct Term {
+    /// The power n.
     n: usize,
+    /// H in µm.
     half_range_um: f64,
-    /// Orders −⌊ny/2⌋ and up in rows, −⌊nx/2⌋ and up in columns.
+    /// Rows are the orders along y from −⌊ny/2⌋ up, columns the orders along x from −⌊nx/2⌋ up.
     #[serde(skip)]
     magnitudes: Array2<f64>,
 }
 
 impl Term {
     /// Transforms the `n`-th power of the heights.
-    pub fn new(field: &HeightField, n: usize) -> Self {
+    pub(crate) fn new(field: &HeightField, n: usize) -> Self {
         let transform = TermTransform::<f64>::new(field, Series::Taylor);
         let bins = transform.term(n);
         let (nx, ny) = field.size();
-        // Bins have order 0 first; the order 0 of the array is at ⌊n/2⌋.
-        let bin = |place: usize, n: usize| (place + n - n / 2) % n;
+        // The DFT has order 0 first; the array has it at index ⌊n/2⌋.
+        let bin = |index: usize, n: usize| (index + n - n / 2) % n;
         let magnitudes = Array2::from_shape_fn((ny, nx), |(iy, ix)| bins[bin(iy, ny) * nx + bin(ix, nx)].norm());
         Self { n, half_range_um: transform.half_range_um(), magnitudes }
     }
 
-    /// Refuses a file that holds heights and no term.
+    /// Refuses an output file that cannot hold a term.
     ///
     /// # Errors
     /// An extension other than `.npy` and `.png`.
-    pub fn check_output(file: &Output) -> Result<(), String> {
+    pub(crate) fn check_output(file: &Output) -> Result<(), String> {
         if EXTENSIONS.iter().any(|extension| file.ends_in(extension)) {
             return Ok(());
         }
         Err(format!("{}: the name of a term must end in {}", file.path().display(), listed(&EXTENSIONS)))
     }
 
-    /// The contents of a file: the magnitudes as 64-bit floats (.npy), or their logarithm as a grey picture with +x right and +y
-    /// up.
-    pub fn encoded(&self, file: &Output) -> Result<Vec<u8>, Box<dyn Error>> {
+    /// The contents of a file.
+    ///
+    /// A `.npy` holds the magnitudes as 64-bit floats, a `.png` their logarithm as greys with +x right and +y up.
+    pub(crate) fn encoded(&self, file: &Output) -> Result<Vec<u8>, Box<dyn Error>> {
         if file.ends_in("npy") {
             return encode::npy(&self.magnitudes);
         }
@@ -57,13 +64,13 @@ impl Term {
         encode::png((width, height), png::ColorType::Grayscale, &self.greys())
     }
 
-    /// Rows from the top; white is the largest magnitude.
+    /// One grey for each order, rows from the top.
     fn greys(&self) -> Vec<u8> {
         let largest = self.magnitudes.iter().fold(0.0, |a: f64, &b| a.max(b));
         let grey = |&magnitude: &f64| {
             // The logarithm of 0 is −∞, which is black.
-            let share = 1.0 + (magnitude / largest).log10() / DECADES;
-            (255.0 * share.max(0.0)).round() as u8
+            let lightness = 1.0 + (magnitude / largest).log10() / DECADES;
+            (255.0 * lightness.max(0.0)).round() as u8
         };
         self.magnitudes.rows().into_iter().rev().flat_map(|row| row.iter().map(grey).collect::<Vec<_>>()).collect()
     }

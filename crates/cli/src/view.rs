@@ -1,3 +1,5 @@
+//! `sunbeam view`: starts the program `sunbeam-view`.
+
 use super::Outcome;
 use std::ffi::OsString;
 use std::path::Path;
@@ -5,32 +7,33 @@ use std::process::Command;
 
 /// Draw the snake in a window
 ///
-/// That is a program of its own, `sunbeam-view`, which has to lie beside this one. `sunbeam view --help` says more.
+/// Starts the program `sunbeam-view`, which must be in the folder of this program. `sunbeam view --help` lists its
+/// arguments.
 #[derive(clap::Args)]
 #[command(disable_help_flag = true)]
-pub struct ViewArgs {
+pub(crate) struct ViewArgs {
     #[arg(trailing_var_arg = true, allow_hyphen_values = true, hide = true)]
     all: Vec<OsString>,
 }
 
 /// Runs `sunbeam view`.
-pub fn run(args: &ViewArgs) -> Outcome {
+pub(crate) fn run(args: &ViewArgs) -> Outcome {
     let window = std::env::current_exe()?.with_file_name(format!("sunbeam-view{}", std::env::consts::EXE_SUFFIX));
     if !window.exists() {
-        return Err(format!("there is no window: {} is missing; `make tool` builds it", window.display()).into());
+        return Err(format!("the viewer {} is missing; `make tool` builds it", window.display()).into());
     }
-    become_program(&window, &args.all)
+    replace_process(&window, &args.all)
 }
 
-/// Goes on as that program, so that whoever started this one still has hold of it.
+/// Replaces this process by the program, so that its parent process can still wait for it and end it.
 #[cfg(unix)]
-fn become_program(program: &Path, args: &[OsString]) -> Outcome {
+fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     use std::os::unix::process::CommandExt;
     Err(Command::new(program).args(args).exec().into())
 }
 
-/// Runs that program, and ends as it does.
+/// Runs the program and exits with its status.
 #[cfg(not(unix))]
-fn become_program(program: &Path, args: &[OsString]) -> Outcome {
+fn replace_process(program: &Path, args: &[OsString]) -> Outcome {
     std::process::exit(Command::new(program).args(args).status()?.code().unwrap_or(2))
 }

@@ -1,8 +1,8 @@
-//! Warnings of the library, as lines on stderr.
+//! Warnings of the library as lines on stderr.
 
 use log::{LevelFilter, Log, Metadata, Record};
 
-/// Writes what the library warns of; other libraries' messages are for their own developers.
+/// A logger for the messages of this project's crates; those of other crates are for their own developers.
 struct Stderr;
 
 impl Log for Stderr {
@@ -19,8 +19,8 @@ impl Log for Stderr {
     fn flush(&self) {}
 }
 
-/// Shows warnings from here on; a second call changes nothing.
-pub fn show() {
+/// Shows warnings from now on; a second call changes nothing.
+pub(crate) fn show() {
     if log::set_logger(&Stderr).is_ok() {
         log::set_max_level(LevelFilter::Warn);
     }

@@ -1,7 +1,7 @@
-//! What is accepted ends: builds are estimated before they are begun and refused beyond a limit, and lengths that no
-//! relief has are refused by name.
+//! Limits: builds are estimated before they begin and refused beyond a limit, and implausible lengths are refused by
+//! name.
 
-#![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
+#![allow(clippy::unwrap_used, reason = "helpers of tests are outside of `#[test]` functions")]
 
 #[path = "../../../tests/core/common.rs"]
 mod common;
@@ -21,14 +21,14 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{BuildDemand, Model, Progress, Purpose, TableError, Tiling};
 use support::{refused, run};
 
-/// What a refusal may take on a machine that others use too; it is a few milliseconds.
+/// Largest time of a refusal on a loaded machine; it takes a few milliseconds.
 const AT_ONCE: Duration = Duration::from_secs(10);
-/// Largest ratio of the estimate of a table to its time on two idle cores, either way. It is meant to be within 2; the
-/// rest is the machine's.
+/// Largest ratio between the estimated and the measured time of a build, either way. The estimate is good to 2; the
+/// rest is the machine's load.
 const FAR_OFF: f64 = 5.0;
 
 #[test]
-fn surfaces_in_wrong_units_are_refused_at_once_in_one_line() {
+fn surfaces_in_wrong_units_are_refused_at_once() {
     let depth = ["GB and", "min on two cores", "the limit is 8.0 GB and 2.0 min", "Is the height in µm?", "would do"];
     let cases: [(&[&str], &[&str]); 8] = [
         (&["--preset", "sinusoidal", "--height", "500"], &depth),
@@ -49,13 +49,13 @@ fn surfaces_in_wrong_units_are_refused_at_once_in_one_line() {
         assert!(start.elapsed() < AT_ONCE, "{surface:?} took {:?}", start.elapsed());
         assert!(mentioned.iter().all(|part| message.contains(part)), "{surface:?}: {message}");
     }
-    // Describing a relief is always possible.
+    // A description needs no tables.
     let start = Instant::now();
     assert_eq!(run(&["height-field", "--preset", "sinusoidal", "--height", "500"], "").status.code(), Some(0));
     assert!(start.elapsed() < AT_ONCE);
 }
 
-/// Gratings that the solver does not serve, by whoever asks for them, and with the part of a curve that it does serve unsolved.
+/// Every command refuses such a grating, and a curve is refused before its first point is solved.
 #[test]
 fn gratings_of_too_many_wavelengths_are_refused_at_once() {
     let grating = ["--theory", "rigorous", "--preset", "lamellar", "--period", "50", "--height", "0.5", "--eta", "1.5"];
@@ -66,7 +66,7 @@ fn gratings_of_too_many_wavelengths_are_refused_at_once() {
         (&["orders", "--wavelength", "500"], &medium),
         (&["orders", "--over", "wavelength", "--range", "900,500,3"], &medium),
         (&["orders", "--over", "theta-i", "--range", "0,80,3", "--wavelength", "500"], &medium),
-        // A factor of a million on what a build may take.
+        // The limits of a build do not matter.
         (&["eval", "--no-cache", "--build-limit", "1e6"], &air),
         (&["brdf-map", "-o", "/dev/null", "--method", "colour-table", "--no-cache", "--build-limit", "1e6"], &air),
     ];
@@ -76,7 +76,7 @@ fn gratings_of_too_many_wavelengths_are_refused_at_once() {
         assert!(start.elapsed() < AT_ONCE, "{command:?} took {:?}", start.elapsed());
         assert!(mentioned.iter().all(|part| message.contains(part)), "{command:?}: {message}");
     }
-    // A service that solves each question goes on with the next.
+    // A service that solves each query continues with the next.
     let line = |nm: f64| format!(r#"{{"wi":[0,0,1],"wo":[0,0,1],"wavelength":{nm}}}"#);
     let start = Instant::now();
     let output =
@@ -100,14 +100,14 @@ fn demand(size: (usize, usize), pixel_um: f64, range_um: f64) -> BuildDemand {
     }
 }
 
-/// The number that follows `what` in a message.
-fn suggested(message: &str, what: &str) -> Option<f64> {
-    let rest = &message[message.find(what)? + what.len()..];
+/// The number that follows `words` in a message.
+fn suggested(message: &str, words: &str) -> Option<f64> {
+    let rest = &message[message.find(words)? + words.len()..];
     rest.split_whitespace().next()?.trim_end_matches([',', ':', ';', '.']).parse().ok()
 }
 
 #[test]
-fn what_a_refusal_suggests_would_do() {
+fn suggested_values_are_accepted() {
     let mut seen = [0; 5];
     for size in [512, 1024, 2048, 4096] {
         for range_um in [0.1, 1.0, 30.0, 400.0] {
@@ -148,7 +148,7 @@ fn what_a_refusal_suggests_would_do() {
 }
 
 #[test]
-fn estimates_of_anything_are_finite_in_time_and_grow_with_what_is_asked() {
+fn estimates_are_fast_and_grow_with_the_build() {
     let start = Instant::now();
     let small = demand((64, 64), 0.1, 0.3).estimate();
     assert!(small.limit() == 1.0 && small.seconds < 20.0, "{small:?}");
@@ -159,7 +159,7 @@ fn estimates_of_anything_are_finite_in_time_and_grow_with_what_is_asked() {
                 for tiling in [Tiling::Periodic, Tiling::Aperiodic] {
                     for (model, tolerance) in [(Model::Ensemble, 1e-6), (Model::Patch, 0.1)] {
                         let asked = BuildDemand { model, tiling, tolerance, ..demand(size, pixel_um, range_um) };
-                        // Whatever the answer; one line where it is no.
+                        // Accepted or refused; a refusal has one line.
                         if let Err(error) = asked.check(1.0) {
                             assert!(!error.to_string().contains('\n'));
                         }
@@ -181,11 +181,11 @@ fn estimates_of_anything_are_finite_in_time_and_grow_with_what_is_asked() {
     }
 }
 
-/// Held by tests that build much, since one of them counts this process's time.
+/// Held by tests with long builds: one of them measures this process's time.
 static BUILDING: Mutex<()> = Mutex::new(());
 
 #[test]
-fn estimates_are_near_what_tables_take() {
+fn estimated_times_match_builds() {
     let _alone = BUILDING.lock();
     let mut surfaces = vec![
         r#"{"preset": "elaphe"}"#.to_owned(),
@@ -204,12 +204,12 @@ fn estimates_are_near_what_tables_take() {
         let table = BuildDemand { purpose: Purpose::Table, ..options.demand(&field) };
         let start = ProcessTime::now();
         let surface = Surface::new(&field, &options).unwrap();
-        // What other processes do to the clock does not count.
+        // The process's own time excludes the load by others.
         let on_two_cores = 0.5 * start.elapsed().as_secs_f64();
         let (whole, table_seconds) = (options.demand(&field).estimate().seconds, table.estimate().seconds);
         let report = surface.report();
         println!(
-            "{json}: the table about {table_seconds:.2} s, all {whole:.2} s, took {on_two_cores:.2} s; {:.3} GB at most, \
+            "{json}: the table in {table_seconds:.2} s, all {whole:.2} s, took {on_two_cores:.2} s; {:.3} GB, \
              tables of {:.1} MB, {} estimated",
             options.demand(&field).estimate().bytes / 1e9,
             report.table.bytes as f64 / 1e6,
@@ -221,14 +221,14 @@ fn estimates_are_near_what_tables_take() {
 }
 
 #[test]
-fn the_limit_is_raised_by_one_number() {
+fn build_limit_raises_the_limits() {
     let asked = demand((2048, 2048), 0.1, 50.0);
     let limit = asked.estimate().limit();
     assert!(limit > 2.0 && asked.check(0.99 * limit).is_err() && asked.check(1.01 * limit).is_ok());
     for bad in [0.0, 0.99, -1.0, f64::NAN, f64::INFINITY, 1e7] {
         assert!(matches!(asked.check(bad), Err(TableError::OutOfRange { name: "build_limit", .. })), "{bad}");
     }
-    // The colour table asks before it begins, too.
+    // The colour table is checked before it is built, too.
     let heights = Array2::from_shape_fn((2048, 2048), |(iy, ix)| if (ix * iy) % 7 == 0 { 50.0 } else { 0.0 });
     let options = ColourTableOptions {
         coherence_length_um: 65.0,
@@ -247,7 +247,7 @@ fn the_limit_is_raised_by_one_number() {
 }
 
 #[test]
-fn only_differences_of_height_count_as_size() {
+fn a_constant_offset_does_not_count_as_height() {
     let heights = |offset: f64, range: f64| {
         let rows = Array2::from_shape_fn((8, 8), |(iy, ix)| offset + range * ((3 * ix + 5 * iy) % 7) as f64 / 6.0);
         HeightField::new(rows, 0.1, 0.1).unwrap()
@@ -266,7 +266,7 @@ fn only_differences_of_height_count_as_size() {
 }
 
 #[test]
-fn files_that_hold_1e38_where_nothing_was_measured_have_holes() {
+fn values_of_1e38_in_a_file_are_missing_points() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("scan.npy");
     let mut heights = Array2::from_shape_fn((12, 10), |(iy, ix)| 0.05 * (0.7 * ix as f32).sin() + 0.01 * iy as f32);
@@ -283,7 +283,7 @@ fn files_that_hold_1e38_where_nothing_was_measured_have_holes() {
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(report["filled_points"], 3);
     assert!(report["peak_to_valley_um"].as_f64().unwrap() < 0.2, "{report}");
-    // In metres, as a unit that is not meant.
+    // A height that no relief has in µm.
     let wide =
         refused(&["eval", "--height-field", name, "--pixel-size", "0.1", "--fill", "laplace", "--max-height", "2000"]);
     assert!(wide.contains("\"max_height\""), "{wide}");
@@ -303,7 +303,7 @@ fn progress_rises_to_the_end() {
         let heard = heard.lock().unwrap();
         assert!(heard.len() > 10 && heard.iter().all(|share| (0.0..=1.0).contains(share)), "{heard:?}");
         assert_eq!(heard.last(), Some(&1.0));
-        // Threads may overtake each other by a few knots, no more; and nothing takes long that is not told of.
+        // Threads may overtake each other by a few knots, and no step takes long.
         let mut highest: f64 = 0.0;
         for share in heard.iter() {
             assert!((*share - highest).abs() < 0.2, "{heard:?}");

@@ -1,16 +1,25 @@
-//! Keeps panics from crossing into C++ or C: every function that foreign code calls runs its body in [`guard`].
+//! Conversion of panics into errors at the boundary to C and C++.
+//!
+//! Every function that foreign code calls runs its body in [`guard`], since unwinding into foreign code is undefined.
+//!
+//! ```
+//! use sunbeam_guard::{Panic, guard};
+//!
+//! let result: Result<u32, Panic> = guard(|| panic!("index out of range"));
+//! assert_eq!(result, Err(Panic("index out of range".into())));
+//! ```
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// A panic that was caught; the message is its own.
+/// A caught panic, with its message.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("internal error of sunbeam, please report it: {0}")]
 pub struct Panic(pub String);
 
-/// Runs `body` such that a panic comes out as an `Err`.
+/// Runs `body`, and converts a panic into an `Err`.
 ///
-/// State that `body` was changing must not be used after an error: callers build new values or only read.
+/// `body` must not leave shared state half changed: callers build new values or only read.
 ///
 /// # Errors
 /// Those of `body`, and a [`Panic`].
@@ -18,6 +27,7 @@ pub fn guard<T, E: From<Panic>>(body: impl FnOnce() -> Result<T, E>) -> Result<T
     catch_unwind(AssertUnwindSafe(body)).unwrap_or_else(|payload| Err(Panic(message(payload.as_ref())).into()))
 }
 
+/// Message of a panic's payload.
 fn message(payload: &(dyn Any + Send)) -> String {
     let text = payload.downcast_ref::<&str>().copied();
     text.or_else(|| payload.downcast_ref::<String>().map(String::as_str))
@@ -30,7 +40,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn results_pass_and_panics_become_errors() {
+    fn results_pass_through_and_panics_become_errors() {
         assert_eq!(guard(|| Ok::<_, Panic>(3)), Ok(3));
         assert_eq!(guard(|| Err::<(), _>(Panic("own".into()))), Err(Panic("own".into())));
         assert_eq!(guard(|| -> Result<(), Panic> { panic!("literal") }), Err(Panic("literal".into())));

@@ -7,7 +7,7 @@ use super::random::{Random, smooth_step};
 use super::{HeightField, HeightFieldError};
 use ndarray::Array2;
 
-/// Pixels along each side of the tile.
+/// Pixels along each side of the tile. Chosen: 0.0625 µm a pixel, two pixels across a pit's wall.
 const PIXELS: usize = 1024;
 /// Tracks on the tile. Chosen: a tile of 64 µm.
 const TRACKS: usize = 40;
@@ -19,13 +19,14 @@ const EXTENT_UM: f64 = TRACKS as f64 * PITCH_UM;
 const CHANNEL_BITS: u32 = 230;
 /// T in µm.
 const BIT_UM: f64 = EXTENT_UM / CHANNEL_BITS as f64;
-/// Width of a pit at half depth, in µm.
+/// Width of a pit at half depth, in µm. Chosen: typical of pressed discs.
 const WIDTH_UM: f64 = 0.5;
-/// Depth of a pit in µm.
+/// Depth of a pit in µm. Chosen: near a quarter of the wavelength of the player's laser in polycarbonate,
+/// 0.78 µm / (4 · 1.55) = 0.126 µm.
 const DEPTH_UM: f64 = 0.12;
-/// Horizontal width of a pit's wall in µm.
+/// Horizontal width of a pit's wall in µm. Chosen: about as wide as the pit is deep.
 const WALL_UM: f64 = 0.14;
-/// Seed of the run lengths.
+/// Seed of the run lengths and of the tracks' starts. Arbitrary.
 const SEED: u64 = 0x00c0_ffee_cd01;
 /// Relative frequencies of runs of 3 T to 11 T. In eight-to-fourteen modulation each length is about a third rarer than
 /// the one before.
@@ -69,6 +70,7 @@ pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
     for track in 0..TRACKS {
         let centre = (track as f64 + 0.5) * PITCH_UM;
         let track_start = random.between(0.0, EXTENT_UM);
+        // Largest distance of a pit's edge from the centre of its track.
         let reach = 0.5 * (WIDTH_UM + WALL_UM);
         for (start, length) in pits(&mut random) {
             let from = track_start + f64::from(start) * BIT_UM;
@@ -85,9 +87,11 @@ pub(super) fn cd() -> Result<HeightField, HeightFieldError> {
                 let beyond_end = (low - y).max(y - high).max(0.0);
                 for ix in first_x..=last_x {
                     let offset_x = ix as f64 * step - centre;
+                    // Signed distance from the outline at half depth, positive outside the pit.
                     let outside = (beyond_end * beyond_end + offset_x * offset_x).sqrt() - 0.5 * WIDTH_UM;
                     let depth = DEPTH_UM * smooth_step(0.5 * WALL_UM, -0.5 * WALL_UM, outside);
                     let height: &mut f64 = &mut heights[[wrap(iy), wrap(ix)]];
+                    // Where walls overlap, the deeper one counts.
                     *height = height.min(-depth);
                 }
             }

@@ -26,7 +26,7 @@ pub(crate) struct Holes {
 impl Holes {
     /// Replaces all marks of missing points by NaN: infinities, isolated numbers, and magnitudes from 1e30 on, as
     /// stored or after multiplication by `um` (µm for each unit of the values).
-    pub fn mark(values: &mut Array2<f64>, um: f64) -> Self {
+    pub(crate) fn mark(values: &mut Array2<f64>, um: f64) -> Self {
         values.mapv_inplace(|value| if known(value * um).is_nan() { f64::NAN } else { known(value) });
         let isolated = isolated(values);
         if !isolated.is_empty() {
@@ -40,7 +40,7 @@ impl Holes {
     }
 
     /// The isolated numbers in words, to be appended to a list in a message.
-    pub fn isolated_in_words(&self) -> String {
+    pub(crate) fn isolated_in_words(&self) -> String {
         let words = |(value, count): &(f64, usize)| format!("; {count} of them {value}, isolated from the rest");
         self.isolated.iter().map(words).collect()
     }

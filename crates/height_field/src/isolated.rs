@@ -1,22 +1,27 @@
 //! Detection of missing points that a program wrote as a number, such as −9999.
 //!
-//! Such a number is the lowest or the highest of all values, occurs exactly, and lies far from the rest: its gap to the
-//! rest is large compared with the range of the rest.
+//! Such a number is the lowest or the highest value of the file and lies far from all other values. The criterion is
+//! the ratio gap/range: the gap is the distance from the number to the nearest other value, the range that of the other
+//! values (highest minus lowest).
 
 use ndarray::Array2;
 
 /// Numbers that programs commonly write for missing points.
 const MISSING_NUMBERS: [f64; 12] =
     [-999.0, -999.25, -999.9, -9999.0, -9999.9, -99999.0, -32768.0, -32767.0, 999.0, 9999.0, 99999.0, 32767.0];
-/// Smallest gap of a [`MISSING_NUMBERS`] in ranges of the rest. Chosen: heights of hundreds of nm come near -999.
+/// Smallest gap/range of a number in [`MISSING_NUMBERS`]. Chosen below 1, because heights of hundreds of nm have a
+/// range that is not small compared with their distance from −999.
 const KNOWN_GAP_MIN: f64 = 0.25;
-/// Smallest gap of any other number in ranges of the rest. Chosen: a spike of dust is less than ten ranges high, and
+/// Smallest gap/range of any other number. Chosen: a spike of dust is less than ten times as high as the relief, and
 /// its points have different values.
 const GAP_MIN: f64 = 10.0;
 /// Largest fraction of points that are missing. Beyond it the number is a level of the relief.
 const FRACTION_MAX: f64 = 0.5;
-/// Most different numbers for missing points in one file, such as those for under- and overflow.
+/// Largest number of different numbers for missing points in one file, such as those for under- and overflow.
 const KINDS_MAX: usize = 4;
+/// Divisor of the number of values that gives those ignored at either end in the range for [`MISSING_NUMBERS`]: a
+/// twentieth. Chosen: a second missing number among them would enlarge the range.
+const IGNORED_DIVISOR: usize = 20;
 
 /// Numbers for missing points among the stored `values`, each with its count. NaN are ignored.
 ///
@@ -29,6 +34,7 @@ pub(crate) fn isolated(values: &Array2<f64>) -> Vec<(f64, usize)> {
     let mut rest = sorted.as_slice();
     let mut found = Vec::new();
     while found.len() < KINDS_MAX {
+        // Splits off one isolated number at a time.
         let Some((value, count, others)) = lowest(rest).or_else(|| highest(rest)) else { break };
         if (total - others.len()) as f64 > FRACTION_MAX * total as f64 {
             return Vec::new();
@@ -56,12 +62,12 @@ fn highest(sorted: &[f64]) -> Split<'_> {
     is_isolated(value, value - rest.last()?, rest).then_some((value, same.len(), rest))
 }
 
-/// Whether `value` is isolated by `gap` from the `rest` (sorted).
+/// Whether `value` is isolated: `gap` is its distance from the `rest`, which is sorted and not empty.
 fn is_isolated(value: f64, gap: f64, rest: &[f64]) -> bool {
     let range = |part: &[f64]| part.first().zip(part.last()).map_or(0.0, |(low, high)| high - low);
     let (range, gap_min) = if MISSING_NUMBERS.contains(&value) {
-        // The range without a twentieth at either end, where a second missing number would enlarge it.
-        (range(&rest[rest.len() / 20..rest.len() - rest.len() / 20]), KNOWN_GAP_MIN)
+        let ignored = rest.len() / IGNORED_DIVISOR;
+        (range(&rest[ignored..rest.len() - ignored]), KNOWN_GAP_MIN)
     } else {
         (range(rest), GAP_MIN)
     };

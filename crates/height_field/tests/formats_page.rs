@@ -1,6 +1,6 @@
-//! The table of formats in the documentation is made from the readers.
+//! The table of formats in the documentation equals the descriptions of the readers.
 //!
-//! `SUNBEAM_WRITE_FORMATS=1 cargo test -p sunbeam-height-field --test formats_page` writes it anew.
+//! `SUNBEAM_WRITE_FORMATS=1 cargo test -p sunbeam-height-field --test formats_page` writes the table.
 
 use std::path::Path;
 use sunbeam_height_field::{FORMATS, READABLE};
@@ -33,7 +33,7 @@ fn table() -> String {
 }
 
 #[test]
-fn the_page_has_the_table_of_the_readers() {
+fn page_has_the_table_of_the_readers() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/height-fields.md");
     let page = std::fs::read_to_string(&path).unwrap();
     let start = page.find(START).expect("the mark before the table") + START.len();
@@ -42,7 +42,7 @@ fn the_page_has_the_table_of_the_readers() {
         std::fs::write(&path, format!("{}{}{}", &page[..start], table(), &page[end..])).unwrap();
         return;
     }
-    assert_eq!(&page[start..end], table(), "write the table anew with SUNBEAM_WRITE_FORMATS=1");
+    assert_eq!(&page[start..end], table(), "write the table with SUNBEAM_WRITE_FORMATS=1");
 }
 
 #[test]

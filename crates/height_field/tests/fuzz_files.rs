@@ -1,10 +1,10 @@
-//! Mutated files of every format are read or refused: no panic, no long wait, no large allocation; and what is accepted
-//! gets through the estimate of a build.
+//! Mutated files of all formats are read or refused: no panic, no long wait, no large allocation. Accepted fields pass
+//! the estimate of a build.
 
-#![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
+#![allow(clippy::unwrap_used, reason = "helpers of tests unwrap as tests do")]
 
 #[path = "../src/file/tests/samples.rs"]
-#[allow(dead_code)]
+#[allow(dead_code, reason = "some samples serve the unit tests only")]
 mod samples;
 
 use ndarray::Array2;
@@ -22,22 +22,23 @@ use sunbeam::table::{Model, Tiling};
 #[global_allocator]
 static ALLOCATED: PeakAlloc = PeakAlloc;
 
-/// Seeded: the same mutations each time.
+/// Seed of the mutations.
 const SEED: u64 = 20_261;
-/// Mutations of every format.
+/// Mutations of each format.
 const MUTATIONS: usize = 2000;
-/// Most memory that reading a file of a few kilobytes may ask for: packed formats may hold some thousand times their size.
+/// Largest allocation for a file of a few kilobytes. Packed formats may hold some thousand times their size.
 const MEMORY_MAX: usize = 96 << 20;
-/// Longest that a file may take, on a machine that others use too; it is microseconds.
+/// Longest time for a file on a busy machine; usual are microseconds.
 const TIME_MAX: Duration = Duration::from_secs(5);
-/// Surfaces that are built of each format, of few pixels.
+/// Surfaces built for each format.
 const BUILT: usize = 5;
+/// Most pixels of a built surface.
 const BUILT_PIXELS: usize = 64;
 
-/// The range of heights and pixels that every interface accepts, in µm.
+/// Largest pixel and range of heights that all interfaces accept, in µm.
 const SIZE_MAX_UM: f64 = 1e3;
 
-/// Numbers that text headers hold instead of their own.
+/// Numbers that replace those of text headers.
 const WORDS: [&str; 14] = [
     "0",
     "-1",
@@ -100,7 +101,7 @@ fn mutate(random: &mut Pcg64, bytes: &mut Vec<u8>, donors: &[Vec<u8>]) {
             1 => bytes[at] = random.random(),
             2 => bytes.truncate(at),
             3 => {
-                // A piece of another file, or of this one, in place of what is there or between.
+                // A piece of another or of this file, inserted or in place of the bytes there.
                 let donor = &donors[random.random_range(0..donors.len())];
                 let from = random.random_range(0..donor.len());
                 let piece = donor[from..(from + random.random_range(1..40)).min(donor.len())].to_vec();
@@ -142,7 +143,7 @@ fn mutate(random: &mut Pcg64, bytes: &mut Vec<u8>, donors: &[Vec<u8>]) {
     }
 }
 
-/// Mutates within what a checksum or a packing protects, so that damage gets past it.
+/// Mutates bytes under a checksum or a compression, so that damage passes it.
 fn mutate_within(random: &mut Pcg64, extension: &str, bytes: &[u8], donors: &[Vec<u8>]) -> Option<Vec<u8>> {
     match extension {
         "x3p" => {
@@ -166,7 +167,7 @@ fn mutate_within(random: &mut Pcg64, extension: &str, bytes: &[u8], donors: &[Ve
     }
 }
 
-/// Gives every chunk of a PNG the checksum of what it holds.
+/// Corrects the checksum of each chunk of a PNG.
 fn mend_checksums(png: &mut [u8]) {
     let mut at = 8;
     while let Some(header) = png.get(at..at + 8) {
@@ -178,7 +179,7 @@ fn mend_checksums(png: &mut [u8]) {
     }
 }
 
-/// The checksum of ISO 3309.
+/// The CRC-32 of ISO 3309.
 fn crc32(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(!0_u32, |crc, byte| {
         (0..8).fold(crc ^ u32::from(*byte), |crc, _| if crc & 1 == 1 { (crc >> 1) ^ 0xedb8_8320 } else { crc >> 1 })
@@ -186,11 +187,11 @@ fn crc32(bytes: &[u8]) -> u32 {
 }
 
 #[test]
-fn the_checksum_is_that_of_the_standard() {
+fn checksum_matches_the_standard() {
     assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
 }
 
-/// What became of a file.
+/// Result of reading a mutated file.
 enum Outcome {
     Refused,
     Accepted(HeightField),
@@ -214,10 +215,10 @@ fn read(path: &Path, number: usize) -> Outcome {
     }
 }
 
-/// Whether a surface of the field may be built, by its estimate; levelled as files are.
+/// Levels the field as a file's, and returns it with options if the estimate allows a build.
 fn estimated(field: &HeightField, number: usize) -> Option<(HeightField, Options)> {
-    let model = if number.is_multiple_of(2) { Model::Ensemble } else { Model::Patch };
-    let tiling = if number.is_multiple_of(3) { Tiling::Periodic } else { Tiling::Aperiodic };
+    let model = if number % 2 == 0 { Model::Ensemble } else { Model::Patch };
+    let tiling = if number % 3 == 0 { Tiling::Periodic } else { Tiling::Aperiodic };
     let options = Options {
         model,
         tiling,
@@ -239,7 +240,7 @@ fn estimated(field: &HeightField, number: usize) -> Option<(HeightField, Options
 }
 
 #[test]
-fn mutated_files_of_every_format() {
+fn mutated_files_are_read_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let formats = formats();
     let donors: Vec<Vec<u8>> = formats.iter().flat_map(|(_, samples)| samples.clone()).collect();

@@ -1,8 +1,8 @@
 use super::{Gpu, GpuError};
 use web_time::Instant;
 
-/// How long a submission of one pass takes on the GPU: by timestamps before and after the pass, or by the wall clock
-/// around the submission (see [`Gpu::has_timestamps`]).
+/// Measures the time of a submission of one pass: by timestamps of the GPU around the pass, or by the wall clock around
+/// the submission (see [`Gpu::has_timestamps`]).
 pub(super) struct Clock {
     timestamps: Option<Timestamps>,
 }
@@ -13,11 +13,11 @@ struct Timestamps {
     staging: wgpu::Buffer,
 }
 
-/// Two timestamps.
+/// Bytes of two timestamps.
 const BYTES: u64 = 2 * wgpu::QUERY_SIZE as u64;
 
 impl Clock {
-    pub fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
         let timestamps = gpu.has_timestamps().then(|| Timestamps {
             queries: gpu.device().create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("timestamps"),
@@ -35,8 +35,8 @@ impl Clock {
         Self { timestamps }
     }
 
-    /// For the descriptor of a compute pass.
-    pub fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+    /// The timestamps of a compute pass.
+    pub(crate) fn compute(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::ComputePassTimestampWrites {
             query_set: &timestamps.queries,
             beginning_of_pass_write_index: Some(0),
@@ -44,8 +44,8 @@ impl Clock {
         })
     }
 
-    /// For the descriptor of a render pass.
-    pub fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+    /// The timestamps of a render pass.
+    pub(crate) fn render(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.timestamps.as_ref().map(|timestamps| wgpu::RenderPassTimestampWrites {
             query_set: &timestamps.queries,
             beginning_of_pass_write_index: Some(0),
@@ -53,13 +53,13 @@ impl Clock {
         })
     }
 
-    /// Submits the work, whose pass has this clock's timestamps, waits as [`Gpu::run`] does, and gives the time in ms.
-    pub async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
+    /// Submits work whose pass has this clock's timestamps, and waits as [`Gpu::run`] does; returns the time in ms.
+    pub(crate) async fn run(&self, gpu: &Gpu, encoder: wgpu::CommandEncoder) -> Result<f64, GpuError> {
         Ok(self.run_and_read(gpu, encoder, None).await?.0)
     }
 
-    /// As [`Clock::run`] for work that fills a staging buffer, with what is in it then.
-    pub async fn run_and_read(
+    /// [`Clock::run`] for work that fills a staging buffer; also returns the buffer's contents.
+    pub(crate) async fn run_and_read(
         &self,
         gpu: &Gpu,
         mut encoder: wgpu::CommandEncoder,
@@ -70,7 +70,7 @@ impl Clock {
             gpu.run(encoder).await?;
             let ran = start.elapsed();
             let contents = gpu.read_staging_if(staging).await?;
-            // In a browser it is the reading that waits.
+            // In a browser only the reading waits.
             let spent = if cfg!(target_arch = "wasm32") { start.elapsed() } else { ran };
             return Ok((spent.as_secs_f64() * 1e3, contents));
         };

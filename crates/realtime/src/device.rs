@@ -9,13 +9,13 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 /// The environment variable that [`AdapterChoice::from_env`] reads.
 pub const ADAPTER_VARIABLE: &str = "SUNBEAM_ADAPTER";
 
-/// Which adapters may be used.
+/// Accepted adapters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AdapterChoice {
     /// A real GPU if there is one, else the software adapter.
     #[default]
     Any,
-    /// The software adapter only, for results that do not depend on the machine's GPU.
+    /// The software adapter only: results do not depend on the machine's GPU.
     Software,
 }
 
@@ -36,19 +36,21 @@ impl FromStr for AdapterChoice {
 }
 
 impl AdapterChoice {
-    /// The choice that [`ADAPTER_VARIABLE`] makes, [`AdapterChoice::Any`] where it is not set.
+    /// The choice in [`ADAPTER_VARIABLE`], or [`AdapterChoice::Any`] where the variable is not set.
     ///
     /// # Errors
-    /// [`GpuError::Parameter`] for another value than `any` or `software`.
+    /// [`GpuError::Parameter`] for a value other than `any` or `software`.
     pub fn from_env() -> Result<Self, GpuError> {
         std::env::var(ADAPTER_VARIABLE).map_or(Ok(Self::Any), |name| name.parse())
     }
 }
 
-/// What went wrong outside the calls that return errors.
+/// Errors that the device reports by callbacks.
 #[derive(Default)]
 struct Faults {
+    /// The first validation error since the last [`Gpu::check`].
     refused: Option<String>,
+    /// The reason for the loss of the device.
     lost: Option<String>,
     /// Called with the reason when the device is lost.
     listener: Option<Listener>,
@@ -64,8 +66,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// Opens the best adapter of the kinds allowed: discrete before integrated before virtual before software.
-    /// The backends are those of `WGPU_BACKEND` where that is set, else all that were compiled in.
+    /// Opens the best accepted adapter: discrete before integrated before virtual before software. The environment
+    /// variable `WGPU_BACKEND` restricts the graphics interfaces.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
@@ -73,10 +75,10 @@ impl Gpu {
         Self::open_on_async(choice, wgpu::Backends::all().with_env()).await
     }
 
-    /// As [`Gpu::open_async`] on the given backends only.
+    /// [`Gpu::open_async`] with these graphics interfaces only.
     ///
     /// # Errors
-    /// As [`Gpu::open_async`].
+    /// The errors of [`Gpu::open_async`].
     pub async fn open_on_async(choice: AdapterChoice, backends: wgpu::Backends) -> Result<Self, GpuError> {
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle().with_env();
         descriptor.backends = backends;
@@ -98,10 +100,10 @@ impl Gpu {
         Ok(Self::adopt(device, queue))
     }
 
-    /// The adapter that [`Gpu::open_async`] would take of these.
+    /// The best accepted adapter of these, as [`Gpu::open_async`] chooses it.
     ///
     /// # Errors
-    /// [`GpuError::NoAdapter`] where none is of a kind allowed.
+    /// [`GpuError::NoAdapter`] where none is accepted.
     pub fn choose(choice: AdapterChoice, adapters: &[wgpu::Adapter]) -> Result<&wgpu::Adapter, GpuError> {
         let kind = |adapter: &&wgpu::Adapter| adapter.get_info().device_type;
         let allowed = |adapter: &&wgpu::Adapter| choice == AdapterChoice::Any || kind(adapter) == wgpu::DeviceType::Cpu;
@@ -113,28 +115,28 @@ impl Gpu {
         })
     }
 
-    /// What is asked of an adapter: all it can do in size, since the tables of a method may be large, and timestamps; but
-    /// no more storage buffers in a stage than every adapter has, so that what one runs, all run.
+    /// The request for a device: the adapter's own limits, because tables may be large, and timestamps. The number of
+    /// storage buffers is limited to WebGPU's default, so that a program that runs on one adapter runs on all.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
-        let most = adapter.limits();
+        let limits = adapter.limits();
         wgpu::DeviceDescriptor {
             label: Some("sunbeam"),
             required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
             required_limits: wgpu::Limits {
-                max_storage_buffers_per_shader_stage: most
+                max_storage_buffers_per_shader_stage: limits
                     .max_storage_buffers_per_shader_stage
                     .min(wgpu::Limits::default().max_storage_buffers_per_shader_stage),
-                ..most
+                ..limits
             },
             ..Default::default()
         }
     }
 
-    /// Takes over a device that was made elsewhere, for instance by a window, with [`Gpu::device_descriptor`]. Its
-    /// error handlers are replaced.
+    /// Takes a device that was opened elsewhere with [`Gpu::device_descriptor`], for instance by a window. Its error
+    /// handlers are replaced.
     pub fn adopt(device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let faults = Arc::<Mutex<Faults>>::default();
-        // The first message is the cause; those after it are its consequences.
+        // The first error is the cause of the later ones.
         let refused = Arc::clone(&faults);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let message = error.to_string();
@@ -154,7 +156,7 @@ impl Gpu {
         Self { device, queue, faults }
     }
 
-    /// The device, for whoever draws on it too.
+    /// The device.
     pub fn device(&self) -> &wgpu::Device {
         &self.device
     }
@@ -174,15 +176,15 @@ impl Gpu {
         self.device.adapter_info().backend.to_str()
     }
 
-    /// Whether the adapter is a program rather than a GPU.
+    /// Whether the adapter is software.
     pub fn is_software(&self) -> bool {
         self.device.adapter_info().device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Whether times are those of the GPU's own clock; else they are wall-clock times around each submission. A software
-    /// adapter is on the wall clock: llvmpipe has timestamps, but takes both of a compute pass after it.
+    /// Whether times come from timestamps of the GPU. Otherwise they are wall-clock times around each submission, also
+    /// for software adapters: llvmpipe takes both timestamps of a compute pass after it.
     pub fn has_timestamps(&self) -> bool {
-        // Reading them would be one more wait for each pass in a browser, whose clock is coarse.
+        // In a browser, timestamps are coarse and reading them would cost one more wait per pass.
         !cfg!(target_arch = "wasm32")
             && !self.is_software()
             && self.device.features().contains(wgpu::Features::TIMESTAMP_QUERY)
@@ -200,13 +202,13 @@ impl Gpu {
         faults.refused.take().map_or(Ok(()), |reason| Err(GpuError::Refused { adapter: self.adapter(), reason }))
     }
 
-    /// Has `listener` called with the reason when the device is lost, in the place of one that was given before.
+    /// Registers a function that is called with the reason when the device is lost. It replaces an earlier one.
     pub fn when_lost(&self, listener: impl FnOnce(&str) + Send + 'static) {
         lock(&self.faults).listener = Some(Box::new(listener));
     }
 
-    /// Submits the work and waits until it is done; in a browser it only submits. There a wait costs a message to another
-    /// process and back, work is done in the order of its submission, and who reads waits.
+    /// Submits work and waits until it is done; in a browser it only submits. A wait there costs a message to another
+    /// process and back. Submissions are done in order, so a later read waits for all of them.
     pub(super) async fn run(&self, encoder: wgpu::CommandEncoder) -> Result<(), GpuError> {
         let commands = encoder.finish();
         self.check()?;
@@ -215,7 +217,7 @@ impl Gpu {
         self.wait(submission)
     }
 
-    /// When all that was submitted is done.
+    /// Waits until all submitted work is done.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
@@ -231,19 +233,20 @@ impl Gpu {
     }
 
     #[cfg(target_arch = "wasm32")]
-    #[allow(clippy::unused_self, clippy::unnecessary_wraps)]
+    /// Does not wait; see [`Gpu::run`].
+    #[allow(clippy::unused_self, clippy::unnecessary_wraps, reason = "the native twin waits and can fail")]
     fn wait(&self, _: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         Ok(())
     }
 
-    /// Not for what a window may have submitted since.
+    /// Waits for this submission only: a window may have submitted more work since.
     #[cfg(not(target_arch = "wasm32"))]
     fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<(), GpuError> {
         self.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None })
     }
 
-    /// The value that a callback sends, `None` where it never will. A browser calls it by itself when the work submitted
-    /// before is done.
+    /// The value that a callback sends, `None` where it never will. A browser calls it by itself when the work
+    /// submitted before is done.
     #[cfg(target_arch = "wasm32")]
     async fn received<T>(&self, receiver: oneshot::Receiver<T>) -> Result<Option<T>, GpuError> {
         let value = receiver.await.ok();
@@ -260,7 +263,7 @@ impl Gpu {
 
     #[cfg(not(target_arch = "wasm32"))]
     fn poll(&self, until: wgpu::PollType) -> Result<(), GpuError> {
-        // wgpu panics where a wait finds the device lost.
+        // wgpu panics when a wait finds the device lost.
         let waited = guard(|| self.device.poll(until).map_err(|e| Panic(e.to_string())));
         self.check()?;
         waited.map_err(|Panic(reason)| GpuError::Lost { adapter: self.adapter(), reason })?;
@@ -271,7 +274,7 @@ impl Gpu {
         self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
-    /// A buffer for shaders to read and write, whose contents can be copied in and out.
+    /// A storage buffer whose contents can be copied in and out.
     pub(super) fn storage(&self, label: &str, bytes: u64) -> Result<wgpu::Buffer, GpuError> {
         self.fits(label, bytes)?;
         Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -282,10 +285,10 @@ impl Gpu {
         }))
     }
 
-    /// As [`Gpu::storage`] with these contents.
+    /// A storage buffer with these contents.
     pub(super) fn storage_of(&self, label: &str, contents: &[u8]) -> Result<wgpu::Buffer, GpuError> {
         let buffer = self.storage(label, contents.len() as u64)?;
-        // A copy of whole words; what is left over fits in one more.
+        // Copies whole words; the remaining bytes go into one more.
         let whole = contents.len() / 4 * 4;
         self.queue.write_buffer(&buffer, 0, &contents[..whole]);
         if whole < contents.len() {
@@ -307,7 +310,7 @@ impl Gpu {
         Ok(buffer)
     }
 
-    /// The first `bytes` of a buffer, a multiple of 4, when the GPU is done with it.
+    /// The first `bytes` of a buffer, a multiple of 4, after all submitted work.
     pub(super) async fn read(&self, buffer: &wgpu::Buffer, bytes: u64) -> Result<Vec<u8>, GpuError> {
         let staging = self.staging(bytes);
         let mut encoder = self.encoder();
@@ -352,6 +355,7 @@ impl Gpu {
         Ok(contents)
     }
 
+    /// Refuses a buffer beyond the adapter's limits.
     fn fits(&self, what: &str, needed: u64) -> Result<(), GpuError> {
         let limits = self.device.limits();
         let most = limits.max_buffer_size.min(limits.max_storage_buffer_binding_size);
@@ -362,9 +366,10 @@ impl Gpu {
     }
 }
 
-/// What stands in for an empty buffer, which shaders may not bind: an element of any of the arrays.
+/// Bytes of a buffer for empty contents: shaders cannot bind less than one element, and no element is larger.
 const EMPTY_BYTES: u64 = 64;
 
+/// Preference of a kind of adapter, the best first.
 fn rank(kind: wgpu::DeviceType) -> u8 {
     match kind {
         wgpu::DeviceType::DiscreteGpu => 0,
@@ -375,7 +380,7 @@ fn rank(kind: wgpu::DeviceType) -> u8 {
     }
 }
 
-/// Whoever panicked while holding the lock left a whole value.
+/// Locks a mutex; a panic of another thread leaves its value intact.
 fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
 }

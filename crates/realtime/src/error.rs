@@ -1,42 +1,42 @@
 use std::path::PathBuf;
 
-/// Why the GPU did not do what was asked.
+/// Reason why a call to the GPU failed.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs)] // Each message says what its fields are.
+#[allow(missing_docs, reason = "each message describes its fields")]
 pub enum GpuError {
-    /// No adapter, or none of the kind asked for.
+    /// No adapter, or none of the requested kind.
     #[error(
         "no {wanted} GPU adapter (found: {found}); install a Vulkan driver, for which Mesa's software one will do: \
          apt-get install libvulkan1 mesa-vulkan-drivers on Debian"
     )]
     NoAdapter {
-        /// The kind asked for.
+        /// The requested kind.
         wanted: String,
-        /// The adapters there are.
+        /// Names of the adapters found.
         found: String,
     },
     /// An adapter that gives no device.
     #[error("the GPU adapter {adapter} gives no device: {reason}")]
     NoDevice {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
-        /// What it said.
+        /// The message of the driver.
         reason: String,
     },
-    /// What the validation of the graphics interface, or the driver, said.
+    /// An error of the graphics interface's validation, or of the driver.
     #[error("the GPU adapter {adapter} refused the work: {reason}")]
     Refused {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
-        /// What was said.
+        /// The message of the interface or driver.
         reason: String,
     },
     /// The device is gone; a new [`super::Gpu`] is needed.
     #[error("the GPU adapter {adapter} lost its device: {reason}")]
     Lost {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
-        /// What it said.
+        /// The message of the driver.
         reason: String,
     },
     /// Data that the adapter cannot bind in one piece.
@@ -44,29 +44,29 @@ pub enum GpuError {
     TooLarge {
         /// The data.
         what: String,
-        /// Their bytes.
+        /// Size of the data in bytes.
         needed: u64,
-        /// The most that is accepted.
+        /// The adapter's limit in bytes.
         most: u64,
         /// The adapter's name.
         adapter: String,
     },
-    /// A picture or texture with longer sides than the adapter has.
+    /// A picture or texture whose sides exceed the adapter's limit.
     #[error("{what} has {needed} pixels along a side, but the GPU adapter {adapter} has at most {most}")]
     TooWide {
         /// The texture.
         what: &'static str,
-        /// The longer of its sides.
+        /// Its longer side in pixels.
         needed: u64,
-        /// The most that is accepted.
+        /// The adapter's limit in pixels.
         most: u64,
         /// The adapter's name.
         adapter: String,
     },
-    /// Loops that the adapter ends too early, however small the parts of an answer.
+    /// Loops that the adapter ends too early even in the smallest parts of an answer.
     #[error("the GPU adapter {adapter} cuts the method's loops short; use fewer terms or a smaller neighbourhood")]
     CutShort {
-        /// Its name.
+        /// The adapter's name.
         adapter: String,
     },
     /// The flag of [`super::Shader::stop_when`] was set.
@@ -75,11 +75,11 @@ pub enum GpuError {
     /// A value out of range.
     #[error("parameter {parameter:?} is {found}, but must be {accepted}")]
     Parameter {
-        /// Its name.
+        /// The parameter.
         parameter: &'static str,
         /// The refused value.
         found: String,
-        /// What is accepted.
+        /// The accepted values.
         accepted: &'static str,
     },
     /// A file that cannot be read.
@@ -87,15 +87,15 @@ pub enum GpuError {
     File {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reason.
         reason: String,
     },
     /// A mesh that cannot be drawn.
     #[error("the mesh has {found}, but must have {accepted}")]
     Mesh {
-        /// What is wrong.
+        /// The fault.
         found: String,
-        /// What is accepted.
+        /// The condition of a valid mesh.
         accepted: &'static str,
     },
 }

@@ -1,10 +1,10 @@
-//! What shaders and the processor share byte by byte; held against the WGSL in this file's tests.
+//! Structs that shaders and processor share byte by byte. Tests at the end compare them with the WGSL.
 
 use bytemuck::{Pod, Zeroable};
 use sunbeam::methods::AnswerKind;
 use sunbeam::scattering::{ComplexIndex, Obliquity};
 
-/// A pair of directions to be answered by [`super::Shader`]; twin of `Query` in `query.wgsl`.
+/// A pair of directions for a [`super::Shader`] to answer; twin of `Query` in `query.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Query {
@@ -12,9 +12,9 @@ pub struct Query {
     pub wi: [f32; 3],
     /// [`Query::NOTHING`], [`Query::GROUND`] or [`Query::SKIN`].
     pub kind: u32,
-    /// Unit vector towards the viewer in the same frame.
+    /// Unit vector towards the viewer in the grating's frame.
     pub wo: [f32; 3],
-    /// 1 where the light arrives, else 0.
+    /// 1 where the sun is visible, else 0.
     pub lit: u32,
     /// Texture coordinates.
     pub uv: [f32; 2],
@@ -46,6 +46,7 @@ pub struct Optics {
     pub shadowing: bool,
 }
 
+/// Twin of `Optics` in `optics.wgsl`, which says what each member is.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct OpticsUniform {
@@ -58,8 +59,8 @@ pub(super) struct OpticsUniform {
 }
 
 impl OpticsUniform {
-    /// The optics around a method that answers this.
-    pub fn new(optics: &Optics, answers: AnswerKind) -> Self {
+    /// The optics around a method whose answers mean this.
+    pub(crate) fn new(optics: &Optics, answers: AnswerKind) -> Self {
         let index = optics.index.unwrap_or(ComplexIndex { eta: 1.0, k: 0.0 });
         Self {
             eta: index.eta as f32,
@@ -79,6 +80,7 @@ impl OpticsUniform {
     }
 }
 
+/// Twin of `Range` in `shade.wgsl`, which says what each member is.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 pub(super) struct RangeUniform {
@@ -89,6 +91,7 @@ pub(super) struct RangeUniform {
     pub two: u32,
 }
 
+/// Twin of `Vertex` in `mesh.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Vertex {
@@ -98,6 +101,7 @@ pub(super) struct Vertex {
     pub v: f32,
 }
 
+/// Twin of `Node` in `trace.wgsl`, which says what each member is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct Node {
@@ -107,6 +111,7 @@ pub(super) struct Node {
     pub next: u32,
 }
 
+/// Twin of `Frame` in `frame.wgsl`, which says what each member is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct FrameUniform {
@@ -114,13 +119,13 @@ pub(super) struct FrameUniform {
     pub width: u32,
     pub forward: [f32; 3],
     pub height: u32,
-    pub across: [f32; 3],
-    pub share: f32,
+    pub right: [f32; 3],
+    pub mix: f32,
     pub down: [f32; 3],
     pub pigment_scale: f32,
     pub to_sun: [f32; 3],
     pub blend: u32,
-    pub place: [f32; 2],
+    pub subpixel: [f32; 2],
     pub rotation: [f32; 2],
     pub soil: [f32; 3],
     pub weight: f32,
@@ -129,12 +134,13 @@ pub(super) struct FrameUniform {
     pub padding: [u32; 2],
 }
 
+/// Twin of `Sunlight` in `sunlight.wgsl`, which says what each member is.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(super) struct SunlightUniform {
     pub centre: [f32; 3],
     pub side: f32,
-    pub across: [f32; 3],
+    pub right: [f32; 3],
     pub half_width: f32,
     pub up: [f32; 3],
     pub half_height: f32,
@@ -166,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn structs_lie_in_memory_as_the_shaders_read_them() {
+    fn structs_have_the_layout_of_the_shaders() {
         let (shade, locate) = (program::shade(&program::no_method()), program::locate());
         for (source, name, ours) in [
             (&shade, "Query", fields!(Query: wi, kind, wo, lit, uv)),
@@ -176,15 +182,15 @@ mod tests {
             (
                 &locate,
                 "Sunlight",
-                fields!(SunlightUniform: centre, side, across, half_width, up, half_height, to_sun, half_depth),
+                fields!(SunlightUniform: centre, side, right, half_width, up, half_height, to_sun, half_depth),
             ),
             (&locate, "Node", fields!(Node: low, triangle, high, next)),
             (
                 &locate,
                 "Frame",
                 fields!(
-                    FrameUniform: origin, width, forward, height, across, share, down, pigment_scale, to_sun, blend,
-                    place, rotation, soil, weight, first, ground
+                    FrameUniform: origin, width, forward, height, right, mix, down, pigment_scale, to_sun, blend,
+                    subpixel, rotation, soil, weight, first, ground
                 ),
             ),
         ] {

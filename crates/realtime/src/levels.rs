@@ -1,39 +1,40 @@
-//! How fine a picture is drawn first, and how it becomes finer while nobody touches anything.
+//! Resolutions of a picture that becomes finer step by step.
 
-/// Pixels of the window along each side of a pixel of the coarsest picture.
+/// Divisor of the coarsest picture's sides.
 const COARSEST: u32 = 16;
 
-/// How finely a picture is drawn.
+/// Resolution of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Level {
-    /// Sides are divided by this.
+    /// Divisor of the full picture's sides.
     pub divisor: u32,
     /// Rays along each side of a pixel.
     pub supersample: u32,
 }
 
 impl Level {
-    /// All pixels, with so many rays along each side of one.
+    /// The finest level: all pixels, with `supersample` rays along each side of a pixel.
     pub fn finest(supersample: u32) -> Self {
         Self { divisor: 1, supersample }
     }
 
-    /// Pixels of a picture that is `size` in full.
+    /// Width and height in pixels of a picture whose full size is `size`.
     pub fn size(self, (width, height): (u32, u32)) -> (u32, u32) {
         (width.div_ceil(self.divisor).max(1), height.div_ceil(self.divisor).max(1))
     }
 
-    /// Rays of a picture that is `size` in full.
+    /// Number of rays of a picture whose full size is `size`.
     pub fn rays(self, size: (u32, u32)) -> f64 {
         let (width, height) = self.size(size);
         f64::from(width) * f64::from(height) * f64::from(self.supersample).powi(2)
     }
 
-    /// Whether nothing finer follows.
+    /// Whether this is the finest level for `supersample` rays along each side of a pixel.
     pub fn is_last(self, supersample: u32) -> bool {
         self.divisor == 1 && self.supersample == supersample
     }
 
+    /// The next finer level.
     fn finer(self, supersample: u32) -> Option<Self> {
         match self.divisor {
             1 if self.supersample == supersample => None,
@@ -43,32 +44,32 @@ impl Level {
     }
 }
 
-/// How fast a method is, as far as pictures have shown.
+/// Speed of a method, estimated from the pictures drawn so far.
 ///
-/// Small pictures take mostly what every picture takes, so they say little about large ones.
+/// The time of a small picture is mostly a constant, so the largest picture tells the time per ray.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Pace {
-    /// Rays of the picture that told it, and what each took.
+    /// Rays of the picture that the estimate comes from, and ms per ray.
     learnt: Option<(f64, f64)>,
 }
 
 impl Pace {
-    /// Learns from a picture.
+    /// Learns from a picture of so many rays, drawn in `ms` milliseconds.
     pub fn learn(&mut self, rays: f64, ms: f64) {
         let per_ray = ms / rays;
-        if self.learnt.is_none_or(|(most, slowest)| rays >= most || per_ray < slowest) {
+        if self.learnt.is_none_or(|(most, before)| rays >= most || per_ray < before) {
             self.learnt = Some((rays, per_ray));
         }
     }
 
-    /// Whether so many rays are done in time. None are before anything is known.
+    /// Whether so many rays take at most `ms` milliseconds; false before the first picture.
     pub fn fits(&self, rays: f64, ms: f64) -> bool {
         self.learnt.is_some_and(|(_, per_ray)| per_ray * rays <= ms)
     }
 }
 
-/// The level to draw after `done`: the finest that is drawn within `preview_ms`, at least one step finer than what is
-/// there. `None` when that is the finest.
+/// The level to draw after `done`: the finest that takes at most `preview_ms`, and at least one step finer than `done`.
+/// `None` after the finest level.
 pub fn next(done: Option<Level>, size: (u32, u32), supersample: u32, pace: &Pace, preview_ms: f64) -> Option<Level> {
     let mut level = match done {
         Some(done) => done.finer(supersample)?,
@@ -106,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_or_unknown_one_begins_coarsely_and_reaches_the_finest() {
+    fn a_slow_or_unknown_method_begins_coarse_and_reaches_the_finest_level() {
         let slow = [(16, 1), (8, 1), (4, 1), (2, 1), (1, 1), (1, 3)];
         assert_eq!(all(3, Some(10.0)), slow);
         assert_eq!(all(3, None), slow);
@@ -115,20 +116,20 @@ mod tests {
     }
 
     #[test]
-    fn what_every_picture_takes_is_not_laid_to_its_rays() {
-        // 50 ms each, and 1 µs a ray.
+    fn the_constant_time_of_a_picture_is_not_counted_per_ray() {
+        // 50 ms per picture, and 1 µs per ray.
         let mut pace = Pace::default();
         for rays in [1e3, 1e6, 1e3] {
             pace.learn(rays, 50.0 + 1e-3 * rays);
         }
         assert!(pace.fits(6e4, PREVIEW_MS) && !pace.fits(1e5, PREVIEW_MS));
-        // As fine as before, but slower: there is more to see.
+        // The same resolution, but slower.
         pace.learn(1e6, 1e5);
         assert!(!pace.fits(6e4, PREVIEW_MS));
     }
 
     #[test]
-    fn no_picture_is_smaller_than_a_pixel() {
+    fn every_picture_has_a_pixel() {
         assert_eq!(Level { divisor: 16, supersample: 1 }.size((3, 0)), (1, 1));
     }
 }

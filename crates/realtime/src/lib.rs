@@ -1,25 +1,42 @@
-//! The realtime renderer, and the snake that it draws: the methods of [`sunbeam::methods`] on the GPU, without a window.
+//! The realtime renderer: the methods of [`sunbeam::methods`] on the GPU, without a window; and the snake that it
+//! draws.
 //!
-//! [`Gpu`] opens an adapter; a [`Shader`] is a method with its data there. It answers arrays of [`Query`] pairs
-//! ([`Shader::evaluate_async`]), and pictures: [`Renderer::draw_async`] takes a [`Scene`], a [`Shader`], a [`Target`] and the
-//! [`View`], and runs four stages.
+//! [`Gpu`] opens an adapter. A [`Shader`] is a method with its data on the GPU, and answers arrays of [`Query`] pairs
+//! ([`Shader::evaluate_async`]). [`Renderer::draw_async`] draws a [`Scene`] with a [`Shader`] into a [`Target`] as a
+//! [`View`] shows it, in four stages.
 //!
-//! 1. *raster*: which triangle each pixel sees. Nothing is interpolated.
-//! 2. *locate*: where the pixel's ray meets that triangle, the shading frame there, the directions in it, and whether the
-//!    sun is seen: a depth map from the sun tells for nearly every pixel, and a ray through a tree of boxes for the rest,
-//!    which are listed and done together. The ground is done then.
-//!    Its conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
+//! 1. *raster*: the triangle at each pixel. Nothing is interpolated.
+//! 2. *locate*: the point of the triangle on the pixel's ray, the shading frame there, the directions in the frame, and
+//!    the visibility of the sun. A depth map from the sun decides it for nearly every pixel, and a ray through a tree
+//!    of boxes for the others. The conventions are those of Mitsuba 3, so that pictures agree pixel by pixel.
 //! 3. *shade*: the method, for the lit samples only, in submissions of bounded time.
-//! 4. *resolve*: pigment and light, for the same samples; the mean over a pixel's samples.
+//! 4. *resolve*: pigment and light of the same samples, and the mean over a pixel's samples.
 //!
-//! Supersampling repeats the four for each place in a pixel, so memory does not grow with it. Light is direct sunlight
-//! only. Methods are single precision, and all but the colour table leave out what conserves energy.
+//! Supersampling repeats the stages for each sample of a pixel, so memory does not grow with it. Light is direct
+//! sunlight only. Methods are single precision, and only the colour table can conserve energy.
 //!
-//! Calls that wait for the GPU are futures, as a browser needs them. Elsewhere each has a twin that blocks and is called the
-//! same without `_async`.
+//! Calls that wait for the GPU are futures, as a browser needs. On other platforms each has a blocking twin without
+//! `_async` in its name.
 //!
 //! `wi` is the direction to the light, `wo` that to the viewer, both in the grating's frame. Radiance is linear sRGB,
-//! not clamped; a white diffuse plane that faces the sun has 1.
+//! not clamped. A white diffuse plane that faces the sun has the radiance 1.
+//!
+//! ```no_run
+//! use sunbeam::Preset;
+//! use sunbeam::methods::{MethodKind, MethodOptions, build};
+//! use sunbeam_realtime::{AdapterChoice, Gpu, Optics, Renderer, Scene, Shader, Shape, Target, View};
+//!
+//! let gpu = Gpu::open(AdapterChoice::Any)?;
+//! let options = sunbeam::Options { conserve_energy: false, ..sunbeam::Options::default() };
+//! let method = build(MethodKind::Table, &Preset::Cd.build(None, None)?, &options, &MethodOptions::default())?;
+//! let shader = Shader::new(&gpu, &*method, &Optics::default())?;
+//! let (mesh, pigment) = Shape::Sphere.make(1.0, (1, 1))?;
+//! let scene = Scene::new(&gpu, &mesh, &pigment)?;
+//! let target = Target::new(&gpu, 384, 256)?;
+//! Renderer::new(&gpu)?.draw(&gpu, &scene, &shader, &target, &View::default())?;
+//! let picture: Vec<[f32; 3]> = target.read_picture(&gpu)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 #[cfg(not(target_arch = "wasm32"))]
 mod blocking;
@@ -50,7 +67,7 @@ pub use device::{ADAPTER_VARIABLE, AdapterChoice, Gpu};
 pub use error::GpuError;
 pub use layout::{Optics, Query};
 pub use mesh::Mesh;
-pub use orbit::Orbit;
+pub use orbit::{DEGREES_PER_POINT, Orbit};
 #[doc(hidden)]
 pub use program::every_program;
 pub use renderer::{FrameReport, Renderer, StageTimes};
@@ -62,11 +79,11 @@ pub use target::Target;
 pub use tone::TonePass;
 pub use view::{Blend, Camera, KERATIN, Light, PIGMENT_SCALE, SOIL, View};
 
-/// Mesa's Vulkan drivers complain on stderr, where a program's own errors belong, unless `XDG_RUNTIME_DIR` is set, which
-/// it is not in containers. They only look for a window system there.
+/// Sets `XDG_RUNTIME_DIR` where it is missing, as in containers: without it, Mesa's Vulkan drivers print a complaint to
+/// stderr. They only look for a window system in the folder.
 ///
 /// # Safety
-/// No other thread may read or write variables of the environment meanwhile: programs call this first.
+/// No other thread may access environment variables meanwhile. Programs call it first.
 pub unsafe fn give_drivers_a_runtime_folder() {
     const VARIABLE: &str = "XDG_RUNTIME_DIR";
     if cfg!(target_os = "linux") && std::env::var_os(VARIABLE).is_none() {

@@ -4,10 +4,11 @@ use super::scene::Scene;
 use super::target::Target;
 use super::{Gpu, GpuError, program};
 
-/// Pixels or entries that an invocation sorts, as in `locate.wgsl`.
+/// Pixels or entries that an invocation sorts: `LOCATE_RUN` of `locate.wgsl`.
 const RUN: u32 = 32;
 
-/// Frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight, its depths.
+/// Bindings of `locate.wgsl`: frame, vertices, triangles, nodes, seen, queries, chosen, lists, picture, sunlight,
+/// sunlit.
 const GROUP: [Access; 11] = [
     Access::Uniform,
     Access::Read,
@@ -22,9 +23,8 @@ const GROUP: [Access; 11] = [
     Access::Read,
 ];
 
-/// Turns triangles into queries, in three submissions: pixels are sorted; those with a triangle and those without are
-/// located; and then those of which only a ray through the tree tells what they see or whether the sun is seen from there,
-/// and what needs an answer is chosen. See `locate.wgsl`.
+/// Turns triangles into queries (`locate.wgsl`), in three submissions: pixels are sorted; pixels with and without a
+/// triangle are located; pixels that need a ray are located, and the queries that need an answer are listed.
 pub(super) struct Locate {
     layout: wgpu::BindGroupLayout,
     sort: wgpu::ComputePipeline,
@@ -35,7 +35,7 @@ pub(super) struct Locate {
 }
 
 impl Locate {
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let module = pipeline::module(gpu, "locate", program::locate());
         let layout = pipeline::layout(gpu, &GROUP);
         let entry = |name| pipeline::compute(gpu, &module, name, Some(&[Some(&layout)]));
@@ -44,7 +44,7 @@ impl Locate {
         Ok(Self { layout, sort, bare, found, rest, choose })
     }
 
-    pub fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
+    pub(crate) fn bind(&self, gpu: &Gpu, frame: &wgpu::Buffer, scene: &Scene, target: &Target) -> wgpu::BindGroup {
         pipeline::bind_resources(
             gpu,
             &self.layout,
@@ -64,8 +64,13 @@ impl Locate {
         )
     }
 
-    /// Makes the queries of a sample; the time in ms, and how many need an answer.
-    pub async fn run(&self, gpu: &Gpu, target: &Target, bindings: &wgpu::BindGroup) -> Result<(f64, u32), GpuError> {
+    /// Writes the queries of a sample; returns the time in ms and the number of queries that need an answer.
+    pub(crate) async fn run(
+        &self,
+        gpu: &Gpu,
+        target: &Target,
+        bindings: &wgpu::BindGroup,
+    ) -> Result<(f64, u32), GpuError> {
         let (width, height) = target.size();
         gpu.queue().write_buffer(&target.lists, 0, bytemuck::bytes_of(&[0u32; Target::LISTS]));
         let (sort_ms, [_, _, skin, bare]) =
@@ -77,7 +82,8 @@ impl Locate {
         Ok((sort_ms + found_ms + rest_ms, chosen))
     }
 
-    /// Submits a compute pass of pipelines, each over so many invocations; the time in ms, and how long the lists are then.
+    /// Submits a compute pass of pipelines with their numbers of invocations; returns the time in ms and the lengths of
+    /// the lists.
     async fn submit(
         &self,
         gpu: &Gpu,

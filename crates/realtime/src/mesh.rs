@@ -6,12 +6,24 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// Triangles with normals and texture coordinates; the first three vectors have an entry for each vertex.
+/// Triangles with normals and texture coordinates. The first three vectors have one entry per vertex.
+///
+/// ```
+/// use sunbeam_realtime::Mesh;
+///
+/// let triangle = Mesh {
+///     positions: vec![[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]],
+///     normals: vec![[0.0, 0.0, 1.0]; 3],
+///     uvs: vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]],
+///     triangles: vec![[0, 1, 2]],
+/// };
+/// assert!(triangle.check().is_ok());
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
-    /// Positions; z is up and the ground is z = 0.
+    /// Positions in cm; z is up and the ground is z = 0.
     pub positions: Vec<[f32; 3]>,
-    /// Shading normals, of any length but 0.
+    /// Shading normals of any length except 0.
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates; the grating's x axis is the direction in which the first grows.
     pub uvs: Vec<[f32; 2]>,
@@ -30,10 +42,12 @@ impl From<&SnakeMesh> for Mesh {
     }
 }
 
-/// Places of a vertex's numbers, and the names that files give them.
+/// Names of each number of a vertex in files.
 const NUMBERS: [&[&str]; 8] = [&["x"], &["y"], &["z"], &["nx"], &["ny"], &["nz"], &["u", "s"], &["v", "t"]];
+/// Names of a face's list of vertices in files.
 const INDICES: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// The numbers of a vertex, in the order of [`NUMBERS`].
 struct Vertex([f32; NUMBERS.len()]);
 
 impl PropertyAccess for Vertex {
@@ -42,15 +56,16 @@ impl PropertyAccess for Vertex {
     }
 
     fn set_property(&mut self, name: &str, property: Property) {
-        let Some(place) = NUMBERS.iter().position(|names| names.contains(&name)) else { return };
+        let Some(number) = NUMBERS.iter().position(|names| names.contains(&name)) else { return };
         match property {
-            Property::Float(value) => self.0[place] = value,
-            Property::Double(value) => self.0[place] = value as f32,
+            Property::Float(value) => self.0[number] = value,
+            Property::Double(value) => self.0[number] = value as f32,
             _ => {}
         }
     }
 }
 
+/// Vertex indices of a face.
 struct Face(Vec<i64>);
 
 impl PropertyAccess for Face {
@@ -78,7 +93,8 @@ impl Mesh {
     /// `sunbeam snake` writes it.
     ///
     /// # Errors
-    /// [`GpuError::File`] for a file that cannot be read or lacks one of these, and as [`Mesh::check`].
+    /// [`GpuError::File`] for a file that cannot be read or lacks normals or texture coordinates, and those of
+    /// [`Mesh::check`].
     pub fn read_ply(path: impl AsRef<Path>) -> Result<Self, GpuError> {
         let path = path.as_ref();
         let mesh = parse(path).map_err(|reason| GpuError::File { path: path.to_owned(), reason })?;
@@ -86,10 +102,11 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Whether it can be drawn: at least one triangle, indices that exist, finite numbers, normals that point somewhere.
+    /// Refuses a mesh that cannot be drawn.
     ///
     /// # Errors
-    /// [`GpuError::Mesh`].
+    /// [`GpuError::Mesh`] without triangles, with indices out of range, with numbers that are not finite, or with a
+    /// normal of length 0.
     pub fn check(&self) -> Result<(), GpuError> {
         let refuse = |found: String, accepted| Err(GpuError::Mesh { found, accepted });
         let count = self.positions.len();
@@ -114,9 +131,10 @@ impl Mesh {
     }
 }
 
-/// The numbers of corners and of nodes of the tree fit 32 bits.
+/// Most triangles: their corners and the nodes of their tree are counted with 32 bits.
 const TRIANGLES_MAX: usize = 1_000_000_000;
 
+/// Reads a PLY file.
 fn parse(path: &Path) -> Result<Mesh, String> {
     let unreadable = |error: std::io::Error| format!("cannot be read as PLY: {error}");
     let mut reader = BufReader::new(File::open(path).map_err(|error| format!("cannot be opened: {error}"))?);
@@ -164,7 +182,7 @@ mod tests {
     use crate::snake::SnakeOptions;
 
     #[test]
-    fn what_the_snake_writes_is_read_back_bit_for_bit() {
+    fn a_written_snake_is_read_back_bit_for_bit() {
         let options = SnakeOptions { half_cells: 1, ..Default::default() };
         let snake = SnakeMesh::build(&options).unwrap();
         let file = tempfile::Builder::new().suffix(".ply").tempfile().unwrap();
@@ -173,7 +191,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_drawn_is_named() {
+    fn errors_name_the_fault_of_a_mesh() {
         let read = |text: &str| {
             let file = tempfile::Builder::new().suffix(".ply").tempfile().unwrap();
             std::fs::write(file.path(), text).unwrap();

@@ -1,33 +1,37 @@
 use super::Camera;
 use glam::DVec3;
+use std::ops::RangeInclusive;
 
-/// Degrees that the camera turns for each point dragged.
-const DEGREES_PER_POINT: f64 = 0.35;
-/// Highest and lowest the camera may look from: straight above, up has no direction.
-const ELEVATION_MAX_DEG: f64 = 89.0;
-/// Distances that zooming keeps to, in cm.
-const DISTANCE_CM: std::ops::RangeInclusive<f64> = 0.2..=200.0;
+/// Turn of camera or sun in degrees per point of a drag: a drag over 500 points turns by half a circle.
+pub const DEGREES_PER_POINT: f64 = 0.35;
 
-/// A camera that goes round the place it looks at; z is up.
+/// A camera that orbits its target; z is up. Drags are in points of the screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
+    /// Point in the middle of the picture, in cm.
     target: DVec3,
+    /// Distance of the camera from the target in cm.
     distance: f64,
-    /// Of the camera seen from the target, as with the sun.
+    /// Azimuth of the camera seen from the target, counter-clockwise from +x seen from above.
     azimuth_deg: f64,
     elevation_deg: f64,
     fov_deg: f64,
 }
 
 impl Orbit {
-    /// A camera that looks at a place (cm) from an azimuth (degrees, counter-clockwise seen from above, from +x), an elevation and
-    /// a distance (cm), of which the last two are brought into their ranges.
+    /// Accepted elevations of the camera in degrees; at ±90° the upward direction of the picture is undefined.
+    pub const ELEVATION_DEG: RangeInclusive<f64> = -89.0..=89.0;
+    /// Accepted distances of the camera from its target in cm.
+    pub const DISTANCE_CM: RangeInclusive<f64> = 0.2..=200.0;
+
+    /// A camera that looks at `target` (cm) from an azimuth and an elevation in degrees and a distance in cm. Elevation
+    /// and distance are clamped to their ranges. The azimuth is counter-clockwise from +x seen from above.
     pub fn new(target: [f64; 3], azimuth_deg: f64, elevation_deg: f64, distance_cm: f64, fov_deg: f64) -> Self {
         Self {
             target: target.into(),
-            distance: distance_cm.clamp(*DISTANCE_CM.start(), *DISTANCE_CM.end()),
+            distance: clamp(distance_cm, &Self::DISTANCE_CM),
             azimuth_deg,
-            elevation_deg: elevation_deg.clamp(-ELEVATION_MAX_DEG, ELEVATION_MAX_DEG),
+            elevation_deg: clamp(elevation_deg, &Self::ELEVATION_DEG),
             fov_deg,
         }
     }
@@ -37,7 +41,7 @@ impl Orbit {
         self.elevation_deg
     }
 
-    /// Its distance from the target, in cm.
+    /// Distance of the camera from the target, in cm.
     pub fn distance_cm(&self) -> f64 {
         self.distance
     }
@@ -59,7 +63,7 @@ impl From<&Camera> for Orbit {
 }
 
 impl Orbit {
-    /// The camera as the renderer takes it.
+    /// The camera for the renderer.
     pub fn camera(&self) -> Camera {
         Camera {
             origin: (self.target + self.distance * self.outward()).to_array(),
@@ -73,28 +77,28 @@ impl Orbit {
         self.azimuth_deg
     }
 
-    /// Turns what is seen along with a drag in points.
+    /// Turns the scene along with a drag.
     pub fn turn(&mut self, right: f32, down: f32) {
         self.azimuth_deg -= DEGREES_PER_POINT * f64::from(right);
         let elevation = self.elevation_deg + DEGREES_PER_POINT * f64::from(down);
-        self.elevation_deg = elevation.clamp(-ELEVATION_MAX_DEG, ELEVATION_MAX_DEG);
+        self.elevation_deg = clamp(elevation, &Self::ELEVATION_DEG);
     }
 
-    /// Moves what is seen along with a drag in points, in a picture that is so many points wide.
+    /// Moves the scene along with a drag in a picture that is `width` points wide.
     pub fn pan(&mut self, right: f32, down: f32, width: f32) {
         let forward = -self.outward();
-        let across = forward.cross(DVec3::Z).normalize();
-        let up = across.cross(forward);
+        let right_axis = forward.cross(DVec3::Z).normalize();
+        let up = right_axis.cross(forward);
         let per_point = 2.0 * self.distance * (0.5 * self.fov_deg).to_radians().tan() / f64::from(width.max(1.0));
-        self.target += per_point * (f64::from(down) * up - f64::from(right) * across);
+        self.target += per_point * (f64::from(down) * up - f64::from(right) * right_axis);
     }
 
-    /// Goes nearer for factors below 1.
+    /// Multiplies the distance; factors below 1 go nearer.
     pub fn zoom(&mut self, factor: f64) {
-        self.distance = (self.distance * factor).clamp(*DISTANCE_CM.start(), *DISTANCE_CM.end());
+        self.distance = clamp(self.distance * factor, &Self::DISTANCE_CM);
     }
 
-    /// From the target to the camera.
+    /// Unit vector from the target to the camera.
     fn outward(&self) -> DVec3 {
         let (sin_a, cos_a) = self.azimuth_deg.to_radians().sin_cos();
         let (sin_e, cos_e) = self.elevation_deg.to_radians().sin_cos();
@@ -102,12 +106,17 @@ impl Orbit {
     }
 }
 
+/// The value or the nearest end of the range.
+fn clamp(value: f64, range: &RangeInclusive<f64>) -> f64 {
+    value.clamp(*range.start(), *range.end())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn it_starts_at_the_camera_it_was_made_from() {
+    fn an_orbit_gives_back_its_camera() {
         let camera = Camera::default();
         let back = Orbit::from(&camera).camera();
         assert!(DVec3::from(back.origin).distance(DVec3::from(camera.origin)) < 1e-12);
@@ -127,11 +136,11 @@ mod tests {
         let camera = orbit.camera();
         assert!(camera.origin[2] > camera.target[2] && camera.origin[..2] != camera.target[..2]);
         orbit.zoom(1e-9);
-        assert!((distance(&orbit) - DISTANCE_CM.start()).abs() < 1e-12);
+        assert!((distance(&orbit) - Orbit::DISTANCE_CM.start()).abs() < 1e-12);
     }
 
     #[test]
-    fn panning_moves_what_was_in_the_middle_along_with_the_drag() {
+    fn panning_moves_the_target_against_the_drag() {
         let mut orbit = Orbit::from(&Camera { origin: [0.0, -10.0, 0.0], target: [0.0; 3], fov_deg: 90.0 });
         orbit.pan(50.0, 25.0, 100.0);
         // The picture is 20 wide at the target; the camera looks along +y, so +x is right and +z up.

@@ -1,7 +1,8 @@
-//! Pipelines and bind groups, whose layouts come from the WGSL.
+//! Pipelines and bind groups.
 
 use super::{Gpu, GpuError};
 
+/// Compiles a WGSL program.
 pub(super) fn module(gpu: &Gpu, label: &str, source: String) -> wgpu::ShaderModule {
     gpu.device().create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
@@ -9,30 +10,30 @@ pub(super) fn module(gpu: &Gpu, label: &str, source: String) -> wgpu::ShaderModu
     })
 }
 
-/// How a compute shader uses what is bound.
+/// Use of a binding by a compute shader.
 #[derive(Clone, Copy)]
 pub(super) enum Access {
     Uniform,
     Read,
     Write,
-    /// A texture of whole numbers.
+    /// A texture of unsigned integers.
     Texture,
 }
 
-/// Invocations of a workgroup over a list, as in `locate.wgsl` and `resolve.wgsl`.
+/// Invocations of a workgroup in `locate.wgsl` and `resolve.wgsl`.
 const WORKGROUP: u32 = 64;
-/// No dispatch has more workgroups in one direction on any adapter.
+/// Most workgroups of a dispatch along one axis, on every adapter (WebGPU's default limit).
 pub(super) const WORKGROUPS_MAX: u32 = 65_535;
 
-/// Dispatches at least so many invocations, in rows, and a workgroup for an empty list too, so that a first picture,
-/// however small, has drivers finish compiling.
+/// Dispatches at least `count` invocations, in rows of workgroups. An empty list gets one workgroup, too: drivers
+/// finish compiling at the first dispatch.
 pub(super) fn dispatch_over(pass: &mut wgpu::ComputePass<'_>, count: u32) {
     let groups = count.div_ceil(WORKGROUP).max(1);
     let columns = groups.min(WORKGROUPS_MAX);
     pass.dispatch_workgroups(columns, groups.div_ceil(columns), 1);
 }
 
-/// A group of buffers and textures at the bindings 0, 1, …, for a shader that need not use all of them.
+/// The layout of a bind group with the bindings 0, 1, …; a shader may leave some of them unused.
 pub(super) fn layout(gpu: &Gpu, accesses: &[Access]) -> wgpu::BindGroupLayout {
     let buffer = |ty| wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
     let kind = |access: &Access| match access {
@@ -57,7 +58,7 @@ pub(super) fn layout(gpu: &Gpu, accesses: &[Access]) -> wgpu::BindGroupLayout {
     gpu.device().create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// A compute pipeline over these groups, or over what its shader uses.
+/// A compute pipeline over these groups; `None` derives them from the shader.
 pub(super) fn compute(
     gpu: &Gpu,
     module: &wgpu::ShaderModule,
@@ -83,13 +84,13 @@ pub(super) fn compute(
     Ok(pipeline)
 }
 
-/// Whole buffers at the bindings 0, 1, …
+/// A bind group of whole buffers at the bindings 0, 1, …
 pub(super) fn bind(gpu: &Gpu, layout: &wgpu::BindGroupLayout, buffers: &[&wgpu::Buffer]) -> wgpu::BindGroup {
     let resources: Vec<wgpu::BindingResource<'_>> = buffers.iter().map(|buffer| buffer.as_entire_binding()).collect();
     bind_resources(gpu, layout, &resources)
 }
 
-/// As [`bind`], for textures too.
+/// A bind group of buffers and textures at the bindings 0, 1, …
 pub(super) fn bind_resources(
     gpu: &Gpu,
     layout: &wgpu::BindGroupLayout,

@@ -6,50 +6,51 @@ use sunbeam::height_field::Preset;
 use sunbeam::methods::{COMMON_WGSL, Method, MethodKind, MethodOptions, MethodShader, StamForm, build};
 use sunbeam::scattering::Options;
 use sunbeam::table::{Model, Progress};
+use sunbeam::wgsl;
 
-const PAIR: &str = include_str!("wgsl/pair.wgsl");
-const FRESNEL: &str = include_str!("wgsl/fresnel.wgsl");
-const SMALL_SLOPE: &str = include_str!("wgsl/small_slope.wgsl");
-const OPTICS: &str = include_str!("wgsl/optics.wgsl");
-const QUERY: &str = include_str!("wgsl/query.wgsl");
-const FRAME: &str = include_str!("wgsl/frame.wgsl");
-const MESH: &str = include_str!("wgsl/mesh.wgsl");
-const SUNLIGHT: &str = include_str!("wgsl/sunlight.wgsl");
-/// From radiance to what a screen shows.
-pub(super) const TONE: &str = include_str!("wgsl/tone.wgsl");
-const TRACE: &str = include_str!("wgsl/trace.wgsl");
+const PAIR: &str = wgsl!("wgsl/pair.wgsl");
+const FRESNEL: &str = wgsl!("wgsl/fresnel.wgsl");
+const SMALL_SLOPE: &str = wgsl!("wgsl/small_slope.wgsl");
+const OPTICS: &str = wgsl!("wgsl/optics.wgsl");
+const QUERY: &str = wgsl!("wgsl/query.wgsl");
+const FRAME: &str = wgsl!("wgsl/frame.wgsl");
+const MESH: &str = wgsl!("wgsl/mesh.wgsl");
+const SUNLIGHT: &str = wgsl!("wgsl/sunlight.wgsl");
+/// Maps radiance to encoded values for a screen.
+pub(super) const TONE: &str = wgsl!("wgsl/tone.wgsl");
+const TRACE: &str = wgsl!("wgsl/trace.wgsl");
 
 /// The program of [`super::Shader`].
 pub(super) fn shade(method: &MethodShader<'_>) -> String {
-    let shade = include_str!("wgsl/shade.wgsl");
+    let shade = wgsl!("wgsl/shade.wgsl");
     let around = [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, shade];
     [&[COMMON_WGSL], method.wgsl.as_slice(), &around].concat().join("\n")
 }
 
 /// Finds the triangle that each pixel sees.
 pub(super) fn raster() -> String {
-    [FRAME, MESH, include_str!("wgsl/raster.wgsl")].join("\n")
+    [FRAME, MESH, wgsl!("wgsl/raster.wgsl")].join("\n")
 }
 
 /// Draws the mesh as the sun sees it.
 pub(super) fn shadow() -> String {
-    [SUNLIGHT, MESH, include_str!("wgsl/shadow.wgsl")].join("\n")
+    [SUNLIGHT, MESH, wgsl!("wgsl/shadow.wgsl")].join("\n")
 }
 
 /// Turns triangles into queries.
 pub(super) fn locate() -> String {
-    [FRAME, MESH, TRACE, SUNLIGHT, QUERY, include_str!("wgsl/locate.wgsl")].join("\n")
+    [FRAME, MESH, TRACE, SUNLIGHT, QUERY, wgsl!("wgsl/locate.wgsl")].join("\n")
 }
 
 /// Turns answered queries into a picture.
 pub(super) fn resolve() -> String {
-    [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, include_str!("wgsl/resolve.wgsl")].join("\n")
+    [PAIR, FRESNEL, SMALL_SLOPE, OPTICS, QUERY, FRAME, wgsl!("wgsl/resolve.wgsl")].join("\n")
 }
 
 /// Every program that is ever compiled, each with a name: for tests, which hand them to other compilers of WGSL.
 ///
 /// # Errors
-/// Those of building the methods' tables, which are small ones here.
+/// Errors of building the methods' tables. Here they are small.
 pub fn every_program() -> Result<Vec<(String, String)>, Box<dyn Error>> {
     let field = Preset::Sinusoidal.build(None, None)?;
     let patch = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
@@ -89,7 +90,7 @@ pub(super) mod tests {
     use std::sync::LazyLock;
 
     /// Parses and validates a program as wgpu does; panics with naga's message.
-    pub fn validated(source: &str) -> naga::Module {
+    pub(crate) fn validated(source: &str) -> naga::Module {
         let module = naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)));
         naga::valid::Validator::new(naga::valid::ValidationFlags::all(), naga::valid::Capabilities::empty())
             .validate(&module)
@@ -127,6 +128,8 @@ pub(super) mod tests {
         }
         for path in found {
             let text = std::fs::read_to_string(&path).unwrap();
+            let code = text.lines().map(|line| line.split("//").next().unwrap_or_default());
+            let text = code.collect::<Vec<_>>().join("\n");
             assert!(PROGRAMS.iter().any(|(_, source)| source.contains(&text)), "{}", path.display());
         }
     }

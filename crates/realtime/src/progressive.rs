@@ -1,7 +1,7 @@
 //! Pictures that begin coarse and become finer while nothing changes, as the window and the page show them.
 //!
-//! A [`Progressive`] holds scene, method and [`Job`], and decides how fine the next picture is. It never waits for the GPU.
-//! The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands it back:
+//! A [`Progressive`] holds scene, method and [`Job`], and decides how fine the next picture is. It never waits for the
+//! GPU. The caller takes a [`Frame`] from it, draws the frame, blocking or not, and hands it back:
 //!
 //! ```no_run
 //! # use sunbeam_realtime::{Gpu, GpuError, Renderer, progressive::Progressive};
@@ -24,8 +24,8 @@ use crate::{FrameReport, Gpu, GpuError, Optics, Renderer, Scene, Shader, Target,
 use std::rc::Rc;
 use std::sync::Arc;
 
-/// Targets kept for the next pictures. While something is dragged, pictures of two sizes alternate, and one target is shown
-/// while another is drawn.
+/// Targets kept for the next pictures. While something is dragged, pictures of two sizes alternate, and one target is
+/// shown while another is drawn.
 const TARGETS_KEPT: usize = 4;
 
 /// The finest picture wanted.
@@ -60,15 +60,15 @@ impl Frame {
     /// Draws the picture.
     ///
     /// # Errors
-    /// As [`Renderer::draw_async`].
+    /// The errors of [`Renderer::draw_async`].
     pub async fn draw_async(&self, gpu: &Gpu, renderer: &Renderer) -> Result<FrameReport, GpuError> {
         renderer.draw_async(gpu, &self.scene, &self.shader, &self.target, &self.view).await
     }
 
-    /// As [`Frame::draw_async`], and waits for it.
+    /// Blocking [`Frame::draw_async`].
     ///
     /// # Errors
-    /// As [`Renderer::draw_async`].
+    /// The errors of [`Renderer::draw_async`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn draw(&self, gpu: &Gpu, renderer: &Renderer) -> Result<FrameReport, GpuError> {
         renderer.draw(gpu, &self.scene, &self.shader, &self.target, &self.view)
@@ -130,7 +130,7 @@ impl Progressive {
         self.start_over();
     }
 
-    /// Takes another job; whether it differs from the one before.
+    /// Takes a job; returns whether it differs from the job before.
     pub fn set_job(&mut self, gpu: &Gpu, job: Job) -> bool {
         if self.job.as_ref() == Some(&job) {
             return false;
@@ -179,7 +179,7 @@ impl Progressive {
     /// A picture of the job at this level, ready to be drawn; `None` where scene, method or job are missing.
     ///
     /// # Errors
-    /// As [`Target::new`].
+    /// The errors of [`Target::new`].
     pub fn frame(&mut self, gpu: &Gpu, level: Level) -> Result<Option<Frame>, GpuError> {
         let (Some(scene), Some(shader), Some(job)) = (self.scene_at(level), &self.shader, &self.job) else {
             return Ok(None);
@@ -203,9 +203,12 @@ impl Progressive {
         self.generation == frame.generation
     }
 
-    /// Takes a frame that was drawn and shown in `ms` milliseconds: it tells the speed, and counts for its job.
+    /// Takes a frame that was drawn and shown in `ms` milliseconds. The time counts for the frame's method, and the
+    /// picture for its job.
     pub fn finish(&mut self, frame: &Frame, ms: f64) {
-        self.pace.learn(frame.rays, ms);
+        if self.shader.as_ref().is_some_and(|shader| Rc::ptr_eq(shader, &frame.shader)) {
+            self.pace.learn(frame.rays, ms);
+        }
         if self.is_current(frame) {
             self.latest = Some((Arc::clone(&frame.target), frame.level));
         }

@@ -10,9 +10,9 @@ use bytemuck::Zeroable;
 /// GPU times of a picture in ms; see [`Gpu::has_timestamps`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct StageTimes {
-    /// What the sun sees, where it has moved, and which triangle each pixel sees.
+    /// The sun's depth map, if the sun has moved, and the triangle of each pixel.
     pub raster: f64,
-    /// Frames, directions and shadows.
+    /// Shading frames, directions and shadows.
     pub locate: f64,
     /// The method.
     pub shade: f64,
@@ -21,12 +21,12 @@ pub struct StageTimes {
 }
 
 impl StageTimes {
-    /// All stages together.
+    /// Sum of all stages.
     pub fn total(&self) -> f64 {
         self.raster + self.locate + self.shade + self.resolve
     }
 
-    /// The median of each stage over several pictures; zero for none.
+    /// The median of each stage over several pictures; 0 without pictures.
     pub fn medians(times: &[Self]) -> Self {
         let median = |stage: fn(&Self) -> f64| {
             let mut sorted: Vec<f64> = times.iter().map(stage).collect();
@@ -42,18 +42,18 @@ impl StageTimes {
     }
 }
 
-/// What a picture took.
+/// Time and work of a picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameReport {
     /// Times of the stages.
     pub gpu_ms: StageTimes,
     /// Queries that the method answered: lit samples of the mesh.
     pub answered: u64,
-    /// In how many pieces they were submitted.
+    /// Number of submissions of the method.
     pub submissions: u32,
 }
 
-/// Draws a [`Scene`] with a [`Shader`] into a [`Target`]. Each may be exchanged from picture to picture.
+/// Draws a [`Scene`] with a [`Shader`] into a [`Target`]. Each may change from picture to picture.
 pub struct Renderer {
     shadow: wgpu::RenderPipeline,
     raster: wgpu::RenderPipeline,
@@ -63,7 +63,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Compiles everything but the method.
+    /// Compiles all programs except the method's.
     ///
     /// # Errors
     /// [`GpuError::Refused`].
@@ -79,10 +79,10 @@ impl Renderer {
         })
     }
 
-    /// Draws a picture, which is then [`Target::picture`]. Nothing is built that a next picture could use again.
+    /// Draws a picture into [`Target::picture`].
     ///
     /// # Errors
-    /// [`GpuError::Parameter`] for a view that shows nothing, [`GpuError::Refused`], [`GpuError::Lost`],
+    /// [`GpuError::Parameter`] as [`View::check`], [`GpuError::Refused`], [`GpuError::Lost`],
     /// [`GpuError::CutShort`].
     pub async fn draw_async(
         &self,
@@ -118,7 +118,7 @@ impl Renderer {
         Ok(report)
     }
 
-    /// Draws the triangles; the time in ms.
+    /// Draws the triangles; returns the time in ms.
     async fn rasterise(
         &self,
         gpu: &Gpu,
@@ -155,7 +155,7 @@ impl Renderer {
         clock.run(gpu, encoder).await
     }
 
-    /// Adds the radiance of what was answered to the picture; the time in ms.
+    /// Adds the radiance of the answered queries to the picture; returns the time in ms.
     async fn finish(&self, gpu: &Gpu, bindings: &Bindings, chosen: u32) -> Result<f64, GpuError> {
         let clock = Clock::new(gpu);
         let mut encoder = gpu.encoder();
@@ -171,7 +171,7 @@ impl Renderer {
     }
 }
 
-/// What ties the stages to the buffers of one scene, shader and target; cheap to make.
+/// Bind groups of all stages for one scene, shader and target. Creating them is cheap.
 struct Bindings {
     shadow: wgpu::BindGroup,
     raster: wgpu::BindGroup,
@@ -208,8 +208,8 @@ impl Bindings {
     }
 }
 
-/// A pipeline that draws triangles into a depth map, of which the larger depth is in front, and with `fragment` a number
-/// for each pixel.
+/// A pipeline that draws triangles into a depth map in which larger depths are in front. With `fragment` it also writes
+/// a number for each pixel.
 fn depth_pipeline(
     gpu: &Gpu,
     source: String,
@@ -227,7 +227,7 @@ fn depth_pipeline(
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[],
         },
-        // Both sides are seen: the sheet is open.
+        // Both sides of a triangle are visible: meshes may be open.
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_FORMAT,

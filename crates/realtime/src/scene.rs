@@ -4,9 +4,9 @@ use super::sunlight::Sunlight;
 use super::{Gpu, GpuError};
 use crate::snake::PigmentTexture;
 
-/// Texels along each side of the map of what the sun sees.
+/// Texels along each side of the sun's depth map.
 const SUNLIGHT_SIDE: u32 = 1024;
-/// The same of a draft.
+/// Texels along each side of the sun's depth map of a draft.
 const DRAFT_SUNLIGHT_SIDE: u32 = 256;
 
 /// A mesh and its pigment on the GPU, ready to be seen from anywhere.
@@ -28,7 +28,7 @@ impl Scene {
         Self::of(gpu, &SceneData::new(mesh, pigment)?)
     }
 
-    /// As [`Scene::new`] of what was made ready before.
+    /// Uploads data that were prepared before.
     ///
     /// # Errors
     /// [`GpuError::TooLarge`], [`GpuError::TooWide`], [`GpuError::Refused`].
@@ -36,11 +36,11 @@ impl Scene {
         Self::with_sunlight(gpu, data, SUNLIGHT_SIDE)
     }
 
-    /// As [`Scene::of`] for coarse pictures while the sun moves: the map of what it sees is coarser, so that edges of shadows
-    /// are less exact and another sun is drawn sooner.
+    /// [`Scene::of`] with a coarser depth map of the sun, for pictures while the sun moves: edges of shadows are less
+    /// exact.
     ///
     /// # Errors
-    /// As [`Scene::of`].
+    /// The errors of [`Scene::of`].
     pub fn draft(gpu: &Gpu, data: &SceneData) -> Result<Self, GpuError> {
         Self::with_sunlight(gpu, data, DRAFT_SUNLIGHT_SIDE)
     }
@@ -56,7 +56,7 @@ impl Scene {
         })
     }
 
-    /// Corners of triangles to draw.
+    /// Number of corners of all triangles.
     pub(super) fn corners(&self) -> u32 {
         self.corners
     }

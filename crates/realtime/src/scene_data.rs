@@ -6,16 +6,16 @@ use crate::snake::PigmentTexture;
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
 
-/// A mesh with the tree over its triangles and its pigment, as the GPU takes them, for [`super::Scene::of`]. Making it takes
-/// no GPU, so another thread or process may do it and hand over the bytes.
+/// A mesh, the tree over its triangles and its pigment, in the layout of the GPU, for [`super::Scene::of`]. It is built
+/// without a GPU, so that another thread or process can build it and hand over the bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneData {
-    /// The header, then what it counts.
+    /// The header, then the parts that it counts.
     bytes: Vec<u8>,
     header: Header,
 }
 
-/// How many bytes each part has, in their order.
+/// Bytes of each part, in their order.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 struct Header {
@@ -25,14 +25,14 @@ struct Header {
     triangles: u32,
     nodes: u32,
     pigment: u32,
-    /// Corners of the box around the mesh.
+    /// Opposite corners of the box around the mesh.
     low: [f32; 3],
     high: [f32; 3],
 }
 
-/// Least words of a texture: those of the struct in `resolve.wgsl`, whose size is a multiple of 8 bytes.
+/// Fewest words of a texture: the struct in `resolve.wgsl` has a size that is a multiple of 8 bytes.
 const PIGMENT_WORDS_MIN: usize = 4;
-/// What bytes of a scene begin with: "sun1".
+/// First word of the bytes of a scene: "sun1".
 const MAGIC: u32 = u32::from_le_bytes(*b"sun1");
 
 impl SceneData {
@@ -80,10 +80,10 @@ impl SceneData {
         Ok(Self { bytes, header })
     }
 
-    /// What [`SceneData::into_bytes`] gave.
+    /// The scene of bytes from [`SceneData::into_bytes`].
     ///
     /// # Errors
-    /// [`GpuError::Mesh`] for bytes that are not of a scene.
+    /// [`GpuError::Mesh`] for bytes that are no scene.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, GpuError> {
         let refused =
             || GpuError::Mesh { found: format!("{} bytes", bytes.len()), accepted: "as many as its header says" };
@@ -97,7 +97,7 @@ impl SceneData {
         Ok(Self { bytes, header })
     }
 
-    /// All of it, for [`SceneData::from_bytes`].
+    /// The bytes, for [`SceneData::from_bytes`].
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes
     }
@@ -118,30 +118,30 @@ impl SceneData {
         self.part(&[self.header.vertices, self.header.triangles, self.header.nodes], self.header.pigment)
     }
 
-    /// Corners of triangles.
+    /// Number of corners of all triangles.
     pub(super) fn corners(&self) -> u32 {
         self.header.triangles / size_of::<u32>() as u32
     }
 
     /// Opposite corners of the box around the mesh.
     pub(super) fn bounds(&self) -> (DVec3, DVec3) {
-        let corner = |place: [f32; 3]| DVec3::from(place.map(f64::from));
+        let corner = |point: [f32; 3]| DVec3::from(point.map(f64::from));
         (corner(self.header.low), corner(self.header.high))
     }
 
-    /// The part of so many bytes, after parts of so many.
+    /// The part of `bytes` bytes after the parts `before`.
     fn part(&self, before: &[u32], bytes: u32) -> &[u8] {
         let start = size_of::<Header>() + before.iter().map(|&bytes| bytes as usize).sum::<usize>();
         &self.bytes[start..start + bytes as usize]
     }
 }
 
-/// Size, then a word for each texel.
+/// The pigment for `resolve.wgsl`: width and height, then one word per texel.
 fn words(pigment: &PigmentTexture) -> Vec<u32> {
     let size = [pigment.width as u32, pigment.height as u32];
     let texels = pigment.pixels.iter().map(|&[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
     let mut words: Vec<u32> = size.into_iter().chain(texels).collect();
-    // A texture of one texel is shorter than what shaders declare.
+    // A texture of one texel is shorter than the struct of the shader.
     words.resize(words.len().max(PIGMENT_WORDS_MIN), 0);
     words
 }
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn bytes_give_back_the_scene_they_are_of() {
+    fn bytes_give_back_their_scene() {
         let data = snake();
         assert_eq!(data.vertices().len() % size_of::<Vertex>(), 0);
         assert_eq!(data.nodes().len() % size_of::<Node>(), 0);
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn a_single_texel_is_as_long_as_shaders_want_it() {
+    fn a_single_texel_is_padded_to_the_struct_of_the_shader() {
         let texel = PigmentTexture { width: 1, height: 1, pixels: vec![[1, 2, 3]] };
         assert_eq!(words(&texel), [1, 1, u32::from_le_bytes([1, 2, 3, 255]), 0]);
     }

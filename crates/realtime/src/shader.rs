@@ -8,25 +8,25 @@ use std::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
 use sunbeam::scattering::map_direction;
 
-/// A submission is made so large that it takes about this long: a driver resets a GPU that does not answer for a
-/// second or two, and a window that shares it should not stutter.
+/// Time in ms that a submission aims at. Drivers reset a GPU that does not answer for a second or two, and a window on
+/// the same GPU should not stutter.
 const SUBMISSION_MS: f64 = 250.0;
-/// Queries of the first submission, when nothing is known about the speed yet.
+/// Queries of the first submission, before the speed is known.
 const FIRST_QUERIES: u32 = 1024;
-/// A submission has at most so many times the queries of the one before: the first ones do not tell the speed well.
+/// Largest ratio of queries of consecutive submissions: small submissions tell the speed badly.
 const GROWTH: u32 = 8;
-/// Queries of a workgroup, as in `shade.wgsl`.
+/// Invocations of a workgroup in `shade.wgsl`.
 const WORKGROUP: u32 = 64;
-/// An answer is not taken into more parts.
+/// Most parts of an answer.
 const PARTS_MAX: u32 = 4096;
-/// Queries that [`Shader::evaluate_async`] keeps on the GPU at a time.
+/// Most queries that [`Shader::evaluate_async`] has on the GPU at a time.
 const BATCH: usize = 1 << 20;
 
-/// Range, optics, queries, chosen, reflectances, cut_short.
+/// Bindings of `shade.wgsl`: range, optics, queries, chosen, reflectances, cut_short.
 const OWN_GROUP: [Access; 6] =
     [Access::Uniform, Access::Uniform, Access::Read, Access::Read, Access::Write, Access::Write];
 
-/// A method on the GPU, together with the optics around it: answers arrays of queries.
+/// A method on the GPU with the optics around it. It answers arrays of queries.
 pub struct Shader {
     pipeline: wgpu::ComputePipeline,
     method: wgpu::BindGroup,
@@ -38,7 +38,7 @@ pub struct Shader {
     cut_short: wgpu::Buffer,
     /// Queries of the next submission.
     queries: AtomicU32,
-    /// In how many parts queries are answered.
+    /// Number of parts of an answer.
     parts: AtomicU32,
     stop: Arc<AtomicBool>,
 }
@@ -48,13 +48,13 @@ pub struct Shader {
 pub struct Answers {
     /// `f_r` of each query, linear sRGB in 1/sr.
     pub reflectances: Vec<[f32; 3]>,
-    /// What it took the GPU, in ms; see [`Gpu::has_timestamps`].
+    /// Time of the GPU in ms; see [`Gpu::has_timestamps`].
     pub gpu_ms: f64,
-    /// In how many pieces it was submitted.
+    /// Number of submissions.
     pub submissions: u32,
 }
 
-/// What a dispatch took.
+/// Time and submissions of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Spent {
     pub gpu_ms: f64,
@@ -70,10 +70,10 @@ impl Shader {
         Self::of_async(gpu, &method.shader(), method.answers(), optics).await
     }
 
-    /// As [`Shader::new_async`] of what a method gave elsewhere: its [`Method::shader`] and [`Method::answers`].
+    /// [`Shader::new_async`] for the [`Method::shader`] and [`Method::answers`] of a method that was built elsewhere.
     ///
     /// # Errors
-    /// As [`Shader::new_async`].
+    /// The errors of [`Shader::new_async`].
     pub async fn of_async(
         gpu: &Gpu,
         shader: &MethodShader<'_>,
@@ -103,7 +103,7 @@ impl Shader {
         let stop = Arc::default();
         let shader =
             Self { pipeline, method, parameters, optics, answers, range, bytes, cut_short, queries, parts, stop };
-        // Drivers finish compiling when a pipeline is first used, which is not to be taken for the method's speed.
+        // Drivers finish compiling at the first use, whose time says nothing about the method's speed.
         shader.evaluate_async(gpu, &[Query::default()]).await?;
         shader.queries.store(FIRST_QUERIES, Relaxed);
         Ok(shader)
@@ -114,19 +114,18 @@ impl Shader {
         self.bytes
     }
 
-    /// Changes the optics of what is answered from now on.
+    /// Changes the optics of later answers.
     pub fn set_optics(&self, gpu: &Gpu, optics: &Optics) {
         let uniform = OpticsUniform::new(optics, self.answers);
         gpu.queue().write_buffer(&self.optics, 0, bytemuck::bytes_of(&uniform));
     }
 
-    /// Makes whatever is being answered or drawn end with [`GpuError::Stopped`] once the flag is set, after the
-    /// submission that is under way.
+    /// Takes a flag that ends answers and pictures with [`GpuError::Stopped`], after the present submission.
     pub fn stop_when(&mut self, flag: Arc<AtomicBool>) {
         self.stop = flag;
     }
 
-    /// Changes the method's uniform: `MethodShader::uniform` of the same method over the same storage.
+    /// Changes the method's uniform to [`MethodShader::uniform`] of a method with the same storage.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] for a uniform of another size.
@@ -139,7 +138,8 @@ impl Shader {
         gpu.check()
     }
 
-    /// Answers queries; only their directions matter. Zero unless both lie above the surface and are finite.
+    /// Answers queries, of which only the directions matter. An answer is 0 unless both directions are finite and above
+    /// the surface.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`], [`GpuError::CutShort`].
@@ -162,11 +162,11 @@ impl Shader {
         Ok(answers)
     }
 
-    /// Answers over the hemisphere for light from `wi`, in the layout of [`map_direction`] with `side` pixels along each
-    /// side, rows from the top; `None` outside the disc.
+    /// Answers over the hemisphere for light from `wi`, in the layout of [`map_direction`] with `side` pixels along
+    /// each side, rows from the top; `None` outside the disc.
     ///
     /// # Errors
-    /// As [`Shader::evaluate_async`].
+    /// The errors of [`Shader::evaluate_async`].
     pub async fn brdf_map_async(
         &self,
         gpu: &Gpu,
@@ -180,7 +180,7 @@ impl Shader {
         Ok(directions.iter().map(|direction| direction.and_then(|_| answers.next())).collect())
     }
 
-    /// Ties the shader to the buffers it reads and writes.
+    /// The bind group of queries, chosen indices and reflectances.
     pub(super) fn bind(
         &self,
         gpu: &Gpu,
@@ -192,12 +192,12 @@ impl Shader {
         pipeline::bind(gpu, &layout, &[&self.range, &self.optics, queries, chosen, reflectances, &self.cut_short])
     }
 
-    /// The optics' uniform, for whoever weighs the pigment with it.
+    /// The optics' uniform, which also weights the pigment.
     pub(super) fn optics(&self) -> &wgpu::Buffer {
         &self.optics
     }
 
-    /// Answers the first `count` of the chosen queries, in as many submissions as their time asks for.
+    /// Answers the first `count` of the chosen queries, in submissions of about [`SUBMISSION_MS`].
     pub(super) async fn run(&self, gpu: &Gpu, bindings: &wgpu::BindGroup, count: u32) -> Result<Spent, GpuError> {
         let clock = Clock::new(gpu);
         let mut spent = Spent::default();
@@ -234,7 +234,7 @@ impl Shader {
         Ok(spent)
     }
 
-    /// One submission: its time in ms, and whether loops were cut short.
+    /// Does one submission; returns its time in ms and whether loops were cut short.
     async fn submit(
         &self,
         gpu: &Gpu,
@@ -261,11 +261,11 @@ impl Shader {
     }
 }
 
-/// How many queries to submit after submissions of `some` of the `planned` ones took at most `ms`.
+/// Number of queries of the next submission, after submissions of `some` of `planned` queries took at most `ms`.
 fn next_queries(planned: u32, some: u32, ms: f64) -> u32 {
     let fitting = f64::from(some) * SUBMISSION_MS / ms.max(1e-6);
     if some < planned && fitting > f64::from(planned) {
-        // The end of the work says nothing about larger submissions.
+        // The last, smaller submission says nothing about larger ones.
         return planned;
     }
     (fitting as u32).clamp(WORKGROUP, planned.saturating_mul(GROWTH).min(WORKGROUP * WORKGROUPS_MAX))
@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn submissions_grow_to_the_time_aimed_at_and_shrink_at_once() {
+    fn submissions_grow_gradually_and_shrink_at_once() {
         assert_eq!(next_queries(1024, 1024, 1.0), 8192);
         assert_eq!(next_queries(8192, 8192, 125.0), 16384);
         assert_eq!(next_queries(8192, 8192, 2500.0), 819);

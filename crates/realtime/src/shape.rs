@@ -5,26 +5,26 @@ use std::f64::consts::{PI, TAU};
 use std::str::FromStr;
 use sunbeam::colour::srgb_bytes;
 
-/// Cells of the sphere around its axis and from pole to pole.
+/// Number of cells of the sphere around its axis, and from pole to pole.
 const SPHERE_CELLS: (u32, u32) = (192, 96);
 
-/// What carries the relief. All lie where the default camera looks; z is up, in cm.
+/// A shape that carries the relief, in view of the default camera. Lengths are in cm; z is up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Shape {
     /// [`crate::snake`].
     #[default]
     Snake,
-    /// A square that lies just above the ground, the relief's x along +x.
+    /// A square just above the ground; the relief's x is +x.
     Flat,
-    /// A sphere on the ground with the axis z, the relief's x along the circles of latitude, counter-clockwise from above.
+    /// A sphere on the ground; the relief's x runs along the circles of latitude, counter-clockwise seen from above.
     Sphere,
 }
 
 impl Shape {
-    /// All of them, the default first.
+    /// All shapes, the default first.
     pub const ALL: [Self; 3] = [Self::Snake, Self::Flat, Self::Sphere];
-    /// Linear reflectance of the pigment of the square and the sphere: that of the snake's back.
+    /// Linear reflectance of the pigment of square and sphere, that of the snake's back.
     pub const BARE_PIGMENT: [f64; 3] = [0.022, 0.017, 0.014];
     /// Middle of the square, in cm.
     pub const FLAT_CENTRE_CM: [f64; 3] = [-1.0, 0.55, 0.05];
@@ -35,7 +35,7 @@ impl Shape {
     /// Radius of the sphere, in cm.
     pub const SPHERE_RADIUS_CM: f64 = 1.6;
 
-    /// The name that users give.
+    /// The name in the users' interfaces.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Snake => "snake",
@@ -44,12 +44,13 @@ impl Shape {
         }
     }
 
-    /// The mesh, and the pigment for its texture coordinates. `resolution` multiplies the snake's cells in each direction, as
-    /// [`SnakeOptions::with_resolution`] does, and its pigment has so many pixels along and around the body; both are nothing to
-    /// the other shapes.
+    /// The mesh, and the pigment for its texture coordinates.
+    ///
+    /// `resolution` multiplies the snake's cells in each direction ([`SnakeOptions::with_resolution`]), and `pigment`
+    /// is the size of its texture in pixels along and around the body. The other shapes ignore both.
     ///
     /// # Errors
-    /// As [`SnakeMesh::build`].
+    /// The errors of [`SnakeMesh::build`].
     pub fn make(self, resolution: f64, pigment: (usize, usize)) -> Result<(Mesh, PigmentTexture), SnakeError> {
         Ok(match self {
             Self::Snake => {
@@ -75,13 +76,15 @@ impl FromStr for Shape {
     }
 }
 
+/// A texture of one texel.
 fn bare_pigment() -> PigmentTexture {
     PigmentTexture { width: 1, height: 1, pixels: vec![srgb_bytes(Shape::BARE_PIGMENT)] }
 }
 
+/// The mesh of the square.
 fn flat() -> Mesh {
     let ([x, y, z], half) = (Shape::FLAT_CENTRE_CM, Shape::FLAT_HALF_SIDE_CM);
-    let corner = |right: f64, up: f64| [x + right * half, y + up * half, z].map(|place| place as f32);
+    let corner = |right: f64, up: f64| [x + right * half, y + up * half, z].map(|coordinate| coordinate as f32);
     Mesh {
         positions: vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)],
         normals: vec![[0.0, 0.0, 1.0]; 4],
@@ -90,18 +93,19 @@ fn flat() -> Mesh {
     }
 }
 
+/// The mesh of the sphere.
 fn sphere() -> Mesh {
     let (around, down) = SPHERE_CELLS;
     let mut mesh = Mesh::default();
     for row in 0..=down {
         for column in 0..=around {
-            // At the poles a column's vertex stands for the cell to its right, so that u runs on in its triangle.
+            // A pole has a vertex for each column, in the middle of the column's range of u.
             let shift = if row == 0 || row == down { 0.5 } else { 0.0 };
             let (u, v) = ((f64::from(column) + shift) / f64::from(around), f64::from(row) / f64::from(down));
             let ((sin_p, cos_p), (sin_t, cos_t)) = ((TAU * u).sin_cos(), (PI * v).sin_cos());
             let normal = [sin_t * cos_p, sin_t * sin_p, cos_t];
-            let place = |c: usize| Shape::SPHERE_CENTRE_CM[c] + Shape::SPHERE_RADIUS_CM * normal[c];
-            mesh.positions.push([0, 1, 2].map(|c| place(c) as f32));
+            let coordinate = |c: usize| Shape::SPHERE_CENTRE_CM[c] + Shape::SPHERE_RADIUS_CM * normal[c];
+            mesh.positions.push([0, 1, 2].map(|c| coordinate(c) as f32));
             mesh.normals.push(normal.map(|c| c as f32));
             mesh.uvs.push([u as f32, v as f32]);
         }
@@ -110,7 +114,7 @@ fn sphere() -> Mesh {
         for column in 0..around {
             let above = row * (around + 1) + column;
             let below = above + around + 1;
-            // A cell at a pole is one triangle, which has the pole's vertex of its column.
+            // A cell at a pole is one triangle with the pole's vertex of the column.
             let is_last = row + 1 == down;
             if !is_last {
                 mesh.triangles.push([above, below, below + 1]);
@@ -148,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn the_sphere_is_closed_and_as_large_as_it_says() {
+    fn the_sphere_is_closed_and_has_its_radius() {
         let (mesh, _) = Shape::Sphere.make(1.0, (1, 1)).unwrap();
         let area: f32 = mesh
             .triangles

@@ -5,10 +5,10 @@ use bytemuck::Zeroable;
 use glam::DVec3;
 use std::sync::{Mutex, PoisonError};
 
-/// Texels of the map around the mesh, so that a place outside is lit.
+/// Empty texels of the map on each side of the mesh: a point outside the map is lit.
 const MARGIN: f64 = 4.0;
 
-/// The mesh as the sun sees it: a depth map, drawn anew when the sun has moved.
+/// The sun's depth map of the mesh, drawn again when the sun has moved.
 pub(super) struct Sunlight {
     map: wgpu::Texture,
     /// Texels along each side of the map.
@@ -16,16 +16,16 @@ pub(super) struct Sunlight {
     /// The map's depths, rows from the top.
     pub depths: wgpu::Buffer,
     pub uniform: wgpu::Buffer,
+    /// Opposite corners of the box around the mesh.
     low: DVec3,
     high: DVec3,
-    /// The sun that the map is for.
+    /// Direction to the sun that the map is drawn for.
     drawn: Mutex<Option<[f64; 3]>>,
 }
 
 impl Sunlight {
-    /// A map that is yet to be drawn, of a mesh between these corners of a box. It has `side` × `side` texels, a multiple of
-    /// 64 along each.
-    pub fn new(gpu: &Gpu, (low, high): (DVec3, DVec3), side: u32) -> Result<Self, GpuError> {
+    /// An empty map of `side`² texels for a mesh between these corners of a box; `side` is a multiple of 64.
+    pub(crate) fn new(gpu: &Gpu, (low, high): (DVec3, DVec3), side: u32) -> Result<Self, GpuError> {
         let map = gpu.device().create_texture(&wgpu::TextureDescriptor {
             label: Some("sunlight"),
             size: wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 },
@@ -47,9 +47,9 @@ impl Sunlight {
         })
     }
 
-    /// Prepares for this sun where the map is for another one; whether it has to be drawn, after which [`Sunlight::ends`]
-    /// is called.
-    pub fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
+    /// Prepares the map for this sun. True where it has to be drawn; the caller then draws it and calls
+    /// [`Sunlight::ends`].
+    pub(crate) fn begins(&self, gpu: &Gpu, to_sun: [f64; 3]) -> bool {
         let mut drawn = self.drawn.lock().unwrap_or_else(PoisonError::into_inner);
         if *drawn == Some(to_sun) {
             return false;
@@ -59,18 +59,18 @@ impl Sunlight {
         true
     }
 
-    /// The map is drawn for this sun.
-    pub fn ends(&self, to_sun: [f64; 3]) {
+    /// Records that the map is drawn for this sun.
+    pub(crate) fn ends(&self, to_sun: [f64; 3]) {
         *self.drawn.lock().unwrap_or_else(PoisonError::into_inner) = Some(to_sun);
     }
 
-    /// What the map is drawn into.
-    pub fn view(&self) -> wgpu::TextureView {
+    /// The render target of the map.
+    pub(crate) fn view(&self) -> wgpu::TextureView {
         self.map.create_view(&wgpu::TextureViewDescriptor::default())
     }
 
-    /// Makes the depths those of the map.
-    pub async fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
+    /// Copies the map into [`Sunlight::depths`].
+    pub(crate) async fn copy(&self, gpu: &Gpu) -> Result<(), GpuError> {
         let mut encoder = gpu.encoder();
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
@@ -82,19 +82,19 @@ impl Sunlight {
         gpu.run(encoder).await
     }
 
-    /// The box around the mesh that has an axis to the sun.
+    /// The box around the mesh with an axis towards the sun.
     fn frame(&self, to_sun: DVec3) -> SunlightUniform {
         let centre = 0.5 * (self.low + self.high);
-        let (across, up) = to_sun.any_orthonormal_pair();
+        let (right, up) = to_sun.any_orthonormal_pair();
         let half = 0.5 * (self.high - self.low);
         let margin = 1.0 + 2.0 * MARGIN / f64::from(self.side);
-        // Of a mesh without extent too the box has a volume.
+        // The box of a flat mesh has a volume, too.
         let extent = |axis: DVec3| (margin * axis.abs().dot(half)).max(1e-6) as f32;
         SunlightUniform {
             centre: centre.as_vec3().to_array(),
             side: self.side as f32,
-            across: across.as_vec3().to_array(),
-            half_width: extent(across),
+            right: right.as_vec3().to_array(),
+            half_width: extent(right),
             up: up.as_vec3().to_array(),
             half_height: extent(up),
             to_sun: to_sun.as_vec3().to_array(),

@@ -1,16 +1,17 @@
 use super::layout::Query;
 use super::{Gpu, GpuError};
 
-/// What the lists take for each pixel: a word in one of the first two, and one in that of the rest.
+/// Bytes of the lists of `locate.wgsl` per pixel: a word of `skin` or `bare`, and a word of `rest`.
 const LISTED_BYTES: u64 = size_of::<[u32; 2]>() as u64;
 /// Accepted sides of a picture in pixels.
 const SIDE: std::ops::RangeInclusive<u32> = 1..=16_384;
 
-/// The formats of what the rasteriser writes.
+/// Format of the rasteriser's triangle numbers.
 pub(super) const SEEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+/// Format of depth maps.
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// Everything that has the size of a picture, on the GPU.
+/// All data of a picture on the GPU.
 pub struct Target {
     width: u32,
     height: u32,
@@ -18,19 +19,19 @@ pub struct Target {
     pub(super) depth: wgpu::TextureView,
     pub(super) queries: wgpu::Buffer,
     pub(super) chosen: wgpu::Buffer,
-    /// How many pixels are in each list, and the lists but for the chosen; see `locate.wgsl`.
+    /// The struct `Lists` of `locate.wgsl`.
     pub(super) lists: wgpu::Buffer,
     pub(super) reflectances: wgpu::Buffer,
     picture: wgpu::Buffer,
 }
 
 impl Target {
-    /// How many lists there are.
+    /// Number of lists.
     pub(super) const LISTS: usize = 4;
-    /// Of their lengths, which come before what is in them.
+    /// Bytes of the lists' lengths, which precede their entries.
     pub(super) const LIST_COUNTS_BYTES: u64 = size_of::<[u32; Self::LISTS]>() as u64;
 
-    /// A target for pictures of so many pixels.
+    /// A target for pictures of `width` × `height` pixels.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] unless both sides are 1 to 16 384, [`GpuError::TooLarge`] or
@@ -84,8 +85,8 @@ impl Target {
         (self.width, self.height)
     }
 
-    /// Column and row of the pixel at a point of the picture, each coordinate in [0, 1) from the upper left; `None` for a
-    /// point outside.
+    /// Column and row of the pixel at a point of the picture, each coordinate in [0, 1) from the upper left; `None` for
+    /// a point outside.
     pub fn pixel_at(&self, x: f64, y: f64) -> Option<(u32, u32)> {
         let inside = |coordinate: f64| (0.0..1.0).contains(&coordinate);
         let pixel = |coordinate: f64, count: u32| ((coordinate * f64::from(count)) as u32).min(count - 1);
@@ -108,7 +109,7 @@ impl Target {
         Ok(contents.chunks_exact(16).map(colour).collect())
     }
 
-    /// What each pixel's last ray met, rows from the top.
+    /// The query of each pixel's last ray, rows from the top.
     ///
     /// # Errors
     /// [`GpuError::Refused`], [`GpuError::Lost`].
@@ -118,7 +119,7 @@ impl Target {
         Ok(contents.chunks_exact(size_of::<Query>()).map(bytemuck::pod_read_unaligned).collect())
     }
 
-    /// As [`Target::read_queries_async`] for one pixel, columns from the left.
+    /// The query of one pixel's last ray, columns from the left and rows from the top.
     ///
     /// # Errors
     /// [`GpuError::Refused`], also for a pixel outside the picture, [`GpuError::Lost`].
@@ -133,6 +134,7 @@ impl Target {
     }
 }
 
+/// Number of pixels.
 fn pixels(width: u32, height: u32) -> u64 {
     u64::from(width) * u64::from(height)
 }

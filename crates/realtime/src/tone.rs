@@ -1,13 +1,13 @@
 use super::program;
 
-/// Turns pictures of linear radiance into what a screen shows, on the GPU.
+/// Tone-maps and encodes pictures of linear radiance for a screen, on the GPU.
 pub struct TonePass {
     pipeline: wgpu::RenderPipeline,
     uniform: wgpu::Buffer,
 }
 
 impl TonePass {
-    /// Compiles the pass for textures of a format that is not decoded again when it is read: the pass encodes.
+    /// Compiles the pass for textures of this format. The pass encodes sRGB itself, so the format has no sRGB suffix.
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some("tone"),
@@ -36,7 +36,7 @@ impl TonePass {
         });
         let uniform = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("tone"),
-            // The least that a uniform may have is 16 bytes on some adapters.
+            // Some adapters require at least 16 bytes.
             size: 16,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
@@ -44,7 +44,8 @@ impl TonePass {
         Self { pipeline, uniform }
     }
 
-    /// Fills a texture with a picture ([`super::Target::picture`]) whose rows have so many pixels, brightened by so many stops.
+    /// Fills the texture `shown` with a picture ([`super::Target::picture`]) of `width` pixels a row, brightened by
+    /// `stops`.
     pub fn draw(
         &self,
         device: &wgpu::Device,

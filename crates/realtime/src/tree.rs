@@ -5,7 +5,7 @@ use bvh::bounding_hierarchy::{BHShape, BoundingHierarchy};
 use bvh::bvh::Bvh;
 use nalgebra::Point3;
 
-/// A triangle as the tree's builder sees it.
+/// A triangle for the builder of the tree.
 struct Shape {
     bounds: Aabb<f32, 3>,
     node: usize,
@@ -27,7 +27,7 @@ impl BHShape<f32, 3> for Shape {
     }
 }
 
-/// A tree of boxes over the triangles, in the order in which `trace.wgsl` walks it.
+/// A tree of boxes over the triangles, as a list in depth-first order, which `trace.wgsl` walks.
 pub(super) fn tree(mesh: &Mesh) -> Vec<Node> {
     let mut shapes: Vec<Shape> = mesh
         .triangles
@@ -51,12 +51,12 @@ mod tests {
     use crate::snake::{SnakeMesh, SnakeOptions};
 
     #[test]
-    fn every_triangle_is_a_leaf_once_and_lies_in_the_boxes_above_it() {
+    fn every_triangle_is_one_leaf_inside_its_boxes() {
         let options = SnakeOptions { half_cells: 1, ..Default::default() };
         let mesh = Mesh::from(&SnakeMesh::build(&options).unwrap());
         let nodes = tree(&mesh);
         let mut seen = vec![0; mesh.triangles.len()];
-        // Boxes that are open, with where each ends.
+        // Boxes around the present node, with the ends of their subtrees.
         let mut open: Vec<(&Node, usize)> = Vec::new();
         for (at, node) in nodes.iter().enumerate() {
             open.retain(|&(_, end)| at < end);

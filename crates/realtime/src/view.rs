@@ -4,19 +4,19 @@ use glam::DVec3;
 use std::str::FromStr;
 use sunbeam::scattering::ComplexIndex;
 
-/// Linear reflectance of the ground, as in the Mitsuba scene.
+/// Linear reflectance of the ground, that of the Mitsuba scene.
 pub const SOIL: [f32; 3] = [0.020, 0.0155, 0.012];
-/// Refractive index of keratin, which scales are made of.
+/// Refractive index of keratin, the material of scales.
 pub const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
-/// What the pigment's reflectance is multiplied by, as in the Mitsuba scene.
+/// Factor on the pigment's reflectance, that of the Mitsuba scene.
 pub const PIGMENT_SCALE: f32 = 0.35;
 
 /// A pinhole camera; z is up. The defaults are those of the Mitsuba scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where it is.
+    /// Position in cm.
     pub origin: [f64; 3],
-    /// What is in the middle of the picture.
+    /// Point in the middle of the picture, in cm.
     pub target: [f64; 3],
     /// Horizontal field of view in degrees, in (0, 180).
     pub fov_deg: f64,
@@ -28,8 +28,8 @@ impl Default for Camera {
     }
 }
 
-/// A sun at infinity, of D65 and such that a white diffuse plane that faces it has radiance 1 (irradiance π). There is
-/// no sky: what the sun does not reach is black.
+/// A sun at infinity with the spectrum D65. A white diffuse plane that faces it has the radiance 1 (irradiance π).
+/// There is no sky: surfaces without sun are black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
     /// Unit vector to the sun.
@@ -37,14 +37,17 @@ pub struct Light {
 }
 
 impl Default for Light {
-    /// That of the Mitsuba scene: azimuth −150°, elevation 40°.
+    /// The sun of the Mitsuba scene: azimuth −150°, elevation 40°.
     fn default() -> Self {
         Self { to_sun: toward(-150.0, 40.0) }
     }
 }
 
 impl Light {
-    /// Azimuth in degrees, counter-clockwise seen from above, from +x; elevation above the ground in degrees.
+    /// Lowest elevation of the sun in the interfaces, in degrees: at 0 no surface is lit.
+    pub const ELEVATION_MIN_DEG: f64 = 0.5;
+
+    /// The sun at an azimuth in degrees, counter-clockwise from +x seen from above, and an elevation in degrees.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] unless the azimuth is finite and the elevation in (0, 90].
@@ -58,7 +61,7 @@ impl Light {
         Ok(Self { to_sun: toward(azimuth_deg, elevation_deg) })
     }
 
-    /// From the direction to the sun, of any length.
+    /// The sun in this direction, a vector of any length.
     ///
     /// # Errors
     /// [`GpuError::Parameter`] unless it is finite and not zero.
@@ -75,24 +78,25 @@ impl Light {
     }
 }
 
+/// Unit vector at an azimuth and an elevation in degrees.
 fn toward(azimuth_deg: f64, elevation_deg: f64) -> [f64; 3] {
     let ((sin_a, cos_a), (sin_e, cos_e)) = (azimuth_deg.to_radians().sin_cos(), elevation_deg.to_radians().sin_cos());
     [cos_a * cos_e, sin_a * cos_e, sin_e]
 }
 
-/// How the pigment below the relief shows.
+/// Blending of the relief's colour with the pigment below.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Blend {
-    /// Diffuse, weighted by what the relief does not reflect on the way in and out: `(1 − R(θi))·(1 − R(θo))/π`, with
-    /// the Fresnel reflectance of the macroscopic surface.
+    /// Diffuse pigment, weighted by the light that passes the surface on the way in and out: `(1 − R(θi))·(1 −
+    /// R(θo))/π`, with the Fresnel reflectance R of the macroscopic surface.
     #[default]
     Physical,
-    /// Single 2014's texture blending: this share of the diffraction colour, in [0, 1], and the rest of the pigment.
+    /// Single 2014's texture blending: a fixed mix of diffraction colour and pigment.
     FixedMix {
-        /// The share of the diffraction colour.
+        /// Fraction of the diffraction colour, in [0, 1].
         share: f32,
     },
-    /// Not at all.
+    /// No pigment.
     None,
 }
 
@@ -103,7 +107,7 @@ impl FromStr for Blend {
     fn from_str(name: &str) -> Result<Self, GpuError> {
         match name {
             "physical" => Ok(Self::Physical),
-            // `sources` is what it was called at first.
+            // `sources` is an older name.
             "mix" | "sources" => Ok(Self::FixedMix { share: 0.5 }),
             "none" => Ok(Self::None),
             _ => refuse("blend", &name, "\"physical\", \"mix\" or \"none\""),
@@ -111,20 +115,20 @@ impl FromStr for Blend {
     }
 }
 
-/// What may change from picture to picture without anything being rebuilt.
+/// Camera, light and blending of a picture. A change of them rebuilds nothing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// From where it is seen.
+    /// The camera.
     pub camera: Camera,
     /// The sun.
     pub light: Light,
-    /// How the pigment shows.
+    /// Blending with the pigment.
     pub blend: Blend,
-    /// Whether there is a ground, a plane of [`SOIL`] at z = 0.
+    /// Whether there is a ground: a plane of [`SOIL`] at z = 0.
     pub ground: bool,
-    /// Turns the grating against the tangent, in degrees.
+    /// Rotation of the grating against the tangent, in degrees.
     pub rotation_deg: f64,
-    /// Rays along each side of a pixel, 1 to 64, in the middles of equal squares; their mean is the pixel.
+    /// Rays along each side of a pixel, 1 to 64, through the centres of equal squares. The pixel is their mean.
     pub supersample: u32,
 }
 
@@ -147,7 +151,7 @@ impl View {
         self.supersample * self.supersample
     }
 
-    /// Refuses what shows nothing, or is out of range.
+    /// Refuses a camera without a picture, and numbers out of range.
     ///
     /// # Errors
     /// [`GpuError::Parameter`].
@@ -155,9 +159,10 @@ impl View {
         self.uniform((1, 1), 0).map(|_| ())
     }
 
-    /// What the shaders need for one of the samples of a picture.
+    /// The uniform struct of one sample of a picture.
     ///
-    /// The frame is that of Mitsuba's `look_at` and `perspective`: rows from the top, the field of view along a row.
+    /// Its vectors are those of Mitsuba's `look_at` and `perspective`: rows from the top, the field of view along a
+    /// row.
     pub(super) fn uniform(&self, (width, height): (u32, u32), sample: u32) -> Result<FrameUniform, GpuError> {
         let Camera { origin, target, fov_deg } = self.camera;
         if !(fov_deg > 0.0 && fov_deg < 180.0) {
@@ -179,17 +184,17 @@ impl View {
             let found = format!("{target:?} seen from {origin:?}");
             return refuse("camera-target", &found, "a place neither at the camera, nor straight above or below it");
         };
-        let across = right * (0.5 * fov_deg).to_radians().tan();
-        let down = forward.cross(right) * (across.length() * f64::from(height) / f64::from(width));
-        let place = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
+        let half_row = right * (0.5 * fov_deg).to_radians().tan();
+        let down = forward.cross(right) * (half_row.length() * f64::from(height) / f64::from(width));
+        let subpixel = |i: u32| (i as f32 + 0.5) / self.supersample as f32;
         let (sin, cos) = self.rotation_deg.to_radians().sin_cos();
         Ok(FrameUniform {
             origin: DVec3::from(origin).as_vec3().to_array(),
             width,
             forward: forward.as_vec3().to_array(),
             height,
-            across: across.as_vec3().to_array(),
-            share,
+            right: half_row.as_vec3().to_array(),
+            mix: share,
             down: down.as_vec3().to_array(),
             pigment_scale: PIGMENT_SCALE,
             to_sun: DVec3::from(self.light.to_sun).as_vec3().to_array(),
@@ -198,7 +203,7 @@ impl View {
                 Blend::FixedMix { .. } => 1,
                 Blend::None => 2,
             },
-            place: [place(sample % self.supersample), place(sample / self.supersample)],
+            subpixel: [subpixel(sample % self.supersample), subpixel(sample / self.supersample)],
             rotation: [cos as f32, sin as f32],
             soil: SOIL,
             weight: 1.0 / self.samples() as f32,

@@ -12,6 +12,18 @@ pub type Jones = [[Complex64; 2]; 2];
 ///
 /// Amplitudes are multiplied by √(βm/βn), so that |·|² is a fraction of the incident power. They are reciprocal: the
 /// matrix for (m, n) at b is the transpose of the matrix for (−n, −m) at −b.
+///
+/// ```
+/// use sunbeam_rigorous::{Discretisation, Medium, Profile, Resolution};
+///
+/// let profile = Profile::sinusoid(1.1, 0.1)?;
+/// let mesh = Discretisation::new(&profile, Resolution { nodes: 64, oversampling: 1 })?;
+/// let amplitudes = mesh.air(1.5, 0.2)?.solve(&Medium::Perfect, 550.0)?;
+/// // A perfect conductor reflects all light of order 0 into the propagating orders.
+/// let reflected: f64 = amplitudes.orders().iter().map(|&order| amplitudes.efficiency(order, 0)).sum();
+/// assert!((reflected - 1.0).abs() < 1e-3);
+/// # Ok::<(), sunbeam_rigorous::Error>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amplitudes {
     orders: Vec<i32>,

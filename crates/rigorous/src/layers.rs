@@ -36,16 +36,16 @@ pub(crate) struct Layers {
     pub(crate) double: Matrix,
 }
 
-/// Images of a source that are summed one by one.
+/// Summation of the images of a source.
 pub(crate) enum Images {
-    /// This number on either side of the nearest; the field of others has decayed.
+    /// One by one, up to this number on either side of the nearest image; the field of others has decayed.
     Near(i32),
-    /// None: the lattice sum holds all images.
+    /// All images but the nearest, by the lattice sum.
     All,
 }
 
 impl Images {
-    /// The images needed at an imaginary part of the wave number (`decay`, 1/µm) and a period (µm).
+    /// The summation needed at an imaginary part of the wave number (`decay`, 1/µm) and a period (µm).
     pub(crate) fn needed(decay: f64, period: f64) -> Self {
         let count = (DECAYED / (decay * period) - 0.5).ceil();
         if count <= IMAGES_MAX { Self::Near(count.max(1.0) as i32) } else { Self::All }
@@ -89,10 +89,10 @@ pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch
 
 /// Distances in µm between which the window falls from 1 to 0.
 fn window_range(decay: f64, period: f64) -> [f64; 2] {
-    [0, 1].map(|i| (WINDOW_DECAYED[i] / decay).min([WINDOW[0], WINDOW[1]][i] * period))
+    [0, 1].map(|i| (WINDOW_DECAYED[i] / decay).min(WINDOW[i] * period))
 }
 
-/// Everything that the rows of S and K are made of.
+/// Quantities from which the rows of S and K are computed.
 struct Assembly<'a> {
     nodes: &'a Nodes,
     wave_number: Complex64,

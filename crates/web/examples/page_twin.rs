@@ -1,4 +1,4 @@
-//! Draws natively what the page draws: for tests, and for the pictures of its examples.
+//! Draws the page's pictures natively: for tests, and for the pictures of the examples.
 //!
 //!     page_twin settings.json --size 384x256 -o picture.npy [--file scan.gsf] [--png picture.png] [--map 64]
 //!     page_twin --examples crates/web/examples.json --scans FOLDER -o target/web/examples
@@ -17,10 +17,10 @@ use sunbeam::table::Progress;
 use sunbeam_realtime::{AdapterChoice, Gpu, Renderer, Scene, SceneData, Shader, Target};
 use sunbeam_web::{MethodData, Relief, Settings, direction, image};
 
-/// Size of the examples' pictures in pixels, and rays along each side of one.
+/// Size of the examples' pictures in pixels, and rays along each side of a pixel.
 const THUMBNAIL: ((u32, u32), u32) = ((288, 192), 3);
 
-/// Draws natively what the page draws.
+/// Draws the page's pictures natively.
 #[derive(Parser)]
 struct Args {
     /// The page's settings (.json)
@@ -35,19 +35,19 @@ struct Args {
     /// The dropped file
     #[arg(long)]
     file: Option<PathBuf>,
-    /// The BRDF map of the settings' light with so many pixels along a side, instead of a picture
+    /// Draw the BRDF map of the settings' light, with this side in pixels, instead of a picture
     #[arg(long)]
     map: Option<usize>,
-    /// The picture for the screen
+    /// Also write the tone-mapped picture (.png)
     #[arg(long)]
     png: Option<PathBuf>,
     /// Linear sRGB, float32 (height, width, 3) (.npy); with --examples a folder
     #[arg(short, long)]
     output: PathBuf,
-    /// A list of examples, to be written with their pictures
+    /// Write the examples of this list with their pictures
     #[arg(long, conflicts_with = "settings")]
     examples: Option<PathBuf>,
-    /// Where the examples' scans are; those that are not there are left out
+    /// Folder of the examples' scans; examples whose scans are missing are left out
     #[arg(long, requires = "examples")]
     scans: Option<PathBuf>,
     /// Write the source of every WGSL program by name instead of a picture (.json)
@@ -61,7 +61,7 @@ fn size(text: &str) -> Result<(u32, u32), String> {
 }
 
 fn main() -> ExitCode {
-    // SAFETY: this is the first thing the process does, so there is no other thread that could read variables.
+    // SAFETY: no other thread exists yet.
     unsafe { sunbeam_realtime::give_drivers_a_runtime_folder() };
     match run(&Args::parse()) {
         Ok(()) => ExitCode::SUCCESS,
@@ -98,7 +98,7 @@ fn run(args: &Args) -> Result<(), Box<dyn Error>> {
     Ok(ndarray_npy::write_npy(&args.output, &array)?)
 }
 
-/// All that is drawn with.
+/// The GPU and the method that pictures are drawn with.
 struct Drawing<'a> {
     gpu: &'a Gpu,
     settings: &'a Settings,
@@ -108,7 +108,7 @@ struct Drawing<'a> {
 impl<'a> Drawing<'a> {
     fn new(gpu: &'a Gpu, settings: &'a Settings, file: Option<&[u8]>) -> Result<Self, Box<dyn Error>> {
         let relief = Relief::new(settings, file)?;
-        // Through the bytes that the page's workers hand to each other.
+        // By the bytes that the page's workers exchange.
         let data = MethodData::from_bytes(relief.method_data(settings, &Progress::none())?)?;
         let shader = Shader::of(gpu, &data.shader(), data.answers(), &settings.optics())?;
         Ok(Self { gpu, settings, shader })
@@ -131,7 +131,7 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// Writes index.json, the scans and the pictures. Without an adapter there are no pictures, which is said.
+/// Writes index.json, the scans and the pictures. Without an adapter there are no pictures, and a line says so.
 fn examples(gpu: Option<&Gpu>, list: &Path, scans: Option<&Path>, folder: &Path) -> Result<(), Box<dyn Error>> {
     let list: Vec<Value> = serde_json::from_str(&std::fs::read_to_string(list)?)?;
     std::fs::create_dir_all(folder)?;

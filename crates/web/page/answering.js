@@ -3,8 +3,10 @@
 import init from "./wasm/sunbeam_web.js";
 
 /**
- * Answers each message {id, type, …fields} by the handler of its type, which gets the fields and a function that reports
- * progress: {id, type: "progress", fraction}, then {id, type: "done", value} or {id, type: "error", message, kind, parameter}.
+ * Answers each message {id, type, …fields} by the handler of its type.
+ *
+ * The handler gets the fields and a function that reports progress, as {id, type: "progress", fraction}. The answer is
+ * {id, type: "done", value} or {id, type: "error", message, kind, parameter}.
  */
 export function answer(handlers) {
   let ready = null;

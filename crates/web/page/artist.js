@@ -1,14 +1,14 @@
 // The Web Worker that has the canvas and the graphics device.
 //
-// `artist` draws pictures that become finer step by step (crates/web/README.md, "The artist"). Its calls must not overlap,
-// so each goes through `inTurn`.
+// `artist` draws pictures that become finer step by step (crates/web/README.md, "The artist"). Its calls must not
+// overlap, so each goes through `inTurn`.
 
 import * as sunbeam from "./wasm/sunbeam_web.js";
 import { answer } from "./answering.js";
 
 /**
- * Rest in ms after the last change of the view before the finest picture is begun: that picture is a single piece of work
- * for the device, and a visitor who moves on would have to wait for it.
+ * Rest in ms after the last change of the view before the finest picture is begun. That picture is a single piece of
+ * work for the device, and a visitor who moves on would have to wait for it.
  */
 const REST_MS = 100;
 

@@ -60,7 +60,9 @@ export function listenToControls() {
     });
   });
   byId("blend").addEventListener("change", () => change((settings) => (settings.pigment = byId("blend").value)));
-  byId("exposure").addEventListener("input", () => change((settings) => (settings.exposure = byId("exposure").valueAsNumber)));
+  byId("exposure").addEventListener("input", () =>
+    change((settings) => (settings.exposure = byId("exposure").valueAsNumber)),
+  );
   for (const [id, key] of [["azimuth", "azimuth_deg"], ["elevation", "elevation_deg"]]) {
     byId(id).addEventListener("input", () => change(({ sun }) => (sun[key] = byId(id).valueAsNumber)));
   }

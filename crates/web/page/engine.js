@@ -147,7 +147,8 @@ export class Engine {
 
   /** The BRDF map on the processor. */
   mapOnProcessor(settings, theta_deg, phi_deg, side, progress) {
-    return this.#ask(this.#maker, "map", { settings: JSON.stringify(settings), theta_deg, phi_deg, side }, { progress });
+    const question = { settings: JSON.stringify(settings), theta_deg, phi_deg, side };
+    return this.#ask(this.#maker, "map", question, { progress });
   }
 
   /** Makes mesh, tree and pigment; a draft of them takes a fifth of the time. */

@@ -11,9 +11,10 @@ const WHEEL_ZOOM = 1e-3;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 
 /**
- * Listens to gestures on a canvas. `actions` has turn(right, down), sun(right, down) and pan(right, down) in pixels;
- * zoom(factor) of the distance; reset(); hover(x, y) with coordinates in [0, 1); leave(); and dragsSun(), whether a plain
- * drag turns the sun.
+ * Listens to gestures on a canvas.
+ *
+ * `actions` has turn(right, down), sun(right, down) and pan(right, down) in pixels, and zoom(factor) of the distance.
+ * It has reset(), hover(x, y) with coordinates in [0, 1), leave(), and dragsSun(): whether a plain drag turns the sun.
  */
 export function listenToGestures(canvas, actions) {
   const fingers = new Map();

@@ -35,7 +35,8 @@ async function open(hash) {
   const { filename } = complete.surface;
   if (filename === undefined) {
     page.source = null;
-    page.example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === complete.surface.preset)?.name;
+    const { preset } = complete.surface;
+    page.example = page.examples.find(({ file, settings }) => !file && settings.surface.preset === preset)?.name;
   } else if (page.source?.name !== filename || (sha256 && page.source.sha256 !== sha256)) {
     const example = page.examples.find(({ file, sha256: sum }) => file === filename && (!sha256 || sum === sha256));
     page.example = example?.name ?? null;

@@ -1,8 +1,8 @@
 // Makes the data that the settings need and that are not there; goes back to the last good state where that fails.
 //
-// Two kinds of data are made side by side: the surface (relief, then the method's data) and the scene (mesh and pigment).
-// A change of one leaves the other at work. Each start of a kind raises its turn, so that a task which resumes after an
-// await can tell whether it is stale.
+// Two kinds of data are made side by side: the surface (relief, then the method's data) and the scene (mesh and
+// pigment). A change of one leaves the other at work. Each start of a kind raises its turn, so that a task which
+// resumes after an await can tell whether it is stale.
 
 import { updateAddress } from "./address.js";
 import { showControls } from "./panel.js";
@@ -113,7 +113,8 @@ function failed(error) {
   showProgress(null);
   page.making = false;
   if (error.kind === "scale") return askScale(error);
-  if (error.kind !== "cancelled") showMessage(error.kind === "internal" ? `The computation broke off: ${error.message}` : error.message);
+  const prefix = error.kind === "internal" ? "The computation broke off: " : "";
+  if (error.kind !== "cancelled") showMessage(prefix + error.message);
   goBack();
 }
 
@@ -139,8 +140,8 @@ export function goBack() {
   byId("scale").hidden = true;
   showControls();
   updateAddress();
-  // The artist may already have the new method or scene. The old one is then made again, and until it is there, no state
-  // is complete.
+  // The artist may already have the new method or scene. The old one is then made again, and until then no state is
+  // complete.
   if (page.keys.method !== good.keys.method || page.keys.scene !== good.keys.scene) page.good = null;
   makeMissing();
   orderPicture();

@@ -1,5 +1,5 @@
-// The BRDF map: reflectance over all viewing directions for one direction of the light, seen from above (x right, y up), and
-// the directions that belong to its points.
+// The BRDF map: reflectance over all viewing directions for one direction of the light, seen from above (x right, y
+// up); and the directions that belong to its points.
 
 import { svg } from "./svg.js";
 

@@ -33,9 +33,10 @@ export function showControls() {
   byId("tiling").value = published ? "periodic" : (surface.tiling ?? (isFile() ? "aperiodic" : "periodic"));
   byId("tiling").disabled = published;
   byId("method").value = settings.method;
-  byId("method-note").textContent = page.engine.catalogue.methods.find(({ name }) => name === settings.method)?.title ?? "";
+  const method = page.engine.catalogue.methods.find(({ name }) => name === settings.method);
+  byId("method-note").textContent = method?.title ?? "";
   put("coherence_length", surface.coherence_length);
-  const conserves = page.engine.catalogue.methods.find(({ name }) => name === settings.method)?.conserves_energy;
+  const conserves = method?.conserves_energy;
   byId("conserve_energy").disabled = !conserves;
   byId("conserve_energy").checked = Boolean(conserves && surface.conserve_energy);
   put("eta", surface.eta ?? KERATIN_ETA);
@@ -84,7 +85,8 @@ export function fillLists() {
   none.hidden = true;
   byId("preset").replaceChildren(none, ...presets.map(({ name, title }) => option(name, title)));
   const index = ({ name, eta, k = 0 }) => option(name, `${name}, ${eta}${k ? ` + ${k}i` : ""}`, { eta, k });
-  byId("material").replaceChildren(...DIELECTRICS.map(index), ...conductors.map(index), option("other", "another index"));
+  const other = option("other", "another index");
+  byId("material").replaceChildren(...DIELECTRICS.map(index), ...conductors.map(index), other);
   byId("file").accept = extensions.join(",");
   byId("about").textContent = `sunbeam ${version}`;
 }

@@ -12,7 +12,10 @@ import { byId, page, THETA_MAX_DEG } from "./state.js";
 import { orderPicture } from "./view.js";
 import { rounded, showMessage, showStatus } from "./words.js";
 
-/** Time in ms that a draft stays before the status line tells of it: laying out the text takes a tenth of a draft's time. */
+/**
+ * Time in ms that a draft stays before the status line tells of it: laying out the text takes a tenth of the time of a
+ * draft.
+ */
 const STATUS_DELAY_MS = 100;
 /** Time in ms after a loss of the device within which a second loss is left to the visitor. */
 const LOSS_MS = 10000;

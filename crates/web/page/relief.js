@@ -3,7 +3,10 @@
 import { byId } from "./state.js";
 
 /** A length in µm as text with three significant digits, as Gwyddion shows scans. */
-const micrometres = (value) => (value < 0.1 ? `${Number((1e3 * value).toPrecision(3))} nm` : `${Number(value.toPrecision(3))} µm`);
+const micrometres = (value) => {
+  const [number, unit] = value < 0.1 ? [1e3 * value, "nm"] : [value, "µm"];
+  return `${Number(number.toPrecision(3))} ${unit}`;
+};
 
 /** Hides the relief until another one is read. */
 export function hideRelief() {

@@ -8,7 +8,7 @@ import { page } from "./state.js";
 import { orderPicture } from "./view.js";
 import { showMessage } from "./words.js";
 
-/** Changes a copy of the settings by a function and takes it; where the library refuses it, its line is shown instead. */
+/** Changes a copy of the settings by a function and takes it. Where the library refuses it, its line is shown. */
 export function change(edit) {
   const next = structuredClone(page.settings);
   edit(next);

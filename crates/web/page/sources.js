@@ -5,9 +5,6 @@ import { change, settingsChanged } from "./settings.js";
 import { byId, page } from "./state.js";
 import { showMessage, showProgress } from "./words.js";
 
-/** Largest file in bytes: it has to fit into the memory of a tab twice. A scan of 4096² in double precision has 134e6. */
-const FILE_BYTES_MAX = 512e6;
-
 /** The surface without the fields that belong to its source of heights. */
 const withoutSource = (surface) =>
   Object.fromEntries(Object.entries(surface).filter(([key]) => !page.engine.catalogue.source_fields.includes(key)));
@@ -23,8 +20,10 @@ export function choosePreset(preset) {
 /** Takes a file of the visitor; a link that waits for a file gets it. */
 export async function chooseFile(file) {
   showMessage(null);
-  if (file.size > FILE_BYTES_MAX) {
-    showMessage(`${file.name} has ${Math.round(file.size / 1e6)} MB, and the page reads files of up to ${FILE_BYTES_MAX / 1e6} MB.`);
+  const { file_bytes_max } = page.engine.catalogue;
+  if (file.size > file_bytes_max) {
+    const [size, most] = [file.size, file_bytes_max].map((bytes) => Math.round(bytes / 1e6));
+    showMessage(`${file.name} has ${size} MB, and the page reads files of up to ${most} MB.`);
     return;
   }
   let sha256;

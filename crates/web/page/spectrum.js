@@ -36,7 +36,8 @@ export class Spectrum {
     }
     const defs = svg("defs");
     defs.append(hues);
-    element.append(defs, this.#area, svg("path", { class: "axis", d: `M${LEFT} ${TOP}V${BOTTOM}H${RIGHT}` }), this.#curve);
+    const axes = svg("path", { class: "axis", d: `M${LEFT} ${TOP}V${BOTTOM}H${RIGHT}` });
+    element.append(defs, this.#area, axes, this.#curve);
     for (const nm of [400, 500, 600, 700]) {
       element.append(svg("path", { class: "axis", d: `M${place(nm)} ${BOTTOM}v4` }));
       element.append(svg("text", { x: place(nm), y: BOTTOM + 15, "text-anchor": "middle" }, nm));

@@ -22,7 +22,10 @@ export const page = {
   adapter: undefined,
   /** Promise of the graphics device being opened. */
   opening: null,
-  /** The last state of which everything was made, to go back to: {settings, source, read, keys}, and `at`, the time of its first picture. */
+  /**
+   * The last state of which everything was made, to go back to: {settings, source, read, keys}, and `at`, the time of
+   * its first picture.
+   */
   good: null,
   /** Keys (Engine.keys) of the relief, method and scene that are there or being made. */
   keys: { relief: null, method: null, scene: null },

@@ -16,8 +16,8 @@ export function pictureSize() {
 }
 
 /**
- * Orders a picture of the present settings. It may be called for every event of a drag: browsers send these once a frame,
- * and the artist draws the last order only.
+ * Orders a picture of the present settings. It may be called for every event of a drag: browsers send these once a
+ * frame, and the artist draws the last order only.
  */
 export function orderPicture() {
   if (!page.adapter) return;

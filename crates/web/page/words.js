@@ -15,7 +15,7 @@ export function showMessage(text) {
   byId("message").firstElementChild.textContent = text ?? "";
 }
 
-/** Shows what is being done, with the fraction done where it is known; null hides it. */
+/** Shows the work under way, with its fraction where it is known; null hides the line. */
 export function showProgress(text, fraction) {
   byId("progress").hidden = text === null;
   if (text === null) return;
@@ -28,8 +28,14 @@ export function showProgress(text, fraction) {
 export function showStatus() {
   const { drawn, made, adapter, settings } = page;
   const parts = [settings.method];
-  if (made) parts.push(`${(made.bytes / 1e6).toFixed(made.bytes < 1e6 ? 2 : 1)} MB made in ${made.seconds.toFixed(1)} s`);
-  if (drawn) parts.push(`${drawn.width} × ${drawn.height} in ${Math.round(drawn.ms)} ms${drawn.finest ? "" : " (draft)"}`);
+  if (made) {
+    const megabytes = (made.bytes / 1e6).toFixed(made.bytes < 1e6 ? 2 : 1);
+    parts.push(`${megabytes} MB made in ${made.seconds.toFixed(1)} s`);
+  }
+  if (drawn) {
+    const draft = drawn.finest ? "" : " (draft)";
+    parts.push(`${drawn.width} × ${drawn.height} in ${Math.round(drawn.ms)} ms${draft}`);
+  }
   parts.push(adapter ? adapter.name || adapter.backend : "no WebGPU");
   byId("status").textContent = parts.join(" · ");
 }

@@ -1,12 +1,13 @@
-//! What can be chosen, for the page's lists.
+//! The choices of the page's lists.
 
+use crate::relief::FILE_BYTES_MAX;
 use serde_json::{Value, json};
 use sunbeam::config::ReliefSource;
 use sunbeam::height_field::{Preset, READABLE};
 use sunbeam::methods::MethodKind;
 
-/// Metals with their refractive index at 550 nm (Rakić 1998 for aluminium and chromium, Johnson and Christy 1972 for the
-/// others). The renderer has one index for all wavelengths, so that gold is as grey as silver.
+/// Metals with their refractive index `eta + i k` at 550 nm (Rakić 1998 for aluminium and chromium, Johnson and Christy
+/// 1972 for the others). The renderer has one index for all wavelengths, so gold is as grey as silver.
 const CONDUCTORS: [(&str, f64, f64); 5] = [
     ("aluminium", 0.96, 6.69),
     ("chromium", 3.18, 3.33),
@@ -15,7 +16,8 @@ const CONDUCTORS: [(&str, f64, f64); 5] = [
     ("silver", 0.06, 3.59),
 ];
 
-/// Presets, methods, metals, extensions of readable files, and the fields of `surface` that belong to one relief, as JSON.
+/// Presets, methods, metals, extensions of readable files, and the fields of `surface` that belong to one relief, as
+/// JSON.
 pub fn catalogue() -> Value {
     let preset = |preset: Preset| {
         let mut entry = json!({ "name": preset.name(), "title": preset_title(preset) });
@@ -24,7 +26,10 @@ pub fn catalogue() -> Value {
         }
         entry
     };
-    let method = |kind: MethodKind| json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": !kind.is_patch_only() });
+    let method = |kind: MethodKind| {
+        let conserves_energy = !kind.is_patch_only();
+        json!({ "name": kind.name(), "title": method_title(kind), "conserves_energy": conserves_energy })
+    };
     let conductor = |(name, eta, k): (&str, f64, f64)| json!({ "name": name, "eta": eta, "k": k });
     json!({
         "presets": Preset::ALL.map(preset),
@@ -32,15 +37,17 @@ pub fn catalogue() -> Value {
         "conductors": CONDUCTORS.map(conductor),
         "extensions": extensions(),
         "source_fields": ReliefSource::NAMES,
+        "file_bytes_max": FILE_BYTES_MAX,
         "version": env!("CARGO_PKG_VERSION"),
     })
 }
 
-/// With a dot each. Those of Nanoscope that are numbers are named by the first.
+/// Extensions of readable files, each with a dot. `.001` stands for all of Nanoscope's numbers.
 fn extensions() -> Vec<&'static str> {
     READABLE.split(", ").filter_map(|extension| extension.split(' ').next()).collect()
 }
 
+/// The name of a preset for readers.
 const fn preset_title(preset: Preset) -> &'static str {
     match preset {
         Preset::Flat => "Mirror",
@@ -53,6 +60,7 @@ const fn preset_title(preset: Preset) -> &'static str {
     }
 }
 
+/// The name of a method for readers.
 const fn method_title(kind: MethodKind) -> &'static str {
     match kind {
         MethodKind::Flss => "FLSS, equal steps of the wavelength",
@@ -69,7 +77,7 @@ mod tests {
     use crate::Settings;
 
     #[test]
-    fn all_that_is_listed_can_be_chosen() {
+    fn every_listed_choice_is_accepted() {
         let catalogue = catalogue();
         let names = |list: &str| -> Vec<String> {
             catalogue[list].as_array().unwrap().iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect()

@@ -6,42 +6,42 @@ use sunbeam::table::TableError;
 use sunbeam_realtime::GpuError;
 use sunbeam_realtime::snake::SnakeError;
 
-/// Why something was not done. Each message is one plain line.
+/// Reason why a call failed. Each message is one plain line.
 #[derive(Debug, thiserror::Error)]
 pub enum WebError {
     /// A setting is unknown, out of range or contradicts another.
     #[error("{0}")]
     Settings(String),
-    /// A file is not read.
+    /// A file cannot be read.
     #[error("{0}")]
     File(String),
     /// A file has no scale of its own.
     #[error("{line}")]
     Scale {
-        /// What to tell.
+        /// The message.
         line: String,
-        /// The parameter that gives it.
+        /// The parameter that supplies the scale.
         parameter: &'static str,
     },
-    /// Too much memory or time would be taken.
+    /// The work would take too much memory or time.
     #[error("{0}")]
     Limit(String),
-    /// There is no GPU that a page may use.
+    /// The browser gives the page no GPU.
     #[error("{0}")]
     NoWebGpu(String),
-    /// The device is gone.
+    /// The GPU's device is lost.
     #[error("{0}")]
     Lost(String),
     /// The device refused the work.
     #[error("{0}")]
     Gpu(String),
-    /// Bytes or calls that do not fit what the library gave: a fault of the page.
+    /// A fault of the page: bytes or calls in the wrong order.
     #[error("{0}")]
     Internal(String),
 }
 
 impl WebError {
-    /// What kind it is, for the page.
+    /// The kind of the error, for the page.
     pub const fn kind(&self) -> &'static str {
         match self {
             Self::Settings(_) => "settings",
@@ -55,7 +55,7 @@ impl WebError {
         }
     }
 
-    /// The parameter to ask for, of [`WebError::Scale`].
+    /// The missing parameter of [`WebError::Scale`].
     pub const fn parameter(&self) -> Option<&'static str> {
         match self {
             Self::Scale { parameter, .. } => Some(*parameter),

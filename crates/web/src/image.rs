@@ -11,20 +11,21 @@ use sunbeam::scattering::map_direction;
 pub struct ReliefPicture {
     /// Width and height in pixels.
     pub size: (usize, usize),
-    /// µm for each pixel.
+    /// Size of a pixel in µm.
     pub um_per_pixel: f64,
     /// A round length in µm for the scale bar, a sixth to a third of the width.
     pub bar_um: f64,
-    /// Four bytes for each pixel, rows from the top.
+    /// RGBA bytes, rows from the top.
     pub rgba: Vec<u8>,
 }
 
-/// The relief in its true proportions, black the lowest height, +y up, with at most `side_max` pixels along a side.
+/// A picture of the relief in true proportions, at most `side_max` pixels along a side. The lowest height is black, the
+/// highest white; +y is up.
 pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     let (lx, ly) = field.extent_um();
     let (nx, ny) = field.size();
     let long_um = lx.max(ly);
-    // Never finer than a quarter of a pixel of the relief.
+    // At most four pixels of the picture per pixel of the relief.
     let side = side_max.max(1).min(4 * nx.max(ny));
     let um_per_pixel = long_um / side as f64;
     let pixels = |length_um: f64| ((length_um / um_per_pixel).round() as usize).clamp(1, side);
@@ -43,13 +44,14 @@ pub fn relief_picture(field: &HeightField, side_max: usize) -> ReliefPicture {
     ReliefPicture { size, um_per_pixel, bar_um: round_length(lx / 3.0), rgba }
 }
 
-/// The largest of 1, 2 or 5 times a power of ten that is at most `most`, which is positive.
+/// The largest number of the form 1, 2 or 5 times a power of ten up to `most` > 0.
 fn round_length(most: f64) -> f64 {
     let decade = 10f64.powf(most.log10().floor());
     [5.0, 2.0, 1.0].into_iter().map(|digit| digit * decade).find(|length| *length <= most).unwrap_or(decade)
 }
 
-/// A map of `side` × `side` pixels for a canvas, transparent outside the disc; without `exposure`, a factor, 1 % of it clips.
+/// A map of `side`² pixels as RGBA bytes, transparent outside the disc. `exposure` is a factor; without it 1 % of the
+/// map clips.
 ///
 /// # Errors
 /// [`WebError::Internal`] for another number of pixels.
@@ -65,7 +67,7 @@ pub fn map_picture(rgb: &[[f32; 3]], side: usize, exposure: Option<f64>) -> Resu
     Ok(rgb.iter().enumerate().flat_map(pixel).collect())
 }
 
-/// A map as `sunbeam brdf-map` writes it: linear sRGB, 32-bit floats (OpenEXR).
+/// A map as the OpenEXR file of `sunbeam brdf-map`: linear sRGB in 32-bit floats.
 ///
 /// # Errors
 /// [`WebError::Internal`] for another number of pixels than `side²`.
@@ -80,7 +82,7 @@ pub fn map_exr(rgb: &[[f32; 3]], side: usize) -> Result<Vec<u8>, WebError> {
     Ok(file.into_inner())
 }
 
-/// A picture as `sunbeam render --png` writes it: brightened by so many stops, highlights compressed, sRGB.
+/// A picture as the PNG of `sunbeam render --png`: brightened by `stops`, tone-mapped, sRGB.
 ///
 /// # Errors
 /// [`WebError::Internal`] for another number of pixels than the size says.
@@ -98,11 +100,12 @@ pub fn picture_png(rgb: &[[f32; 3]], (width, height): (u32, u32), stops: f64) ->
     Ok(file)
 }
 
-/// Linear radiance as a screen shows it.
+/// Linear radiance brightened by `stops`, tone-mapped, as sRGB bytes.
 pub fn shown(rgb: [f32; 3], stops: f64) -> [u8; 3] {
     srgb_bytes(tone_map(rgb.map(f64::from), stops))
 }
 
+/// Refuses colours that are no square map.
 fn check_square(rgb: &[[f32; 3]], side: usize) -> Result<(), WebError> {
     if side > 0 && side.checked_mul(side) == Some(rgb.len()) {
         return Ok(());
@@ -117,7 +120,7 @@ mod tests {
     use sunbeam::height_field::Preset;
 
     #[test]
-    fn a_relief_keeps_its_proportions_and_gets_a_round_bar() {
+    fn pictures_of_reliefs_keep_proportions_and_have_round_bars() {
         let field = Preset::Cd.build(None, None).unwrap();
         let picture = relief_picture(&field, 200);
         let (lx, ly) = field.extent_um();
@@ -131,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn a_map_is_read_back_as_it_was_written() {
+    fn a_written_map_is_read_back() {
         let map: Vec<[f32; 3]> = (0..16).map(|i| [i as f32, -0.5, 1e3]).collect();
         let file = map_exr(&map, 4).unwrap();
         let read = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();

@@ -1,11 +1,12 @@
-//! The page that shows a relief's colours in a browser: what it asks of the library, and the settings that say what is seen.
+//! The library behind the page that shows a relief's colours in a browser.
 //!
-//! `README.md` beside this crate is the page's manual. What needs a browser is compiled for `wasm32` alone; everything
-//! else is the same natively, where it is tested, and where `examples/page_twin.rs` draws what the page draws.
+//! `README.md` of this crate documents the interface to the page. Code that needs a browser is compiled for `wasm32`
+//! only. Everything else is tested natively, where `examples/page_twin.rs` draws the page's pictures.
 //!
 //! - [`Settings`] are the page's controls as JSON.
-//! - [`Relief`] reads heights and makes a method's data, a [`Reflectance`] or [`Spectra`] of the processor, or a picture of the heights.
-//! - [`share`] says the same to the command line and to Mitsuba.
+//! - [`Relief`] reads heights. It makes a method's data for the GPU, a [`Reflectance`] or [`Spectra`] for the
+//!   processor, and a picture of the heights.
+//! - [`share`] turns settings into a command and into a scene for Mitsuba.
 
 mod catalogue;
 mod error;

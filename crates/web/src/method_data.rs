@@ -3,15 +3,17 @@ use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use sunbeam::methods::{AnswerKind, Method, MethodShader};
 
-/// A method as the GPU takes it, as bytes that one worker hands to another: the length of a JSON header (little-endian, 32
-/// bits), the header, then the uniform and the storage buffers.
+/// A method for the GPU, as bytes that one worker hands to another.
+///
+/// The bytes are the length of a JSON header (32 bits, little-endian), the header, the uniform and the storage buffers.
 pub struct MethodData {
     bytes: Vec<u8>,
     header: Header,
-    /// Where the header ends.
+    /// Index of the first byte after the header.
     body: usize,
 }
 
+/// A [`MethodShader`] with lengths in bytes in place of its buffers.
 #[derive(Serialize, Deserialize)]
 struct Header {
     name: String,
@@ -25,7 +27,7 @@ impl MethodData {
     /// The bytes of a method.
     ///
     /// # Errors
-    /// [`WebError::Internal`] for what does not become JSON.
+    /// [`WebError::Internal`] for a header that is no JSON.
     pub fn to_bytes(method: &dyn Method) -> Result<Vec<u8>, WebError> {
         let shader = method.shader();
         let header = Header {
@@ -41,7 +43,7 @@ impl MethodData {
         Ok(length.to_le_bytes().into_iter().chain(header).chain(shader.uniform).chain(storage).collect())
     }
 
-    /// What [`MethodData::to_bytes`] gave.
+    /// The method of bytes from [`MethodData::to_bytes`].
     ///
     /// # Errors
     /// [`WebError::Internal`] for other bytes.
@@ -74,7 +76,7 @@ impl MethodData {
         }
     }
 
-    /// As [`Method::answers`].
+    /// The meaning of the answers, [`Method::answers`].
     pub fn answers(&self) -> AnswerKind {
         self.header.answers
     }
@@ -88,7 +90,7 @@ mod tests {
     use sunbeam::table::Progress;
 
     #[test]
-    fn bytes_give_back_the_method_they_are_of() {
+    fn bytes_give_back_their_method() {
         let json = r#"{"surface": {"preset": "sinusoidal", "coherence_length": 20}}"#;
         let mut settings = Settings::from_json(json).unwrap();
         let relief = Relief::new(&settings, None).unwrap();

@@ -13,18 +13,18 @@ pub struct Reflectance {
 }
 
 impl Reflectance {
-    /// A method that was built of these settings.
+    /// Takes a method that was built with these settings.
     pub fn new(method: Box<dyn Method>, settings: &Settings) -> Self {
         Self { method, model: settings.model(), index: settings.index() }
     }
 
-    /// Takes the refractive index of other settings, which no data depend on unless energy is conserved.
+    /// Takes the refractive index of other settings. Data depend on it only where energy is conserved.
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index();
     }
 
-    /// The integral of `f_r` over the visible spectrum, linear sRGB in 1/sr; zero unless both directions, which are unit
-    /// vectors, lie above the surface.
+    /// The integral of `f_r` over the visible spectrum for unit vectors, linear sRGB in 1/sr. It is 0 unless both lie
+    /// above the surface.
     pub fn rgb(&self, wi: Vec3, wo: Vec3) -> [f64; 3] {
         let Some(pair) = Pair::new(wi, wo) else { return [0.0; 3] };
         let factor = match self.method.answers() {
@@ -36,7 +36,8 @@ impl Reflectance {
         self.method.answer_rgb(single(wi), single(wo)).map(|channel| factor * f64::from(channel))
     }
 
-    /// [`Reflectance::rgb`] over the hemisphere as [`map_direction`] lays it out, rows from the top, for light from `wi`.
+    /// [`Reflectance::rgb`] over the hemisphere for light from `wi`, in the layout of [`map_direction`], rows from the
+    /// top.
     pub fn map(&self, wi: Vec3, side: usize, progress: &Progress) -> Vec<[f32; 3]> {
         let rows = progress.of_steps(side);
         let mut map = Vec::with_capacity(side * side);
@@ -51,13 +52,13 @@ impl Reflectance {
     }
 }
 
-/// A direction by its angles in degrees: with the normal, and from +x towards +y.
+/// The unit vector with the polar angle `theta_deg` and the azimuth `phi_deg`, from +x towards +y.
 pub fn direction(theta_deg: f64, phi_deg: f64) -> Vec3 {
     let ((sin, cos), (sin_phi, cos_phi)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
     [sin * cos_phi, sin * sin_phi, cos]
 }
 
-/// A direction as the methods take it.
+/// A direction in single precision, for the methods.
 pub(crate) fn single(direction: Vec3) -> [f32; 3] {
     direction.map(|component| component as f32)
 }

@@ -1,4 +1,4 @@
-//! A relief: read, levelled, described, and made into what the renderer draws with.
+//! A relief: reads, levels and describes it, and makes the data that it is drawn with.
 
 use crate::error::WebError;
 use crate::method_data::MethodData;
@@ -11,16 +11,16 @@ use sunbeam::methods::{self, Method, MethodKind};
 use sunbeam::table::{BuildDemand, Progress, Purpose, Tiling};
 use sunbeam::transform::{Periods, periods};
 
-/// Most bytes of memory that making something may take: a page's memory ends at 4 GB, and phones end it earlier.
+/// Most bytes of memory of a build: a page has 4 GB, and less on phones.
 const LIMIT_BYTES: f64 = 1.5e9;
-/// A page has one thread, and WebAssembly is slower than the code that estimates were measured with.
+/// Factor on estimated times: a page has one thread, and WebAssembly is slower than native code.
 const SLOWER: f64 = 3.0;
 /// Most points of a height field.
 const POINTS_MAX: usize = 4096 * 4096;
-/// Largest file in bytes.
-const FILE_BYTES_MAX: usize = 512 << 20;
+/// Largest file in bytes: it has to fit into a page's memory twice. A scan of 4096² in double precision has 134e6.
+pub(crate) const FILE_BYTES_MAX: usize = 512 << 20;
 
-/// A height field as it is shown.
+/// A levelled height field, with facts from its file.
 pub struct Relief {
     field: HeightField,
     channel: Option<String>,
@@ -29,18 +29,18 @@ pub struct Relief {
     doubts: Vec<String>,
 }
 
-/// What there is to say about a relief; the fields are those of `sunbeam height-field`.
+/// Facts about a relief; the fields are those of `sunbeam height-field`.
 #[derive(Debug, Serialize)]
 pub struct Facts {
     /// Pixels along x and y.
     pub pixels: [usize; 2],
-    /// Their size in µm.
+    /// Size of a pixel in µm.
     pub pixel_um: [f64; 2],
-    /// Size of the whole in µm.
+    /// Size of the relief in µm.
     pub extent_um: [f64; 2],
     /// Lowest and highest height in µm.
     pub range_um: [f64; 2],
-    /// Their difference.
+    /// Difference of highest and lowest height in µm.
     pub peak_to_valley_um: f64,
     /// Root mean square of the heights about their mean, in µm.
     pub rms_um: f64,
@@ -63,14 +63,14 @@ pub struct Facts {
     pub doubts: Vec<String>,
 }
 
-/// What making the method's data takes.
+/// Estimated memory and time of making the method's data.
 #[derive(Debug, Serialize)]
 pub struct WebEstimate {
-    /// Peak of memory.
+    /// Peak memory in bytes.
     pub bytes: f64,
-    /// Time, within a factor of three.
+    /// Time in seconds, within a factor of three.
     pub seconds: f64,
-    /// Why it is refused, where it is.
+    /// Reason for a refusal.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub too_much: Option<String>,
 }
@@ -111,7 +111,7 @@ impl Relief {
         &self.field
     }
 
-    /// What there is to say about it.
+    /// Facts about the relief.
     pub fn facts(&self, settings: &Settings) -> Facts {
         let field = &self.field;
         let ((nx, ny), (lx, ly), (low, high)) = (field.size(), field.extent_um(), field.range_um());
@@ -133,7 +133,7 @@ impl Relief {
         }
     }
 
-    /// What making the method's data takes, told without doing any of it.
+    /// Estimated memory and time of making the method's data.
     pub fn estimate(&self, settings: &Settings) -> WebEstimate {
         let demand = self.demand(settings);
         let estimate = demand.estimate();
@@ -143,8 +143,8 @@ impl Relief {
         let too_much = refused.or_else(|| {
             too_large.then(|| {
                 format!(
-                    "it would take about {:.1} GB of memory, more than the {:.1} GB that a page may take; use a shorter \
-                     coherence length, a looser tolerance or a part of the scan",
+                    "it would take about {:.1} GB of memory, more than the {:.1} GB that a page may take; use a \
+                     shorter coherence length, a looser tolerance or a part of the scan",
                     bytes / 1e9,
                     LIMIT_BYTES / 1e9
                 )
@@ -162,7 +162,7 @@ impl Relief {
         BuildDemand { purpose, ..model.demand(&self.field) }
     }
 
-    /// Makes the method; `progress` hears how far it has come.
+    /// Builds the method.
     ///
     /// # Errors
     /// [`WebError::Limit`], [`WebError::Settings`].
@@ -178,26 +178,26 @@ impl Relief {
         Ok(method)
     }
 
-    /// The method's data for a renderer elsewhere.
+    /// The method's data for another worker.
     ///
     /// # Errors
-    /// As [`Relief::method`].
+    /// The errors of [`Relief::method`].
     pub fn method_data(&self, settings: &Settings, progress: &Progress) -> Result<Vec<u8>, WebError> {
         MethodData::to_bytes(&*self.method(settings, progress)?)
     }
 
-    /// What answers on the processor.
+    /// The reflectance on the processor.
     ///
     /// # Errors
-    /// As [`Relief::method`].
+    /// The errors of [`Relief::method`].
     pub fn reflectance(&self, settings: &Settings, progress: &Progress) -> Result<Reflectance, WebError> {
         Ok(Reflectance::new(self.method(settings, progress)?, settings))
     }
 
-    /// What spectra are read from on the processor.
+    /// The data of spectra, on the processor.
     ///
     /// # Errors
-    /// As [`Relief::method`].
+    /// The errors of [`Relief::method`].
     pub fn spectra(&self, settings: &Settings, progress: &Progress) -> Result<Spectra, WebError> {
         if let Some(line) = self.estimate(settings).too_much {
             return Err(WebError::Limit(line));

@@ -1,4 +1,4 @@
-//! What the page's controls say, and what the library makes of it.
+//! The page's settings, and the library's objects for them.
 
 use crate::error::WebError;
 use serde::{Deserialize, Serialize};
@@ -11,91 +11,96 @@ use sunbeam::table::{Model, Tiling};
 use sunbeam_realtime::snake::{PIGMENT_SIZE, PigmentTexture};
 use sunbeam_realtime::{Blend, Camera, KERATIN, Light, Mesh, Optics, Orbit, Shape, View};
 
-/// Accepted stops of the exposure.
+/// Accepted exposures in stops.
 const EXPOSURE: std::ops::RangeInclusive<f64> = -20.0..=20.0;
-/// Accepted multiples of the snake's cells.
+/// Accepted factors on the snake's cells.
 const RESOLUTION: std::ops::RangeInclusive<f64> = 0.5..=8.0;
-/// Accepted elevations of the sun in degrees: at 0 nothing is lit.
-const SUN_ELEVATION: std::ops::RangeInclusive<f64> = 0.5..=90.0;
-/// Accepted elevations of the camera in degrees: straight above, up has no direction.
-const CAMERA_ELEVATION: std::ops::RangeInclusive<f64> = -89.0..=89.0;
-/// Accepted distances of the camera in cm.
-const DISTANCE_CM: std::ops::RangeInclusive<f64> = 0.2..=200.0;
-/// Sides of a draft's pigment are divided by this.
+/// Accepted elevations of the sun in degrees.
+pub(crate) const SUN_ELEVATION: std::ops::RangeInclusive<f64> = Light::ELEVATION_MIN_DEG..=90.0;
+/// Divisor of the sides of a draft's pigment texture.
 const DRAFT_PIGMENT: usize = 4;
 /// Resolution of the snake's mesh in a draft, below all accepted ones; see [`Shape::make`].
 const DRAFT_RESOLUTION: f64 = 0.35;
-/// Accepted polar angles of the map's light in degrees.
+/// Accepted polar angles of the map's light in degrees: at 90° nothing is lit.
 const MAP_THETA: std::ops::RangeInclusive<f64> = 0.0..=89.9;
 
-/// Everything that a picture depends on; what is left out of the JSON takes its default.
+/// Everything that a picture depends on. Fields missing in the JSON take their defaults.
+///
+/// ```
+/// use sunbeam_web::Settings;
+///
+/// let settings = Settings::from_json(r#"{"surface": {"preset": "cd"}, "sun": {"elevation_deg": 20}}"#)?;
+/// assert_eq!(settings.sun.azimuth_deg, -150.0);
+/// assert_eq!(settings.to_compact_json(), r#"{"sun":{"elevation_deg":20.0},"surface":{"preset":"cd"}}"#);
+/// # Ok::<(), sunbeam_web::WebError>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Settings {
-    /// The relief and how it answers to light.
+    /// The relief and its reflectance.
     pub surface: SurfaceConfig,
     /// The method.
     pub method: MethodKind,
-    /// Its options.
+    /// Options of the method.
     pub options: MethodOptions,
-    /// What carries the relief.
+    /// The shape that carries the relief.
     pub shape: Shape,
-    /// From where it is seen.
+    /// The camera.
     pub camera: CameraSettings,
     /// The sun.
     pub sun: SunSettings,
-    /// Turns the relief against the tangent, in degrees.
+    /// Rotation of the relief against the tangent, in degrees.
     pub rotation_deg: f64,
-    /// How the pigment shows.
+    /// Blending with the pigment.
     pub pigment: Pigment,
-    /// The share of the relief's colour with [`Pigment::Mix`], in [0, 1].
+    /// Fraction of the relief's colour with [`Pigment::Mix`], in [0, 1].
     pub share: f64,
     /// Whether there is a ground.
     pub ground: bool,
     /// Stops by which the picture is brightened for the screen.
     pub exposure: f64,
-    /// Times the cells of the snake in each direction.
+    /// Factor on the snake's cells in each direction.
     pub resolution: f64,
     /// The light of the BRDF map.
     pub map: MapSettings,
 }
 
-/// Where the camera is.
+/// Position of the camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CameraSettings {
-    /// Azimuth in degrees as seen from the target, counter-clockwise seen from above, from +x.
+    /// Azimuth in degrees seen from the target, counter-clockwise from +x seen from above.
     pub azimuth_deg: f64,
     /// Elevation in degrees.
     pub elevation_deg: f64,
     /// Distance from the target in cm.
     pub distance_cm: f64,
-    /// What is in the middle of the picture, in cm.
+    /// Point in the middle of the picture, in cm.
     pub target: [f64; 3],
     /// Horizontal field of view in degrees.
     pub fov_deg: f64,
 }
 
-/// Where the sun is.
+/// Direction of the sun.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct SunSettings {
-    /// Azimuth in degrees, counter-clockwise seen from above, from +x.
+    /// Azimuth in degrees, counter-clockwise from +x seen from above.
     pub azimuth_deg: f64,
     /// Elevation in degrees.
     pub elevation_deg: f64,
 }
 
-/// How the pigment below the relief shows; see [`Blend`].
+/// Blending with the pigment below the relief; see [`Blend`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pigment {
-    /// Diffuse, weighted by what the relief does not reflect.
+    /// Diffuse, weighted by the light that passes the surface.
     #[default]
     Physical,
-    /// Mixed with the relief's colour at a fixed share.
+    /// Mixed with the relief's colour at a fixed fraction.
     Mix,
-    /// Not at all.
+    /// No pigment.
     None,
 }
 
@@ -156,7 +161,7 @@ impl From<&Orbit> for CameraSettings {
 }
 
 impl CameraSettings {
-    /// The same as something that is turned.
+    /// The camera as an orbit, which drags turn.
     pub fn orbit(&self) -> Orbit {
         Orbit::new(self.target, self.azimuth_deg, self.elevation_deg, self.distance_cm, self.fov_deg)
     }
@@ -178,7 +183,7 @@ impl Settings {
     /// Reads and checks a JSON object.
     ///
     /// # Errors
-    /// [`WebError::Settings`] for what is unknown, of the wrong type or out of range.
+    /// [`WebError::Settings`] for settings that are unknown, of the wrong type or out of range.
     pub fn from_json(json: &str) -> Result<Self, WebError> {
         let mut value: serde_json::Value =
             serde_json::from_str(json).map_err(|error| WebError::Settings(format!("not valid JSON: {error}")))?;
@@ -186,7 +191,7 @@ impl Settings {
         let mut settings: Self =
             serde_json::from_value(value).map_err(|error| WebError::Settings(error.to_string()))?;
         if let Some(surface) = surface {
-            // By the library's own reader, whose messages name the parameter.
+            // The library's reader names the parameter in its messages.
             settings.surface = SurfaceConfig::from_json(&surface.to_string())
                 .map_err(|error| WebError::Settings(error.to_string()))?;
         }
@@ -194,6 +199,7 @@ impl Settings {
         Ok(settings)
     }
 
+    /// Refuses settings out of range.
     fn check(&self) -> Result<(), WebError> {
         let refuse = |line: String| Err(WebError::Settings(line));
         self.surface.validate().map_err(|error| WebError::Settings(error.to_string()))?;
@@ -210,8 +216,8 @@ impl Settings {
             ("exposure", self.exposure, EXPOSURE),
             ("resolution", self.resolution, RESOLUTION),
             ("sun elevation", self.sun.elevation_deg, SUN_ELEVATION),
-            ("camera elevation", self.camera.elevation_deg, CAMERA_ELEVATION),
-            ("camera distance", self.camera.distance_cm, DISTANCE_CM),
+            ("camera elevation", self.camera.elevation_deg, Orbit::ELEVATION_DEG),
+            ("camera distance", self.camera.distance_cm, Orbit::DISTANCE_CM),
             ("map theta", self.map.theta_deg, MAP_THETA),
             ("share", self.share, 0.0..=1.0),
         ];
@@ -231,8 +237,8 @@ impl Settings {
         self.view(1).map(|_| ())
     }
 
-    /// What the method is built of: the published methods know one window in a fixed place over a tile that repeats, and they and a
-    /// single window have no albedo.
+    /// The configuration that the method is built from. The published methods have one window at a fixed position over
+    /// a tile that repeats. They, and a single window, have no albedo.
     pub fn config(&self) -> SurfaceConfig {
         let mut surface = self.surface.clone();
         if self.method.is_patch_only() {
@@ -259,10 +265,10 @@ impl Settings {
         Optics { index: Some(self.index()), obliquity: model.obliquity, shadowing: model.shadowing }
     }
 
-    /// What is drawn, with so many rays along each side of a pixel.
+    /// The view, with `supersample` rays along each side of a pixel.
     ///
     /// # Errors
-    /// [`WebError::Settings`] for a camera that shows nothing.
+    /// [`WebError::Settings`] for a camera without a picture.
     pub fn view(&self, supersample: u32) -> Result<View, WebError> {
         let light = Light::from_angles(self.sun.azimuth_deg, self.sun.elevation_deg);
         let view = View {
@@ -281,7 +287,7 @@ impl Settings {
         Ok(view)
     }
 
-    /// Mesh and pigment.
+    /// Mesh and pigment of the shape.
     ///
     /// # Errors
     /// [`WebError::Settings`] for a mesh out of range.
@@ -289,24 +295,25 @@ impl Settings {
         Ok(self.shape.make(self.resolution, PIGMENT_SIZE)?)
     }
 
-    /// The same with a coarser mesh and pigment: made much sooner, and fast to draw.
+    /// A coarser mesh and pigment, which are built and drawn sooner.
     ///
     /// # Errors
-    /// As [`Settings::scene`].
+    /// The errors of [`Settings::scene`].
     pub fn draft_scene(&self) -> Result<(Mesh, PigmentTexture), WebError> {
-        let (along, around) = PIGMENT_SIZE;
-        let pigment = (along / DRAFT_PIGMENT, around / DRAFT_PIGMENT);
+        let (width, height) = PIGMENT_SIZE;
+        let pigment = (width / DRAFT_PIGMENT, height / DRAFT_PIGMENT);
         Ok(self.shape.make(DRAFT_RESOLUTION, pigment)?)
     }
 
-    /// What changes when the relief, the method's data or the scene have to be made anew.
+    /// Strings that change when the relief, the method's data or the scene have to be made again.
     pub fn keys(&self) -> Keys {
         let config = self.config();
         // Heights do not depend on how the tile goes on.
-        let relief = ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() };
+        let mut relief = SurfaceConfig::default();
+        relief.set_relief_source(ReliefSource { level: Some(config.level()), tiling: None, ..config.relief_source() });
         let mut method = config;
         if method.conserve_energy != Some(true) {
-            // Then these are the shader's optics, which are set without building anything.
+            // Without an albedo these are optics of the shader, which are set without a build.
             (method.obliquity, method.shadowing) = (ObliquityChoice::default(), false);
             (method.eta, method.k) = (None, None);
         }
@@ -325,8 +332,8 @@ impl Settings {
         text(self)
     }
 
-    /// Only what differs from the defaults. A surface is read as a whole, so it is there with all that is not a surface's
-    /// own default, or not at all.
+    /// The fields that differ from the defaults, as JSON. A surface is read as a whole: it is there with all fields
+    /// that differ from a surface's own defaults, or not at all.
     pub fn to_compact_json(&self) -> String {
         let default = Self::default();
         let value = |value: serde_json::Result<serde_json::Value>| value.unwrap_or_default();
@@ -342,27 +349,29 @@ impl Settings {
     }
 }
 
-/// Strings that change when something has to be made anew.
+/// Strings that change when data have to be made again.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Keys {
-    /// The heights.
+    /// Key of the heights.
     pub relief: String,
-    /// The method's data.
+    /// Key of the method's data.
     pub method: String,
-    /// Mesh and pigment.
+    /// Key of mesh and pigment.
     pub scene: String,
 }
 
+/// A value as JSON.
 fn text(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
 }
 
+/// Whether a path is a file name without folders.
 fn is_plain_name(path: &Path) -> bool {
     let mut components = path.components();
     matches!((components.next(), components.next()), (Some(Component::Normal(_)), None))
 }
 
-/// The fields of an object that differ from another's, and theirs; `None` where there are none.
+/// The fields of an object, and of the objects in it, that differ from another object's; `None` where all agree.
 fn difference(value: serde_json::Value, from: &serde_json::Value) -> Option<serde_json::Value> {
     use serde_json::Value;
     match (value, from) {

@@ -9,7 +9,7 @@ fn refusal(json: &str) -> String {
 }
 
 #[test]
-fn what_is_left_out_has_its_default_and_comes_back() {
+fn missing_fields_take_their_defaults_and_survive_a_round_trip() {
     let settings = Settings::from_json("{}").unwrap();
     assert_eq!(settings, Settings::default());
     assert_eq!(settings.to_compact_json(), "{}");
@@ -22,7 +22,7 @@ fn what_is_left_out_has_its_default_and_comes_back() {
 }
 
 #[test]
-fn a_compact_form_says_the_same() {
+fn compact_settings_are_read_back() {
     for json in [
         r#"{"surface": {"filename": "a.gsf"}}"#,
         r#"{"surface": {"preset": "elaphe", "coherence_length": 30}, "rotation_deg": -90}"#,
@@ -62,7 +62,7 @@ fn each_wrong_setting_is_named() {
 }
 
 #[test]
-fn keys_change_with_what_they_are_of() {
+fn keys_change_with_their_data_only() {
     let keys = |json: &str| Settings::from_json(json).unwrap().keys();
     let base = keys("{}");
     for same in [r#"{"sun": {"elevation_deg": 20}}"#, r#"{"exposure": 1, "rotation_deg": 3, "ground": false}"#] {
@@ -80,7 +80,7 @@ fn keys_change_with_what_they_are_of() {
 }
 
 #[test]
-fn published_methods_get_the_model_that_they_know() {
+fn published_methods_are_built_with_a_model_they_support() {
     let settings = Settings::from_json(
         r#"{"surface": {"preset": "sinusoidal", "coherence_length": 10, "conserve_energy": true}, "method": "flss"}"#,
     )

@@ -1,4 +1,4 @@
-//! The same picture elsewhere: as a command, and as a scene for Mitsuba.
+//! The picture of the page as a command, and as a scene for Mitsuba.
 
 use crate::settings::{Pigment, Settings};
 use serde::Serialize;
@@ -8,7 +8,7 @@ use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::methods::{MethodKind, MethodOptions, Repeats};
 use sunbeam_realtime::{Camera, PIGMENT_SCALE, SOIL, Shape};
 
-/// The command that draws the picture of so many pixels, with so many rays along each side of one.
+/// The command that draws the picture of `width` × `height` pixels, with `supersample` rays along each side of a pixel.
 pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u32) -> String {
     let mut words = vec!["sunbeam render -o picture.exr --png picture.png".to_owned()];
     let mut add = |flag: &str, value: String| words.push(format!("--{flag} {}", quoted(&value)));
@@ -48,8 +48,8 @@ pub fn command(settings: &Settings, (width, height): (u32, u32), supersample: u3
     words.join(" ")
 }
 
-/// The scene of the picture of so many pixels. Mitsuba's material has neither the published methods nor a fixed mix: it is
-/// the relief's own, under the same light.
+/// The scene of the picture of `width` × `height` pixels. The plugin has neither the published methods nor a fixed mix,
+/// so the scene has the relief itself, under the same light.
 pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     let mut scene = String::new();
     let mut line = |text: &str| {
@@ -59,7 +59,7 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     line("<!-- The picture of the page, lit by the sun alone; lengths in cm, z up. Save this as picture.xml, then run");
     line("");
     if settings.shape == Shape::Snake {
-        // Two hyphens may not stand in a comment.
+        // XML comments may not contain two hyphens.
         line("     sunbeam snake -o snake.ply");
         line(&format!("     with the options resolution {}, pigment pigment.exr,", settings.resolution));
         line(&format!("     and pigment-scale {PIGMENT_SCALE}, then"));
@@ -111,7 +111,7 @@ pub fn xml(settings: &Settings, (width, height): (u32, u32)) -> String {
     scene
 }
 
-/// What carries the relief, with its material.
+/// The shape with its material.
 fn shape(settings: &Settings) -> String {
     let mut text = String::new();
     let mut line = |words: &str| {
@@ -172,13 +172,12 @@ fn shape(settings: &Settings) -> String {
 
 /// Names and values of the surface's parameters, except those that have the library's default.
 fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
-    let (config, default) = (settings.config(), SurfaceConfig::default());
-    let mut source = config.relief_source();
+    let (mut config, default) = (settings.config(), SurfaceConfig::default());
     if let Source::Preset(preset) = config.source() {
-        source.preset = Some(preset);
+        config.preset = Some(preset);
     }
-    let source = serde_json::to_value(source).unwrap_or_default();
-    let given = |name: &&'static str| Some((*name, plain(source.get(name)?)));
+    let fields = serde_json::to_value(&config).unwrap_or_default();
+    let given = |name: &&'static str| Some((*name, plain(fields.get(name)?)));
     let mut words: Vec<_> = ReliefSource::NAMES.iter().filter_map(given).collect();
     let mut number = |name, value: f64, default: f64| {
         if value != default {
@@ -199,10 +198,10 @@ fn surface_words(settings: &Settings) -> Vec<(&'static str, String)> {
     words
 }
 
-/// Names and values of the method's options, but for the defaults and those that it does not heed.
+/// Names and values of the method's options, except defaults and options that the method ignores.
 fn method_words(settings: &Settings) -> Vec<(&'static str, String)> {
     let (options, default) = (&settings.options, MethodOptions::default());
-    let heeded = settings.method.options();
+    let supported = settings.method.options();
     let pair = |[x, y]: [u32; 2]| format!("{x},{y}");
     let candidates = [
         (
@@ -243,11 +242,11 @@ fn method_words(settings: &Settings) -> Vec<(&'static str, String)> {
         ("resolution", "table_resolution", options.resolution != default.resolution, options.resolution.to_string()),
     ];
     let method = ("method", settings.method.name().to_owned());
-    let chosen = candidates.into_iter().filter(|(field, _, differs, _)| *differs && heeded.contains(field));
+    let chosen = candidates.into_iter().filter(|(field, _, differs, _)| *differs && supported.contains(field));
     std::iter::once(method).chain(chosen.map(|(_, flag, _, value)| (flag, value))).collect()
 }
 
-/// The name by which a choice is given.
+/// The name of a choice in the users' interfaces.
 fn named(value: impl Serialize) -> String {
     serde_json::to_value(value).as_ref().map(plain).unwrap_or_default()
 }
@@ -261,11 +260,12 @@ fn plain(value: &Value) -> String {
     }
 }
 
+/// Three coordinates as text.
 fn point(coordinates: [f64; 3], between: &str) -> String {
     coordinates.map(|coordinate| coordinate.to_string()).join(between)
 }
 
-/// A word that a shell takes as it is.
+/// A word quoted for a shell where it needs quotes.
 fn quoted(word: &str) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-+.,/=@%".contains(c);
     if !word.is_empty() && word.chars().all(plain) {
@@ -275,7 +275,7 @@ fn quoted(word: &str) -> String {
     }
 }
 
-/// A value between quotes of XML.
+/// A value escaped for an XML attribute.
 fn escaped(value: &str) -> String {
     value.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
@@ -289,14 +289,15 @@ mod tests {
     }
 
     #[test]
-    fn a_command_names_what_was_chosen_and_nothing_else() {
+    fn a_command_has_the_options_that_differ_from_the_defaults() {
         let command = |json: &str| command(&settings(json), (384, 256), 1);
         let plain = command("{}");
         assert!(plain.starts_with("sunbeam render -o picture.exr --png picture.png --size 384x256 --exposure 2"));
         assert!(plain.contains("--preset xenopeltis --eta 1.56 --conserve-energy false --method table --resolution 2"));
         assert!(!plain.contains("coherence") && !plain.contains("blend"));
         let file = command(
-            r#"{"surface": {"filename": "my scan's.gsf", "level": "quadratic", "coherence_length": 30, "conserve_energy": true},
+            r#"{"surface": {"filename": "my scan's.gsf", "level": "quadratic", "coherence_length": 30,
+                "conserve_energy": true},
                 "shape": "sphere", "pigment": "mix", "share": 0.25, "ground": false, "rotation_deg": -90}"#,
         );
         for words in [
@@ -317,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_names_the_relief_and_how_to_get_the_mesh() {
+    fn a_scene_has_the_relief_and_the_command_of_the_mesh() {
         let scene = xml(&settings(r#"{"surface": {"filename": "a<b&c.gsf"}, "rotation_deg": 5}"#), (8, 8));
         assert!(scene.contains(r#"<string name="filename" value="a&lt;b&amp;c.gsf"/>"#));
         assert!(scene.contains("sunbeam snake -o snake.ply") && scene.contains("resolution 2,"));

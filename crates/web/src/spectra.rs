@@ -12,21 +12,23 @@ use sunbeam::table::Progress;
 /// Wavelengths of a spectrum: 380, 385, …, 780 nm.
 pub const SPECTRUM_COUNT: usize = 81;
 
-/// What gives a reflectance at one wavelength, with the optics around it.
+/// A reflectance by wavelength, with the optics around it.
 pub struct Spectra {
     source: Source,
     model: Options,
     index: ComplexIndex,
 }
 
+/// The source of values by wavelength.
 enum Source {
-    /// Of the method `table`, which holds colours alone, the spectral tables.
+    /// Spectral tables, for the method `table`, which holds colours only.
     Surface(Box<Surface>),
+    /// The method itself.
     Method(Box<dyn Method>),
 }
 
 impl Spectra {
-    /// Makes what the settings' method needs for spectra; `progress` hears how far it has come.
+    /// Builds the data that the settings' method needs for spectra.
     ///
     /// # Errors
     /// [`WebError::Limit`] for tables that would take too much, [`WebError::Settings`].
@@ -40,13 +42,13 @@ impl Spectra {
         Ok(Self { source, model, index })
     }
 
-    /// Takes the refractive index of other settings, which no data depend on unless energy is conserved.
+    /// Takes the refractive index of other settings. Data depend on it only where energy is conserved.
     pub fn set_index(&mut self, settings: &Settings) {
         self.index = settings.index();
     }
 
-    /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths; empty where the method has no value by wavelength. Zero unless
-    /// both directions, which are unit vectors, lie above the surface.
+    /// `f_r` in 1/sr at each of [`SPECTRUM_COUNT`] wavelengths for unit vectors. It is empty where the method has no
+    /// values by wavelength, and 0 unless both directions lie above the surface.
     pub fn spectrum(&self, wi: Vec3, wo: Vec3) -> Vec<f32> {
         let Some(pair) = Pair::new(wi, wo) else { return vec![0.0; SPECTRUM_COUNT] };
         let interface = pair.interface(Some(self.index), self.model.obliquity);
@@ -69,7 +71,7 @@ mod tests {
     use std::sync::{Arc, Mutex};
     use sunbeam::colour::SpectralToRgb;
 
-    fn of(method: &str) -> (Relief, Settings) {
+    fn with_method(method: &str) -> (Relief, Settings) {
         let json =
             format!(r#"{{"surface": {{"preset": "sinusoidal", "coherence_length": 10}}, "method": "{method}"}}"#);
         let settings = Settings::from_json(&json).unwrap();
@@ -82,7 +84,7 @@ mod tests {
         let (wi, wo) = (direction(30.0, 180.0), direction(18.0, 0.0));
         let colours = SpectralToRgb::new(380.0, 5.0, SPECTRUM_COUNT).unwrap();
         for method in ["table", "flss"] {
-            let (relief, settings) = of(method);
+            let (relief, settings) = with_method(method);
             let spectra = relief.spectra(&settings, &Progress::none()).unwrap();
             let spectrum: Vec<f64> = spectra.spectrum(wi, wo).into_iter().map(f64::from).collect();
             assert_eq!(spectrum.len(), SPECTRUM_COUNT);
@@ -94,7 +96,7 @@ mod tests {
                 assert!((summed[c] - rgb[c]).abs() < 0.02 * largest, "{method}: {summed:?} {rgb:?}");
             }
         }
-        let (relief, settings) = of("stam");
+        let (relief, settings) = with_method("stam");
         let spectra = relief.spectra(&settings, &Progress::none()).unwrap();
         assert!(spectra.spectrum(wi, direction(100.0, 0.0)).iter().all(|value| *value == 0.0));
     }
@@ -102,14 +104,14 @@ mod tests {
     #[test]
     fn progress_comes_in_steps_and_ends_at_one() {
         for method in ["table", "flss", "nmm", "pq"] {
-            let (relief, settings) = of(method);
-            let heard = Arc::new(Mutex::new(Vec::new()));
-            let ears = Arc::clone(&heard);
-            let progress = Progress::new(move |share| ears.lock().unwrap().push(share));
+            let (relief, settings) = with_method(method);
+            let reports = Arc::new(Mutex::new(Vec::new()));
+            let listener = Arc::clone(&reports);
+            let progress = Progress::new(move |fraction| listener.lock().unwrap().push(fraction));
             relief.spectra(&settings, &progress).unwrap();
-            let heard = heard.lock().unwrap();
-            assert!(heard.iter().filter(|share| **share < 0.9).count() >= 3, "{method}: {heard:?}");
-            assert_eq!(heard.last(), Some(&1.0), "{method}");
+            let reports = reports.lock().unwrap();
+            assert!(reports.iter().filter(|fraction| **fraction < 0.9).count() >= 3, "{method}: {reports:?}");
+            assert_eq!(reports.last(), Some(&1.0), "{method}");
         }
     }
 }

@@ -26,13 +26,14 @@ DATA = REPOSITORY / "docs" / "data" / "web.json"
 DOCUMENT = REPOSITORY / "docs" / "web.md"
 FIGURES = re.compile(r"(?<=<!-- figures -->\n).*(?=<!-- end of figures -->)", re.DOTALL)
 REPEATS = 3
-# No figure is near it: what takes longer has failed.
+# Seconds after which a step counts as failed; every figure is far below.
 LIMIT_S = 200
-# Of the surface that memory is measured with, and of the scan that is dropped.
+# Sides in pixels of the scan for the memory, and of the scan that is dropped.
 LARGE, MEDIUM = 1024, 512
 
 
 def sizes():
+    """Bytes of the built page."""
     found = {path: path.read_bytes() for path in SITE.rglob("*") if path.is_file()}
     packed = {path: len(gzip.compress(content, 9)) for path, content in found.items()}
     return {
@@ -43,16 +44,17 @@ def sizes():
 
 
 def mark(page, name):
+    """Time in ms of a mark that the page has set."""
     return page.js("return performance.getEntriesByName(arguments[0])[0].startTime", name)
 
 
 def first_pictures(page):
-    """Seconds from each example's being chosen to its first picture."""
+    """Seconds from the choice of each example to its first picture."""
     rows = {}
     for index, example in enumerate(page.js("return sunbeam.examples")):
         times = []
         for _ in range(REPEATS):
-            # Nothing of the surface that is drawn at first is of use to any of them.
+            # The first surface shares no data with the examples.
             page.open({"surface.preset": "sinusoidal"}, limit=LIMIT_S)
             page.js("window.before = sunbeam.good; window.asked = performance.now()")
             page.browser.click(f"input[name=example][value='{index}']")
@@ -63,13 +65,13 @@ def first_pictures(page):
 
 
 def first_picture(page):
-    """Seconds from `asked` to the first picture of what was made since."""
+    """Seconds from `window.asked` to the first picture of the data made since."""
     page.finished(LIMIT_S)
     return page.js("return (sunbeam.good.at - window.asked) / 1e3")
 
 
 def opening(page):
-    """Seconds from the page's being loaded to its first picture, which is that of an example."""
+    """Seconds from the loading of the page's files to its first picture, that of an example."""
     times = []
     for _ in range(REPEATS):
         page.open({}, limit=LIMIT_S)
@@ -78,19 +80,19 @@ def opening(page):
 
 
 def scan(side):
-    """A rough, levelled relief in µm as a scan of so many pixels, 25 nm each."""
+    """A rough relief without a tilt, in µm, of `side`² pixels of 25 nm."""
     y, x = np.mgrid[:side, :side] * 0.025
     grain = np.random.default_rng(19).normal(0, 0.004, (side, side))
     return (0.1 * np.sin(2 * np.pi * x / 1.6) + 0.05 * np.sin(2 * np.pi * y / 0.62) + grain).astype(np.float32)
 
 
 def dropping(page, side):
-    """Seconds from a scan's falling onto the page to its first picture."""
+    """Median of seconds from the drop of a scan to its first picture."""
     return statistics.median(drop(page, side) for _ in range(REPEATS))
 
 
 def drop(page, side):
-    """Drops a scan of so many pixels onto the page; seconds to its first picture."""
+    """Drops a scan of `side`² pixels onto the page; seconds to its first picture."""
     page.open(limit=LIMIT_S)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "scan.gsf"
@@ -104,7 +106,7 @@ def drop(page, side):
 def drawing(page):
     """Milliseconds of a whole picture of 384 × 256, and from a drag of view or sun to the picture that follows."""
     page.open({}, size="384x256", limit=LIMIT_S)
-    # What spectra are read from is made beside, on one of the cores, for a few seconds after the first picture.
+    # The data of spectra occupy a core for a few seconds after the first picture.
     page.browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", LIMIT_S)
     whole = [page.browser.promise("return (await sunbeam.engine.draw()).ms") for _ in range(5)]
     return {
@@ -114,9 +116,9 @@ def drawing(page):
     }
 
 
-def dragging(page, what):
-    """Milliseconds between a step of the pointer and the picture that follows it."""
-    page.browser.click(f"input[name=drag][value={what}]")
+def dragging(page, target):
+    """Milliseconds from a step of the pointer to its picture; `target` is camera or sun."""
+    page.browser.click(f"input[name=drag][value={target}]")
     answers = page.browser.promise(
         """const answers = [];
         const canvas = document.getElementById("picture");
@@ -144,15 +146,15 @@ def dragging(page, what):
 
 
 def memory(host, side):
-    """Most bytes of the page's process, its workers in it, while a scan of so many pixels is read, tabulated and shown.
+    """Peak memory in bytes of the page's process, with its workers, while a scan of `side`² pixels is read and shown.
 
-    In a browser of its own: what earlier pages left there is not the page's.
+    A fresh browser holds nothing of earlier pages.
     """
-    most, ended = [0], threading.Event()
+    peak, ended = [0], threading.Event()
 
     def watch(browser):
         while not ended.wait(0.2):
-            most[0] = max(most[0], used(browser))
+            peak[0] = max(peak[0], used(browser))
 
     with Browser() as browser:
         watching = threading.Thread(target=watch, args=[browser])
@@ -164,11 +166,11 @@ def memory(host, side):
         finally:
             ended.set()
             watching.join()
-    return most[0]
+    return peak[0]
 
 
 def used(browser):
-    """Bytes of the browser's process that shows pages."""
+    """Proportional set size in bytes of the browser's largest process that shows pages."""
     pids = [
         path.parent
         for path in Path("/proc").glob("[0-9]*/cmdline")

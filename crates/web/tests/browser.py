@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import contextlib
 import functools
 import http.server
 import json
@@ -28,15 +29,15 @@ BASE = (
     "--no-sandbox",
     "--no-first-run",
     "--disable-background-networking",
-    # A page that was left would keep its workers and its memory.
+    # A page in this cache keeps its workers and its memory.
     "--disable-features=BackForwardCache",
     "--disable-component-update",
     "--disable-dev-shm-usage",
     "--disable-sync",
-    # Colours are compared, so they are not to be those of a screen.
+    # Colours independent of the screen: tests compare them.
     "--force-color-profile=srgb",
 )
-# WebGPU in software. With the first flag alone the device is lost as soon as a canvas is drawn on.
+# WebGPU in software. With the first flag alone, drawing on a canvas loses the device.
 WEBGPU = (
     "--enable-unsafe-webgpu",
     "--enable-features=Vulkan",
@@ -45,13 +46,14 @@ WEBGPU = (
     "--enable-unsafe-swiftshader",
 )
 NO_WEBGPU = ("--disable-features=WebGPU,WebGPUService", "--disable-gpu", "--disable-blink-features=WebGPU")
-# All tasks of all threads, from the browser's start to its end: chromedriver's own log ends after 100 000 lines.
+# Tasks of all threads from the browser's start to its end. chromedriver's own log ends after 100 000 lines.
 TRACE = (
     "--trace-startup=toplevel,blink.user_timing",
     "--trace-startup-duration=0",
     "--trace-startup-format=json",
     "--trace-startup-owner=controller",
 )
+
 
 def missing() -> str | None:
     """Names a program that the tests need and that is not installed; `None` where all are."""
@@ -107,7 +109,9 @@ class Browser:
         self.close()
 
     def close(self):
-        self.driver.quit()
+        """Ends the browser and chromedriver; the browser may have ended already."""
+        with contextlib.suppress(WebDriverException):
+            self.driver.quit()
         shutil.rmtree(self.folder, ignore_errors=True)
 
     def devtools(self, command, **parameters):
@@ -163,9 +167,10 @@ class Browser:
 
         The browser has to be `traced`, and ends here. Tasks in which chromedriver's messages arrive are not counted.
         """
-        # The trace is written when the browser ends.
-        self.driver.quit()
-        events = json.loads(self.trace.read_text())["traceEvents"]
+        # The browser writes the trace when it ends, and chromedriver would not wait for that.
+        with contextlib.suppress(WebDriverException):
+            self.devtools("Browser.close")
+        events = until(self.traced_events, 120, "the trace")
         marks = {(event["pid"], event["tid"]): event["ts"] for event in events if event["name"] == mark}
         events = [event for event in events if event["ts"] > marks.get((event["pid"], event["tid"]), math.inf)]
         driven = sorted(event["ts"] for event in events if "blink.mojom.DevTools" in json.dumps(event.get("args")))
@@ -176,6 +181,11 @@ class Browser:
             # No message of the driver lies between the task's ends.
             if bisect.bisect_left(driven, task["ts"]) == bisect.bisect_right(driven, task["ts"] + task["dur"])
         ]
+
+    def traced_events(self):
+        """The events of the trace; `None` until it is written completely."""
+        with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
+            return json.loads(self.trace.read_text())["traceEvents"]
 
     def drag(self, css, start, way, button=0, steps=4):
         """Drags the mouse from `start`, in pixels from the element's middle, along `way`."""
@@ -248,22 +258,24 @@ def until(ready, limit, awaited):
 
 
 class Handler(http.server.SimpleHTTPRequestHandler):
-    asked: list
+    """Serves files and records the requested paths."""
+
+    requested: list
 
     def log_message(self, *_):
         pass
 
     def do_GET(self):
-        self.asked.append(self.path)
+        self.requested.append(self.path)
         super().do_GET()
 
 
 class Host:
-    """A static host of one folder. `asked` has the paths that were asked for."""
+    """A static file server of one folder. `requested` lists the requested paths."""
 
     def __init__(self, folder):
-        self.asked = []
-        handler = type("Asked", (Handler,), {"asked": self.asked})
+        self.requested = []
+        handler = type("Recorder", (Handler,), {"requested": self.requested})
         self.server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(handler, directory=folder))
         self.url = f"http://127.0.0.1:{self.server.server_address[1]}"
         threading.Thread(target=self.server.serve_forever, daemon=True).start()

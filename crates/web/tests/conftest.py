@@ -10,14 +10,14 @@ import browser as browsers
 import needs
 import pytest
 
-# Their assertions say what they found, as those of tests do.
+# pytest explains failed assertions of this module, too.
 pytest.register_assert_rewrite("page")
 
 from page import Page  # noqa: E402
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 SITE = Path(os.environ.get("SUNBEAM_WEB_SITE", REPOSITORY / "target" / "web"))
-# The page has to work from any folder of a host, so it is tested in one.
+# The page has to work from any folder of a host.
 PLACE = "some/where"
 
 
@@ -41,14 +41,14 @@ def host(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def window(host):
-    """A browser with WebGPU in software."""
+    """The page in a browser with WebGPU in software, one for each module of tests."""
     with browsers.Browser() as browser:
         yield Page(browser, host)
 
 
 @pytest.fixture
 def page(window):
-    """The same browser for each test; what went wrong in it fails the test that did it."""
+    """The page for one test. Errors in the browser fail the test that caused them."""
     window.browser.resize(1400, 1000)
     window.browser.dark(False)
     shutil.rmtree(window.browser.downloads)

@@ -1,4 +1,8 @@
-"""CIEDE2000 between pictures of linear sRGB, as shown on a screen (Sharma, Wu and Dalal 2005)."""
+"""CIEDE2000 between pictures of linear sRGB (Sharma, Wu and Dalal 2005), as shown on a screen.
+
+L is the lightness, a and b the colour axes, C the chroma and h the hue in degrees; T, S_L, S_C, S_H and R_T are the
+weights of the paper.
+"""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""What tests do with the page."""
+"""Actions of a visitor on the page, and the state that tests compare."""
 
 from __future__ import annotations
 
@@ -9,25 +9,27 @@ import time
 import numpy as np
 from browser import until
 
-# Runs ahead of the page's own code.
+# Records errors; runs before the page's own code.
 WATCH = """
     window.faults = [];
     addEventListener("error", (event) => faults.push(String(event.message)));
     addEventListener("unhandledrejection", (event) => faults.push(String(event.reason)));
 """
-# Chooses a size before the page's own code reads it, so that no larger picture is drawn first.
+# Chooses a size before the page's own code reads it: no larger picture is drawn first.
 AT_SIZE = """
     document.addEventListener("readystatechange", () => {
         const field = document.getElementById("size");
         if (field) field.value = "SIZE";
     }, { once: true });
 """
-# A grating is made in no time.
+# Settings whose data take least time: a grating.
 QUICK = {"surface.preset": "blazed"}
 SMALL = "192x128"
 
 
 class Page:
+    """The page in a browser. `js` runs code in it; the page's state is its global `sunbeam`."""
+
     def __init__(self, browser, host):
         self.browser = browser
         self.host = host
@@ -49,7 +51,7 @@ class Page:
 
     @contextlib.contextmanager
     def ahead(self, code):
-        """Pages that are opened meanwhile run this first."""
+        """Has pages that are opened in this context run `code` first."""
         name = self.browser.devtools("Page.addScriptToEvaluateOnNewDocument", source=code)
         try:
             yield
@@ -57,12 +59,12 @@ class Page:
             self.browser.devtools("Page.removeScriptToEvaluateOnNewDocument", **name)
 
     def reopen(self, fields=QUICK, size=None):
-        """As `open`, by the address alone where the page is there: a visitor who follows a link within it."""
+        """`open` without loading the page again where it is there, like a link within the page."""
         if not self.js("return Boolean(document.body?.dataset.ready !== undefined && globalThis.sunbeam?.adapter)"):
             return self.open(fields, size)
         self.browser.promise(
             """await new Promise((resolve) => {
-                // It hears of it after the page. The address has to be another one for that.
+                // This listener runs after the page's own. The event needs a change of the address.
                 addEventListener("hashchange", resolve, { once: true });
                 history.replaceState(null, "", location.pathname);
                 location.hash = args[0];
@@ -75,10 +77,11 @@ class Page:
         return self
 
     def finished(self, limit=120):
-        """Waits until everything that was asked for is drawn."""
+        """Waits until the finest picture of the present settings is drawn."""
         self.browser.wait(IS_FINISHED, f"the picture ({self.words()})", limit)
 
     def words(self):
+        """The page's lines of text about its state."""
         return self.js(
             "return ['#status', '#message', '#progress-text', '#lost-text']"
             ".map((css) => document.querySelector(css)?.textContent).join(' | ')"
@@ -88,7 +91,7 @@ class Page:
         return self.js("return sunbeam.settings")
 
     def message(self):
-        """The line that tells of an error, or nothing."""
+        """The line about an error; empty without one."""
         return self.js("return message.hidden ? '' : message.querySelector('span').textContent")
 
     def pixels(self):
@@ -106,7 +109,7 @@ class Page:
         return values.reshape(found["height"], found["width"], 3)
 
     def canvas_colours(self, css="#picture"):
-        """How many colours a screenshot of the element has: what the visitor sees, and not what was computed."""
+        """Number of colours in a screenshot of the element, which shows what is visible."""
         from io import BytesIO
 
         from PIL import Image
@@ -115,11 +118,11 @@ class Page:
         return len(picture.getcolors(picture.width * picture.height))
 
     def choose(self, css, value):
-        """Chooses an option of a list by its value, as a hand would."""
+        """Chooses an option of a list by its value, by a click."""
         self.browser.click(f"{css} option[value='{value}']")
 
     def write(self, css, text):
-        """Replaces what a field holds and leaves it."""
+        """Replaces the text of a field and leaves the field."""
         self.js("const field = document.querySelector(arguments[0]); field.focus(); field.select?.()", css)
         self.browser.type(css, str(text))
         self.js("document.activeElement.blur()")
@@ -128,7 +131,7 @@ class Page:
         self.browser.type("#file", str(path))
 
     def drop(self, path):
-        """Lets a file fall onto the page."""
+        """Drops a file onto the page."""
         text = base64.b64encode(path.read_bytes()).decode()
         self.js(
             """
@@ -146,12 +149,12 @@ class Page:
     def downloaded(self, name):
         path = self.browser.downloads / name
         until(path.exists, 30, f"the download of {name}, beside {list(self.browser.downloads.iterdir())}")
-        # Chromium gives it this name when it is complete.
+        # Chromium renames a download to this when it is complete.
         time.sleep(0.1)
         return path
 
     def expect_no_errors(self, but=None):
-        """Neither the page nor the browser has told of an error or a warning, but for those with these words."""
+        """Fails on errors and warnings of page or browser, except those that contain `but`."""
         faults = self.js("return window.faults?.splice(0) ?? []")
         console = [entry for entry in self.browser.console() if entry[0] in ("SEVERE", "WARNING")]
         console = [[level, text] for level, text in console if but is None or but not in text]

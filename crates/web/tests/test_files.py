@@ -1,4 +1,4 @@
-"""Files that are dropped on the page: those that are read, those that lack something, and those that are broken."""
+"""Files dropped on the page: complete ones, ones without scale or with holes, and broken ones."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ PIXEL_UM = 0.1
 
 
 def heights(side=64):
-    """A relief in µm that is no preset's, without a tilt."""
+    """A relief in µm without a tilt, different from all presets."""
     y, x = np.mgrid[:side, :side] * PIXEL_UM
     return (0.12 * np.sin(2 * np.pi * x / 1.6) + 0.05 * np.sin(2 * np.pi * (x + y) / 0.8)).astype(np.float32)
 
@@ -54,7 +54,7 @@ def dropped(page, path, by_hand=False):
 
 
 @pytest.mark.parametrize("by_hand", [False, True], ids=["dropped", "chosen"])
-def test_a_file_with_its_scale_is_drawn_as_the_native_renderer_does(page, tmp_path, by_hand):
+def test_a_file_with_a_scale_agrees_with_the_native_renderer(page, tmp_path, by_hand):
     path = tmp_path / "scan.gsf"
     path.write_bytes(gsf(heights()))
     page.reopen(size=SMALL)
@@ -68,7 +68,7 @@ def test_a_file_with_its_scale_is_drawn_as_the_native_renderer_does(page, tmp_pa
         expect_same(np.roll(found, 2, axis=0), expected)
 
 
-def test_a_file_without_scale_is_asked_for_it(page, tmp_path):
+def test_the_page_asks_for_a_missing_scale(page, tmp_path):
     path = npy(heights(), tmp_path / "scan.npy")
     page.reopen(size=SMALL)
     before = page.pixels()
@@ -82,28 +82,28 @@ def test_a_file_without_scale_is_asked_for_it(page, tmp_path):
     found = page.pixels()
     assert not np.array_equal(found, before)
     expect_same(found, twin(page.settings(), tmp_path, "--size", SMALL, "--file", path))
-    # Another answer is another surface.
+    # Another scale gives another picture.
     page.write("#pixel_size", 0.2)
     click("#scale button")(page)
     until(lambda: not np.array_equal(page.pixels(), found), 30, "the other scale")
 
 
-def test_whole_numbers_are_asked_for_their_height_too(page, tmp_path):
+def test_the_page_asks_for_the_height_of_whole_numbers(page, tmp_path):
     levels = np.round(255 * (heights() - heights().min()) / np.ptp(heights())).astype(np.uint8)
     rows = b"".join(b"\0" + row.tobytes() for row in levels)
     path = tmp_path / "scan.png"
     path.write_bytes(png(64, 64, 8, 0, rows))
     page.reopen(size=SMALL)
     page.drop(path)
-    for asked, answer in [("pixel_size", PIXEL_UM), ("max_height", 0.3)]:
+    for parameter, answer in [("pixel_size", PIXEL_UM), ("max_height", 0.3)]:
         page.browser.wait(
-            f"return !document.getElementById('scale').hidden && document.activeElement.id === '{asked}'",
-            f"the question for {asked}",
+            f"return !document.getElementById('scale').hidden && document.activeElement.id === '{parameter}'",
+            f"the question for {parameter}",
         )
-        page.browser.type(f"#{asked}", f"{answer}\n")
+        page.browser.type(f"#{parameter}", f"{answer}\n")
     until(lambda: name_shown(page) == "scan.png", 30, "the file")
     page.finished()
-    # Levelled, it would have another range.
+    # Levelling changes the range.
     page.choose("#level", "none")
     page.finished()
     assert page.js("return document.getElementById('relief-range').textContent") == "0 to 0.3 µm"
@@ -137,7 +137,7 @@ def test_missing_points_are_filled_and_channels_chosen(page, tmp_path):
     assert "Filled" not in page.js("return document.getElementById('relief-facts').innerText")
 
 
-def test_a_link_says_which_file_it_wants(page, tmp_path):
+def test_a_link_to_a_file_names_it_and_checks_it(page, tmp_path):
     path = tmp_path / "scan.gsf"
     path.write_bytes(gsf(heights()))
     page.reopen(size=SMALL)
@@ -166,7 +166,7 @@ def test_a_link_says_which_file_it_wants(page, tmp_path):
 
 
 def bad_files(folder):
-    """Twenty-one files that are no height fields, each broken in a way of its own."""
+    """Files that are not height fields, each broken in another way."""
     good = gsf(heights(16))
     np.save(folder / "complex.npy", np.ones((4, 4), complex))
     np.save(folder / "deep.npy", np.ones((3, 4, 5)))
@@ -201,7 +201,7 @@ def bad_files(folder):
     return sorted(folder.iterdir())
 
 
-def test_bad_files_get_one_line_and_the_page_goes_on(page, tmp_path):
+def test_each_bad_file_gives_one_line_of_its_own(page, tmp_path):
     page.reopen(size=SMALL)
     expected = page.pixels()
     files = bad_files(tmp_path)
@@ -213,21 +213,20 @@ def test_bad_files_get_one_line_and_the_page_goes_on(page, tmp_path):
         line = page.message()
         assert "\n" not in line
         assert 15 < len(line) < 300
-        # It is about this file.
         assert path.name in line, line
         messages[path.name] = line.replace(path.name, "")
         page.finished()
         assert page.settings()["surface"].get("filename") is None
         click("#message button")(page)
     np.testing.assert_array_equal(page.pixels(), expected)
-    # No phrase stands for everything.
+    # Most messages differ in more than the name.
     assert len(set(messages.values())) >= 15
     page.choose("#preset", "sinusoidal")
     page.finished()
     assert not np.array_equal(page.pixels(), expected)
 
 
-def test_what_is_too_large_is_refused_with_what_would_do(page, tmp_path):
+def test_a_table_beyond_the_memory_limit_is_refused_with_advice(page, tmp_path):
     path = tmp_path / "nanometres.gsf"
     path.write_bytes(gsf(heights() * 800))
     page.reopen(size=SMALL)

@@ -1,8 +1,7 @@
-"""The page's picture in README.md and docs/web.md; SUNBEAM_WRITE_PICTURE=1 takes it anew."""
+"""The page's picture in README.md and docs/web.md. SUNBEAM_WRITE_PICTURE=1 writes it again."""
 
 from __future__ import annotations
 
-import base64
 import io
 import os
 
@@ -14,19 +13,19 @@ from PIL import Image
 PICTURE = REPOSITORY / "docs" / "images" / "web.jpg"
 SIZE = (1320, 860)
 BYTES_MAX = 150_000
-# Mean difference of sRGB bytes between the committed picture and the page of now: what JPEG, another font and other
-# numbers in the page change. Without the snake it would be 8 more.
+# Largest mean difference of sRGB bytes between the committed picture and the present page. JPEG, another font and other
+# numbers in the page stay below it; the absence of the snake adds 8.
 DIFFERENCE_MAX = 6.0
 
 
-def test_the_picture_of_the_page_is_the_page(page):
+def test_the_committed_picture_shows_the_page(page):
     page.browser.resize(*SIZE)
-    # The first example, which a visitor sees first.
+    # The first example.
     page.open({})
     if page.js("return sunbeam.example") != "xenopeltis-scan":
         needs.skip("scans", "the picture shows a scan, and the page was built without the scans: see `make web`")
     page.browser.wait("return sunbeam.engine.hasSpectra(sunbeam.keys.method)", "the spectra", 120)
-    # Where the first order of the map's light goes.
+    # The direction of order 1.
     page.browser.hover("#map", (-98, 2))
     page.browser.wait("return sunbeam.spectrum?.length", "the spectrum", 20)
     shot = Image.open(io.BytesIO(page.browser.screenshot()))

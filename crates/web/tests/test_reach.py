@@ -1,4 +1,4 @@
-"""Who can use the page: without WebGPU, by keys alone, on a narrow screen, in the dark; and what axe-core says."""
+"""Accessibility of the page: axe-core, keys, narrow screens, dark mode, browsers without WebGPU; and its size."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from selenium.webdriver.common.keys import Keys
 
 AXE = "4.14.1"
 AXE_SHA256 = "e6b0ce02b84d892e2e33e403485e7f3d6c29e2be6df65daf44d89ba564139745"
-# A style that only one scheme has: that what is looked at is both of them.
+# A contrast fault in the light scheme only: negative control.
 PALE_IN_THE_LIGHT = "@media (prefers-color-scheme: light) { label { color: #ccc !important } }"
-# A name that the browser takes for a host of its own.
+# A host name that the browser maps to this machine.
 ELSEWHERE = "sunbeam.test"
 
 
 @pytest.fixture(scope="session")
 def axe():
-    """The source of axe-core, fetched once from npm's registry and checked; skips where it cannot be."""
+    """The source of axe-core, fetched once from npm's registry and checked; the test is skipped where that fails."""
     folder = REPOSITORY / "target" / "axe-core"
     archive = folder / f"axe-core-{AXE}.tgz"
     if not archive.exists():
@@ -47,12 +47,12 @@ def axe():
 def violations(page, axe):
     page.js(axe)
     found = page.browser.promise(
-        """// Colours that fade from one scheme to the other are neither's.
+        """// Colours in transition between the schemes.
         await Promise.all(document.getAnimations().map(({ finished }) => finished.catch(() => {})));
         const { violations } = await axe.run(document, { resultTypes: ["violations"] });
         return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target }) => target.join(" ")).join(", ")}`);"""
     )
-    # What axe itself does to the page is no fault of the page.
+    # Messages caused by axe itself.
     page.browser.console()
     return found
 
@@ -65,15 +65,15 @@ def expect_no_violations(page, axe):
             assert violations(page, axe) == [], (width, dark)
 
 
-def test_axe_finds_no_fault(page, axe):
+def test_axe_finds_no_violation(page, axe):
     page.open(size=SMALL)
     expect_no_violations(page, axe)
-    # With everything shown that is hidden at first.
+    # All parts of the page shown.
     page.js("for (const hidden of document.querySelectorAll('[hidden]')) hidden.hidden = hidden.id === 'still'")
     page.js("document.querySelector('#message span').textContent = 'A line.'")
     page.js("document.querySelector('#progress-text').textContent = 'Making'")
     expect_no_violations(page, axe)
-    # A fault is found, and so are colours that are too near each other, in the scheme that has them.
+    # Negative controls: a missing label, and a low contrast in the light scheme.
     page.js("document.querySelector('label[for=method]').remove()")
     assert any(line.startswith("select-name") for line in violations(page, axe))
     page.js(
@@ -82,12 +82,12 @@ def test_axe_finds_no_fault(page, axe):
     for dark in [True, False]:
         page.browser.dark(dark)
         assert any(line.startswith("color-contrast") for line in violations(page, axe)) is not dark
-    # The next test begins with a page that nothing was done to.
+    # The next test loads the page again.
     page.browser.go("about:blank")
 
 
 @pytest.mark.parametrize("width", [320, 360, 900, 1400])
-def test_nothing_sticks_out_to_the_side(page, width):
+def test_nothing_exceeds_the_width_of_the_window(page, width):
     page.browser.resize(width, 900)
     page.reopen(size=SMALL)
     assert page.js("return document.documentElement.scrollWidth <= innerWidth")
@@ -97,7 +97,7 @@ def test_nothing_sticks_out_to_the_side(page, width):
             .map((one) => one.id || one.className)"""
     )
     assert sticking == []
-    # Words are cut off nowhere.
+    # No text is cut off.
     assert (
         page.js(
             """return [...document.querySelectorAll("button, label, dt, dd, h2, legend")]
@@ -108,7 +108,7 @@ def test_nothing_sticks_out_to_the_side(page, width):
     )
 
 
-def test_dark_and_light_differ(page):
+def test_dark_and_light_have_different_grounds(page):
     grounds = []
     for dark in [False, True]:
         page.browser.dark(dark)
@@ -119,7 +119,7 @@ def test_dark_and_light_differ(page):
     assert max(grounds[1][:3]) < 50
 
 
-def test_every_control_is_reached_by_the_tabulator(page):
+def test_the_tab_key_reaches_every_control_with_a_visible_focus(page):
     page.reopen(size=SMALL)
     page.js("document.activeElement.blur(); window.scrollTo(0, 0)")
     name = "const one = document.activeElement; return one.id || one.name || one.textContent.trim().slice(0, 20)"
@@ -144,13 +144,12 @@ def test_every_control_is_reached_by_the_tabulator(page):
     )
     assert set(wanted) <= set(reached)
     assert {"scene", "drag", "example"} <= set(reached)
-    # The body comes in between, before the browser's own parts.
     assert all(ring for ring, one in zip(rings, reached) if one in wanted)
 
 
 @pytest.mark.parametrize("secure", [True, False], ids=["no-adapter", "no-interface"])
-def test_without_webgpu_there_is_a_message_pictures_and_the_map(host, secure, tmp_path):
-    """Without a driver there is no adapter; to a page that comes over http from elsewhere, browsers offer no WebGPU."""
+def test_without_webgpu_there_are_a_message_pictures_and_the_map(host, secure, tmp_path):
+    """Without a driver there is no adapter. Over http from another host there is no WebGPU at all."""
     with Browser([f"--host-resolver-rules=MAP {ELSEWHERE} 127.0.0.1"]) as browser:
         page = Page(browser, host)
         if not secure:
@@ -171,11 +170,11 @@ def test_without_webgpu_there_is_a_message_pictures_and_the_map(host, secure, tm
         page.write("#map_theta", 50)
         page.browser.wait("return sunbeam.wi[0] > 0.7", "the other light")
         assert map_sum(page) != before
-        # The pictures of the examples.
+        # Ready-made pictures of the examples.
         page.js("document.querySelector('input[name=example]').click()")
         page.browser.wait("return document.getElementById('still').naturalWidth === 288", "the ready-made picture")
         assert page.canvas_colours("#still") > 300
-        # Files are read as ever.
+        # Files are read.
         path = tmp_path / "scan.npy"
         np.save(path, np.sin(np.arange(1024).reshape(32, 32)).astype(np.float32) * 0.1)
         page.drop(path)
@@ -188,7 +187,7 @@ def map_sum(page):
 
 
 def test_the_built_files_are_small():
-    """As the wire carries them; the measured figures are in docs/web.md."""
+    """Gzipped sizes; docs/web.md has the measured figures."""
     import gzip
 
     sizes = {path: len(gzip.compress(path.read_bytes(), 9)) for path in SITE.rglob("*") if path.is_file()}
@@ -197,8 +196,8 @@ def test_the_built_files_are_small():
     assert sum(size for path, size in sizes.items() if path.suffix != ".gsf") <= 2e6
 
 
-def test_hardly_any_data_is_committed():
-    """Examples are made from presets and scans when the page is built."""
+def test_committed_data_are_small():
+    """Examples are built from presets and scans."""
     listed = subprocess.run(["git", "ls-files", "-z", "crates/web"], cwd=REPOSITORY, capture_output=True, check=True)
     paths = [REPOSITORY / name for name in listed.stdout.decode().split("\0") if name]
     code = {".rs", ".js", ".py", ".html", ".css", ".toml", ".lock", ".md"}

@@ -31,7 +31,8 @@ def errors(page, source):
         shaders.pushErrorScope("validation");
         const { messages } = await shaders.createShaderModule({ code: args[0] }).getCompilationInfo();
         await shaders.popErrorScope();
-        return messages.filter(({ type }) => type === "error").map(({ lineNum, message }) => `${lineNum}: ${message}`);""",
+        const errors = messages.filter(({ type }) => type === "error");
+        return errors.map(({ lineNum, message }) => `${lineNum}: ${message}`);""",
         source,
     )
 

@@ -18,29 +18,29 @@ use sunbeam_realtime::{Gpu, Mesh, Target};
 
 /// Width of the panel in points.
 const PANEL_POINTS: f32 = 264.0;
-/// How often a note that counts seconds is painted.
+/// Interval at which a note that counts seconds is repainted.
 const TICK: Duration = Duration::from_millis(250);
 
 /// Makes the mesh and its pigment, which takes seconds.
-pub type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
+pub(crate) type SceneMaker = Box<dyn FnOnce() -> Result<(Mesh, PigmentTexture), String> + Send>;
 
-/// The window.
-pub struct App {
+/// The window: its controls, the drawer behind it, and the results shown.
+pub(crate) struct App {
     settings: Settings,
     at_start: Settings,
     form: SurfaceForm,
     window: RenderState,
     drawer: Drawer,
     tone: ToneMapper,
-    /// What is shown, at which exposure.
+    /// The picture shown, and the stops it was shown at.
     shown: Option<(Arc<Target>, f64)>,
     texture: Option<TextureId>,
     map: Option<(BrdfMap, TextureHandle)>,
     scene: Option<Task<(Mesh, PigmentTexture)>>,
     building: Option<(Recipe, Task<Built>)>,
-    /// What the last build was started for.
+    /// The recipe of the last build.
     tried: Option<Recipe>,
-    /// What was asked of the drawer last.
+    /// The last job of the drawer.
     job: Option<Job>,
     cursor: Option<[f32; 2]>,
     facts: Facts,
@@ -50,8 +50,8 @@ pub struct App {
 }
 
 impl App {
-    /// The window's contents, with everything slow under way.
-    pub fn new(
+    /// The window's contents; mesh and method are started on other threads.
+    pub(crate) fn new(
         ctx: &egui::Context,
         window: RenderState,
         settings: Settings,
@@ -87,7 +87,7 @@ impl App {
         }
     }
 
-    /// Takes what other threads have finished, and starts what has to be built.
+    /// Takes the results of other threads, and starts the builds that the settings need.
     fn collect(&mut self, ctx: &egui::Context) {
         if let Some(outcome) = self.scene.as_ref().and_then(Task::poll) {
             self.scene = None;
@@ -120,11 +120,12 @@ impl App {
             ctx.request_repaint_after(TICK);
         }
         while let Some(event) = self.drawer.next_event() {
-            self.hear(event, ctx);
+            self.handle(event, ctx);
         }
     }
 
-    fn hear(&mut self, event: Event, ctx: &egui::Context) {
+    /// Shows an event of the drawer.
+    fn handle(&mut self, event: Event, ctx: &egui::Context) {
         match event {
             Event::Uploaded(bytes) => {
                 if let Some(method) = &mut self.facts.method {
@@ -133,7 +134,7 @@ impl App {
             }
             Event::Picture(picture) => {
                 self.facts.picture = Some(PictureFacts::from(&picture));
-                // To be shown by `show_picture`, at the exposure of then.
+                // `picture` shows it at the stops of the settings.
                 self.shown = Some((picture.target, f64::NAN));
             }
             Event::Map(Some(map)) => {
@@ -168,7 +169,7 @@ impl App {
         });
     }
 
-    /// What is being waited for.
+    /// The work that the picture waits for.
     fn note(&self) -> Option<String> {
         if let Some((recipe, task)) = &self.building {
             return Some(format!("building {} … {:.1} s", recipe.name(), task.seconds()));
@@ -189,7 +190,7 @@ impl App {
             picture_view::show_map(ui, response.rect, map, texture.id());
         }
         self.order(seen.size);
-        // While something is dragged the map stays where it was asked for.
+        // During a drag the map stays at its point.
         if !response.dragged() && seen.cursor != self.cursor {
             self.cursor = seen.cursor;
             if self.cursor.is_none() {
@@ -199,7 +200,7 @@ impl App {
         }
     }
 
-    /// Has drawn what is not being drawn yet.
+    /// Orders the picture of the settings where it is not ordered yet.
     fn order(&mut self, pixels: (u32, u32)) {
         let scaled = |side: u32| ((side as f32 * self.settings.scale).round() as u32).max(1);
         let view = match self.settings.view() {

@@ -5,27 +5,27 @@ use sunbeam_cli::Outcome;
 use sunbeam_cli::method_args::MethodArgs;
 use sunbeam_cli::output::{Output, output};
 use sunbeam_cli::realtime::Realtime;
-use sunbeam_cli::scene_args::{KERATIN, SceneArgs, Size};
+use sunbeam_cli::scene_args::{SceneArgs, Size};
 use sunbeam_cli::surface_args::SurfaceArgs;
-use sunbeam_realtime::{AdapterChoice, Orbit};
+use sunbeam_realtime::{AdapterChoice, KERATIN, Orbit};
 
-/// Where a picture is saved unless the arguments say.
+/// Default name of a screenshot.
 const SCREENSHOT: &str = "sunbeam.png";
 
 /// Draw the snake in a window
 ///
-/// What is drawn is that of `sunbeam render`, and everything can be changed in the window. Left drag turns the camera,
+/// The picture is that of `sunbeam render`, and everything can be changed in the window. Left drag turns the camera,
 /// middle or shift drag moves it, the wheel zooms; right or ctrl drag turns the sun. Under the cursor the BRDF map of
 /// that place is shown. S saves the picture, R resets camera and sun, Ctrl+Q closes. A slow method is drawn coarsely
 /// first.
 #[derive(clap::Parser)]
 #[command(name = "sunbeam view", version)]
-pub struct ViewArgs {
+pub(crate) struct ViewArgs {
     /// Width and height of the window
     #[arg(long, value_name = "WxH", default_value = "1240x840")]
     size: Size,
-    /// Where S saves the picture for the screen (.png), and beside it the linear one as .exr; what exists is not overwritten
-    /// [default: sunbeam.png]
+    /// Where S saves the picture for the screen (.png), and beside it the linear one as .exr; what exists is not
+    /// overwritten [default: sunbeam.png]
     #[arg(long, value_name = "FILE", value_parser = output(&["png"]))]
     screenshot: Option<Output>,
     /// Brightens the picture, in stops
@@ -49,7 +49,7 @@ pub struct ViewArgs {
 }
 
 /// Runs `sunbeam view`.
-pub fn run(args: &ViewArgs) -> Outcome {
+pub(crate) fn run(args: &ViewArgs) -> Outcome {
     if !args.exposure.is_finite() {
         return Err(format!("parameter \"exposure\" is {}, but must be finite", args.exposure).into());
     }
@@ -57,7 +57,7 @@ pub fn run(args: &ViewArgs) -> Outcome {
         return Err(format!("parameter \"scale\" is {}, but must be 0.1 to 4", args.scale).into());
     }
     let (kind, options, surface, cache) = Realtime::new(&args.method, &args.surface)?.into_parts();
-    // Whatever is wrong with it is better said before there is a window.
+    // Errors of the surface are reported before the window opens.
     surface.height_field()?;
     if surface.theory == Theory::Rigorous {
         surface.profile()?;
@@ -81,7 +81,7 @@ pub fn run(args: &ViewArgs) -> Outcome {
         settings,
         make_scene: Box::new(move || scene.mesh().map_err(|error| error.to_string())),
         size: [args.size.0 as f32, args.size.1 as f32],
-        // Unless it is asked for, a window opens even where nothing can be saved.
+        // The default name is not checked: the window opens even where nothing can be saved.
         screenshot: args.screenshot.as_ref().map_or_else(|| SCREENSHOT.into(), |file| file.path().to_owned()),
         adapter: args.adapter.map_or_else(AdapterChoice::from_env, Ok)?,
     })

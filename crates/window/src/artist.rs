@@ -13,46 +13,47 @@ use sunbeam_realtime::{FrameReport, Gpu, GpuError, Mesh, Optics, Query, Renderer
 /// Time in ms that the first picture after a change may take: a drag is followed at 14 pictures a second.
 const PREVIEW_MS: f64 = 70.0;
 
-/// A picture that is done.
-pub struct Picture {
+/// A drawn picture.
+pub(crate) struct Picture {
     pub target: Arc<Target>,
     pub report: FrameReport,
-    /// Wall clock of all of it.
+    /// Wall-clock time in ms.
     pub ms: f64,
-    /// Whether no finer one follows.
+    /// Whether no finer picture follows.
     pub finest: bool,
 }
 
-/// Where a screenshot goes: `png`, and the same with `.exr`.
+/// Files of a screenshot: `png`, and its name with `.exr`.
 #[derive(Clone, Debug)]
-pub struct Shot {
+pub(crate) struct Shot {
     pub png: PathBuf,
+    /// Stops by which the PNG is brightened.
     pub exposure: f64,
 }
 
-/// One piece of work, after which there may be another job.
+/// One piece of work. Orders are read between steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
+pub(crate) enum Step {
     Picture(Level),
-    /// The map with this side.
+    /// The map with the side of this index.
     Map(usize),
     Save,
 }
 
-/// What a step gave.
-pub enum Done {
+/// Result of a step.
+pub(crate) enum Done {
     Picture(Picture),
     /// `None` where the cursor is not on the lit side of the mesh.
     Map(Option<BrdfMap>),
     Saved(PathBuf),
 }
 
-/// Draws what is ordered, in steps.
-pub struct Artist {
+/// Draws the ordered pictures and maps, step by step.
+pub(crate) struct Artist {
     gpu: Arc<Gpu>,
     renderer: Renderer,
     progressive: Progressive,
-    /// Where in the picture the map is asked for, each coordinate in [0, 1).
+    /// Point of the picture whose map is wanted, each coordinate in [0, 1).
     cursor: Option<[f32; 2]>,
     shot: Option<Shot>,
     /// Index of the side of the map that is drawn already.
@@ -61,11 +62,11 @@ pub struct Artist {
 }
 
 impl Artist {
-    /// Compiles what does not depend on anything.
+    /// Compiles the programs that do not depend on a method.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
-    pub fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
+    /// The errors of [`Renderer::new`].
+    pub(crate) fn new(gpu: Arc<Gpu>) -> Result<Self, GpuError> {
         let renderer = Renderer::new(&gpu)?;
         Ok(Self {
             gpu,
@@ -81,18 +82,18 @@ impl Artist {
     /// Takes another mesh.
     ///
     /// # Errors
-    /// As [`Scene::new`].
-    pub fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
+    /// The errors of [`Scene::new`].
+    pub(crate) fn set_scene(&mut self, mesh: &Mesh, pigment: &PigmentTexture) -> Result<(), GpuError> {
         self.progressive.set_scene(Scene::new(&self.gpu, mesh, pigment)?);
         self.map = None;
         Ok(())
     }
 
-    /// Takes another method, whose answers end early once the flag is set; gives its bytes on the GPU.
+    /// Takes another method, which stops when the flag is set; returns its bytes on the GPU.
     ///
     /// # Errors
-    /// As [`Shader::new`]. The method before stays.
-    pub fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
+    /// The errors of [`Shader::new`]; then the method before stays.
+    pub(crate) fn set_method(&mut self, method: &dyn Method, stop: Arc<AtomicBool>) -> Result<u64, GpuError> {
         let mut shader = Shader::new(&self.gpu, method, &Optics::default())?;
         shader.stop_when(stop);
         let bytes = shader.bytes();
@@ -102,25 +103,25 @@ impl Artist {
     }
 
     /// Takes another job.
-    pub fn set_job(&mut self, job: Job) {
+    pub(crate) fn set_job(&mut self, job: Job) {
         if self.progressive.set_job(&self.gpu, job) {
             self.map = None;
         }
     }
 
-    /// Asks for the map of another place.
-    pub fn set_cursor(&mut self, cursor: Option<[f32; 2]>) {
+    /// Orders the map of another point.
+    pub(crate) fn set_cursor(&mut self, cursor: Option<[f32; 2]>) {
         self.cursor = cursor;
         self.map = None;
     }
 
-    /// Asks for files of the finest picture.
-    pub fn set_shot(&mut self, shot: Shot) {
+    /// Orders files of the finest picture.
+    pub(crate) fn set_shot(&mut self, shot: Shot) {
         self.shot = Some(shot);
     }
 
-    /// What to do next: a first picture, a first map, then better ones.
-    pub fn next_step(&self) -> Option<Step> {
+    /// The next step: a first picture, a first map, then finer ones.
+    pub(crate) fn next_step(&self) -> Option<Step> {
         let picture = self.progressive.next_level().map(Step::Picture);
         let map = self.cursor.and_then(|_| hemisphere::next(self.map, &self.map_pace)).map(Step::Map);
         let save = self.shot.as_ref().map(|_| Step::Save);
@@ -131,8 +132,8 @@ impl Artist {
         }
     }
 
-    /// Whether something is shown already that the step only makes better.
-    pub fn refines(&self, step: Step) -> bool {
+    /// Whether the step only refines a picture or map that is shown already.
+    pub(crate) fn refines(&self, step: Step) -> bool {
         match step {
             Step::Picture(_) => self.progressive.latest().is_some(),
             Step::Map(_) => self.map.is_some(),
@@ -140,22 +141,22 @@ impl Artist {
         }
     }
 
-    /// Whether a screenshot is being waited for.
-    pub fn owes_shot(&self) -> bool {
+    /// Whether a screenshot is ordered.
+    pub(crate) fn owes_shot(&self) -> bool {
         self.shot.is_some()
     }
 
-    /// Gives up what a step that failed was for, until there is something new.
-    pub fn give_up(&mut self) {
+    /// Drops the orders after a failed step, until there is a new one.
+    pub(crate) fn give_up(&mut self) {
         self.progressive.give_up();
         self.shot = None;
     }
 
-    /// Does a step of [`Artist::next_step`]; `None` where it has become pointless.
+    /// Does a step of [`Artist::next_step`]; `None` where its order is gone.
     ///
     /// # Errors
-    /// What went wrong, [`GpuError::Stopped`] included; a file that cannot be written is a text.
-    pub fn work(&mut self, step: Step) -> Result<Option<Done>, Failure> {
+    /// [`Failure`]; [`GpuError::Stopped`] where the flag was set.
+    pub(crate) fn work(&mut self, step: Step) -> Result<Option<Done>, Failure> {
         match step {
             Step::Picture(level) => Ok(self.draw(level)?.map(Done::Picture)),
             Step::Map(index) => Ok(self.draw_map(index)?.map(Done::Map)),
@@ -202,16 +203,16 @@ impl Artist {
             let bytes = encoded.map_err(|error| Failure::File(error.to_string()))?;
             output::write(path, &bytes).map_err(Failure::File)
         };
-        // The PNG last: whoever waits for it finds both.
+        // The PNG is written last: with it, both files are there.
         write(&shot.png.with_extension("exr"), encode::exr(size, |i| picture[i]))?;
         write(&shot.png, encode::tone_mapped_png(size, &picture, shot.exposure))?;
         Ok(Some(Done::Saved(shot.png)))
     }
 }
 
-/// Why a step was not done.
+/// Reason why a step failed.
 #[derive(Debug, thiserror::Error)]
-pub enum Failure {
+pub(crate) enum Failure {
     #[error(transparent)]
     Gpu(#[from] GpuError),
     /// A screenshot that cannot be written.

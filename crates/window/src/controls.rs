@@ -12,15 +12,15 @@ use sunbeam::table::COHERENCE_LENGTH_UM;
 use sunbeam::transform::Series;
 use sunbeam_realtime::Blend;
 
-/// Stops of the exposure slider.
+/// Range of the exposure slider in stops.
 const EXPOSURE: std::ops::RangeInclusive<f64> = -6.0..=12.0;
-/// Pixels of the picture for each of the window.
+/// Range of the control for pixels of the picture per pixel of the window.
 const SCALE: std::ops::RangeInclusive<f32> = 0.1..=2.0;
-/// Parts of a refractive index, as far as hands turn them.
+/// Range of the controls for the parts of a refractive index.
 const INDEX: std::ops::RangeInclusive<f64> = 0.01..=20.0;
 
-/// All that can be chosen, from top to bottom.
-pub fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
+/// All controls, from top to bottom.
+pub(crate) fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
     section(ui, "Surface", |ui| {
         form.show(ui, &mut settings.surface);
         row(ui, "Coherence length", |ui| {
@@ -28,7 +28,7 @@ pub fn show(ui: &mut Ui, settings: &mut Settings, form: &mut SurfaceForm) {
             ui.add(length.range(COHERENCE_LENGTH_UM).speed(0.5).suffix(" µm").max_decimals(2));
         });
         choice(ui, "Theory", &mut settings.surface.theory, Theory::ALL.map(|theory| (theory, theory.name())));
-        // The orders of the other theory have both in them.
+        // The rigorous theory contains both.
         if settings.surface.theory == Theory::Scalar {
             let obliquity = ObliquityChoice::ALL.map(|choice| (choice, choice.name()));
             choice(ui, "Obliquity", &mut settings.surface.obliquity, obliquity);
@@ -51,7 +51,7 @@ fn index(ui: &mut Ui, index: &mut Option<ComplexIndex>) {
     switch(ui, "Reflects all", &mut reflects_all);
     match index {
         _ if reflects_all => *index = None,
-        None => *index = Some(sunbeam_cli::scene_args::KERATIN),
+        None => *index = Some(sunbeam_realtime::KERATIN),
         Some(index) => {
             number(ui, "eta", &mut index.eta, INDEX, 0.01, "");
             number(ui, "k", &mut index.k, 0.0..=*INDEX.end(), 0.01, "");
@@ -83,7 +83,7 @@ fn method(ui: &mut Ui, settings: &mut Settings) {
             "gems_sharpness" | "gems_highlight" if options.stam_form != StamForm::Gems => {}
             "gems_sharpness" => number(ui, "Sharpness", &mut options.gems_sharpness, GEMS_SHARPNESS, 0.5, " /µm"),
             "resolution" => number(ui, "Table samples", &mut options.resolution, RESOLUTION, 0.05, " ×"),
-            // An option that this window does not know keeps what the command line gave it.
+            // Options without a control keep the value of the command line.
             other => row(ui, other, |ui| {
                 ui.weak("by command line");
             }),
@@ -97,7 +97,7 @@ fn repeats(ui: &mut Ui, repeats: &mut Option<Repeats>) {
     optional(ui, "Repeats along x", &mut new_x, 26, 1..=REPEATS_MAX, 0.2, "");
     optional(ui, "Repeats along y", &mut new_y, 1, 1..=REPEATS_MAX, 0.2, "");
     if (new_x, new_y) != (x, y) {
-        // Both or none.
+        // Both numbers are given, or none.
         let dropped = (x.is_some() && new_x.is_none()) || (y.is_some() && new_y.is_none());
         *repeats = (!dropped).then(|| Repeats::Each([new_x.unwrap_or(1), new_y.unwrap_or(1)]));
     }

@@ -11,16 +11,16 @@ use sunbeam_realtime::progressive::Job;
 use sunbeam_realtime::snake::PigmentTexture;
 use sunbeam_realtime::{Gpu, GpuError, Mesh};
 
-/// The thread that draws. Pictures wait for the GPU, and the window must not; only what was asked for last is drawn.
-pub struct Drawer {
+/// The thread that draws. Pictures wait for the GPU, and the window must not. Only the last order is drawn.
+pub(crate) struct Drawer {
     shared: Arc<Shared>,
     events: Receiver<Event>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// What the window hears of the drawing.
-pub enum Event {
-    /// The method is on the GPU and takes so many bytes.
+/// News of the drawing for the window.
+pub(crate) enum Event {
+    /// The method is on the GPU, with this many bytes.
     Uploaded(u64),
     Picture(Picture),
     /// `None` where the cursor is not on the lit side of the mesh.
@@ -37,7 +37,7 @@ struct Shared {
     stop: Arc<AtomicBool>,
 }
 
-/// What has been asked for since the thread last looked.
+/// Orders since the thread last read them.
 #[derive(Default)]
 struct Pending {
     scene: Option<(Mesh, PigmentTexture)>,
@@ -46,12 +46,12 @@ struct Pending {
     cursor: Option<Option<[f32; 2]>>,
     shot: Option<Shot>,
     quit: bool,
-    /// The slightest change that ends the step under way.
+    /// The smallest change that ends the step under way.
     interruptible_by: Change,
 }
 
-/// What changes, the slightest last. A step ends at changes down to a certain one; a first picture is drawn whatever
-/// moves meanwhile, or there would be none while one drags.
+/// Kinds of changes, from the largest to the smallest. A step ends at a change of a certain kind or a larger one. A
+/// first picture is drawn to its end in spite of new jobs: otherwise a drag would show no pictures.
 #[derive(Clone, Copy, Default, PartialEq, PartialOrd)]
 enum Change {
     #[default]
@@ -59,63 +59,63 @@ enum Change {
     Method,
     /// Another job.
     Job,
-    /// Another place under the cursor, or a screenshot.
+    /// Another point under the cursor, or a screenshot.
     Cursor,
 }
 
 impl Drawer {
-    /// Starts the thread; every event has the window painted.
-    pub fn start(gpu: Arc<Gpu>, ctx: &egui::Context) -> Self {
+    /// Starts the thread. Each event repaints the window.
+    pub(crate) fn start(gpu: Arc<Gpu>, ctx: &egui::Context) -> Self {
         let shared = Arc::<Shared>::default();
         let (sender, events) = mpsc::channel();
         let (at_work, ctx) = (Arc::clone(&shared), ctx.clone());
         let thread = std::thread::spawn(move || {
-            let tell = Teller { sender, ctx };
+            let reporter = Reporter { sender, ctx };
             match Artist::new(gpu) {
-                Ok(artist) => at_work.draw(artist, &tell),
-                Err(error) => tell.tell(Event::Failed(error.to_string())),
+                Ok(artist) => at_work.draw(artist, &reporter),
+                Err(error) => reporter.report(Event::Failed(error.to_string())),
             }
         });
         Self { shared, events, thread: Some(thread) }
     }
 
     /// The next event, if there is one.
-    pub fn next_event(&self) -> Option<Event> {
+    pub(crate) fn next_event(&self) -> Option<Event> {
         self.events.try_recv().ok()
     }
 
     /// Draws another mesh from now on.
-    pub fn set_scene(&self, mesh: Mesh, pigment: PigmentTexture) {
+    pub(crate) fn set_scene(&self, mesh: Mesh, pigment: PigmentTexture) {
         self.shared.post(Change::Method, |pending| pending.scene = Some((mesh, pigment)));
     }
 
     /// Draws with another method from now on.
-    pub fn set_method(&self, method: Box<dyn Method>) {
+    pub(crate) fn set_method(&self, method: Box<dyn Method>) {
         self.shared.post(Change::Method, |pending| pending.method = Some(method));
     }
 
-    /// Draws this from now on.
-    pub fn set_job(&self, job: Job) {
+    /// Draws this job from now on.
+    pub(crate) fn set_job(&self, job: Job) {
         self.shared.post(Change::Job, |pending| pending.job = Some(job));
     }
 
-    /// Gives maps of this place from now on.
-    pub fn set_cursor(&self, cursor: Option<[f32; 2]>) {
+    /// Draws maps of this point from now on.
+    pub(crate) fn set_cursor(&self, cursor: Option<[f32; 2]>) {
         self.shared.post(Change::Cursor, |pending| pending.cursor = Some(cursor));
     }
 
     /// Saves the finest picture as soon as there is one.
-    pub fn save(&self, shot: Shot) {
+    pub(crate) fn save(&self, shot: Shot) {
         self.shared.post(Change::Cursor, |pending| pending.shot = Some(shot));
     }
 }
 
 impl Drop for Drawer {
-    /// Waits for the thread: drivers do not like a process that ends while another thread uses them.
+    /// Waits for the thread: drivers may crash in a process that ends while another thread uses them.
     fn drop(&mut self) {
         self.shared.post(Change::Method, |pending| pending.quit = true);
         if let Some(thread) = self.thread.take() {
-            // It has nothing more to say, not even why it panicked, which the panic itself has said.
+            // The message of a panic has been printed already.
             let _ = thread.join();
         }
     }
@@ -123,10 +123,11 @@ impl Drop for Drawer {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Pending> {
-        // Whoever panicked while holding the lock left whole values.
+        // A panic of the other thread leaves the orders intact.
         self.pending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Writes an order and ends the step under way where the change is large enough.
     fn post(&self, change: Change, write: impl FnOnce(&mut Pending)) {
         let mut pending = self.lock();
         write(&mut pending);
@@ -137,21 +138,21 @@ impl Shared {
         self.arrived.notify_one();
     }
 
-    /// The thread: looks at what is pending, does a step, looks again.
-    fn draw(&self, mut artist: Artist, tell: &Teller) {
+    /// The thread's loop: reads the orders, does a step.
+    fn draw(&self, mut artist: Artist, reporter: &Reporter) {
         loop {
             let mut pending = self.lock();
             while pending.is_empty() && artist.next_step().is_none() {
                 pending = self.arrived.wait(pending).unwrap_or_else(PoisonError::into_inner);
             }
-            let asked = std::mem::take(&mut *pending);
-            if asked.quit {
+            let orders = std::mem::take(&mut *pending);
+            if orders.quit {
                 return;
             }
             self.stop.store(false, Ordering::Relaxed);
             drop(pending);
-            if let Err(error) = self.read(asked, &mut artist, tell) {
-                tell.tell(Event::Failed(error.to_string()));
+            if let Err(error) = self.read(orders, &mut artist, reporter) {
+                reporter.report(Event::Failed(error.to_string()));
             }
             let Some(step) = artist.next_step() else { continue };
             if !self.begin(match (artist.refines(step), artist.owes_shot()) {
@@ -164,21 +165,21 @@ impl Shared {
             let done = artist.work(step);
             self.lock().interruptible_by = Change::default();
             match done {
-                Ok(Some(Done::Picture(picture))) => tell.tell(Event::Picture(picture)),
-                Ok(Some(Done::Map(map))) => tell.tell(Event::Map(map)),
-                Ok(Some(Done::Saved(path))) => tell.tell(Event::Saved(path)),
+                Ok(Some(Done::Picture(picture))) => reporter.report(Event::Picture(picture)),
+                Ok(Some(Done::Map(map))) => reporter.report(Event::Map(map)),
+                Ok(Some(Done::Saved(path))) => reporter.report(Event::Saved(path)),
                 Ok(None) | Err(Failure::Gpu(GpuError::Stopped)) => {}
                 Err(error) => {
                     if !matches!(error, Failure::File(_)) {
                         artist.give_up();
                     }
-                    tell.tell(Event::Failed(error.to_string()));
+                    reporter.report(Event::Failed(error.to_string()));
                 }
             }
         }
     }
 
-    /// Says what ends the step that follows; false when something is pending that is to be read before it.
+    /// Sets the changes that end the next step; false where an order came in, which is read first.
     fn begin(&self, interruptible_by: Change) -> bool {
         let mut pending = self.lock();
         if !pending.is_empty() {
@@ -188,22 +189,23 @@ impl Shared {
         true
     }
 
-    fn read(&self, asked: Pending, artist: &mut Artist, tell: &Teller) -> Result<(), GpuError> {
-        // The job first: whatever is built has its optics, and is drawn even where something else fails.
-        if let Some(job) = asked.job {
+    /// Hands the orders to the artist.
+    fn read(&self, orders: Pending, artist: &mut Artist, reporter: &Reporter) -> Result<(), GpuError> {
+        // The job first: method and scene are drawn with its optics, even where one of them fails.
+        if let Some(job) = orders.job {
             artist.set_job(job);
         }
-        if let Some(cursor) = asked.cursor {
+        if let Some(cursor) = orders.cursor {
             artist.set_cursor(cursor);
         }
-        if let Some(shot) = asked.shot {
+        if let Some(shot) = orders.shot {
             artist.set_shot(shot);
         }
-        if let Some((mesh, pigment)) = asked.scene {
+        if let Some((mesh, pigment)) = orders.scene {
             artist.set_scene(&mesh, &pigment)?;
         }
-        if let Some(method) = asked.method {
-            tell.tell(Event::Uploaded(artist.set_method(&*method, Arc::clone(&self.stop))?));
+        if let Some(method) = orders.method {
+            reporter.report(Event::Uploaded(artist.set_method(&*method, Arc::clone(&self.stop))?));
         }
         Ok(())
     }
@@ -216,14 +218,15 @@ impl Pending {
     }
 }
 
-struct Teller {
+/// Sends events to the window and repaints it.
+struct Reporter {
     sender: Sender<Event>,
     ctx: egui::Context,
 }
 
-impl Teller {
-    fn tell(&self, event: Event) {
-        // Nobody listens any more when the window is being closed.
+impl Reporter {
+    fn report(&self, event: Event) {
+        // The window may be closing.
         let _ = self.sender.send(event);
         self.ctx.request_repaint();
     }

@@ -2,9 +2,9 @@ use super::artist::Picture;
 use super::widgets::row;
 use eframe::egui::Ui;
 
-/// What is known about the machine, the method and the last picture.
+/// Facts about the machine, the method and the last picture.
 #[derive(Default)]
-pub struct Facts {
+pub(crate) struct Facts {
     pub adapter: String,
     pub software: bool,
     pub timestamps: bool,
@@ -13,17 +13,17 @@ pub struct Facts {
 }
 
 /// The method that draws.
-pub struct MethodFacts {
+pub(crate) struct MethodFacts {
     pub name: &'static str,
     pub build_seconds: f64,
     pub bytes: u64,
 }
 
-/// What a picture took.
-pub struct PictureFacts {
+/// Size, time and work of a picture.
+pub(crate) struct PictureFacts {
     size: (u32, u32),
     ms: f64,
-    /// Whether no finer one follows.
+    /// Whether no finer picture follows.
     finest: bool,
     answered: u64,
     stages: [(&'static str, f64); 4],
@@ -48,8 +48,8 @@ impl From<&Picture> for PictureFacts {
 }
 
 impl Facts {
-    /// As lines of text.
-    pub fn show(&self, ui: &mut Ui) {
+    /// Lines of text.
+    pub(crate) fn show(&self, ui: &mut Ui) {
         let line = |ui: &mut Ui, label: &str, text: String| {
             row(ui, label, |ui| {
                 ui.label(text);

@@ -1,30 +1,31 @@
-//! The BRDF map beside the picture: what the surface sends where, for light from one direction.
+//! The BRDF map beside the picture: reflectance over all viewing directions for one direction of the light.
 
 use eframe::egui;
 use sunbeam::colour::{automatic_exposure, srgb_bytes};
 use sunbeam_realtime::levels::Pace;
 use sunbeam_realtime::{Gpu, GpuError, Query, Shader};
 
-/// Sides of the map in pixels, from the first one on a slow method to the last.
+/// Sides of the map in pixels, from the coarsest to the finest.
 const SIDES: [usize; 4] = [16, 32, 64, 128];
 /// Index of the last side.
-pub const LAST: usize = SIDES.len() - 1;
-/// A first map after a change should not take longer than this.
+pub(crate) const LAST: usize = SIDES.len() - 1;
+/// Time in ms that the first map after a change may take.
 const PREVIEW_MS: f64 = 40.0;
 
-/// A map seen from above as by `sunbeam brdf-map`: x right is the grating's +x, y up is +y.
+/// A map seen from above, in the layout of `sunbeam brdf-map`: right is the grating's +x, up is +y.
 #[derive(Clone)]
-pub struct BrdfMap {
+pub(crate) struct BrdfMap {
     pub image: egui::ColorImage,
+    /// Direction to the light.
     pub wi: [f32; 3],
-    /// To the viewer of the place that was asked about.
+    /// Direction from the point under the cursor to the viewer.
     pub wo: [f32; 3],
-    /// Factor that 1 % of the map's pixels exceed 1 with.
+    /// Factor on the reflectance at which 1 % of the pixels exceed 1.
     pub exposure: f64,
 }
 
-/// Index of the side to draw after `done`, as with the levels of pictures.
-pub fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
+/// Index of the side to draw after `done`: the finest one in time, else the next.
+pub(crate) fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
     let first = done.map_or(0, |done| done + 1);
     if first >= SIDES.len() {
         return None;
@@ -33,16 +34,22 @@ pub fn next(done: Option<usize>, pace: &Pace) -> Option<usize> {
     Some((first..SIDES.len()).rev().find(fits).unwrap_or(first))
 }
 
-/// Pixels of the map with a side of that index.
+/// Number of pixels of the map with the side of this index.
 fn pixels(index: usize) -> f64 {
     (SIDES[index] * SIDES[index]) as f64
 }
 
-/// Asks the shader for the map with a side of that index; learns from what it takes.
+/// Draws the map with the side of this index for the light at `seen`, and learns its speed.
 ///
 /// # Errors
-/// As [`Shader::evaluate`].
-pub fn draw(gpu: &Gpu, shader: &Shader, seen: &Query, index: usize, pace: &mut Pace) -> Result<BrdfMap, GpuError> {
+/// The errors of [`Shader::brdf_map`].
+pub(crate) fn draw(
+    gpu: &Gpu,
+    shader: &Shader,
+    seen: &Query,
+    index: usize,
+    pace: &mut Pace,
+) -> Result<BrdfMap, GpuError> {
     let start = std::time::Instant::now();
     let side = SIDES[index];
     let answers = shader.brdf_map(gpu, seen.wi, side)?;
@@ -64,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_fast_method_gives_the_whole_map_at_once_and_a_slow_one_in_steps() {
+    fn a_fast_method_gives_the_finest_map_at_once_and_a_slow_one_in_steps() {
         let pace = |ms_per_pixel: f64| {
             let mut pace = Pace::default();
             pace.learn(1.0, ms_per_pixel);

@@ -1,9 +1,9 @@
 //! The window of the realtime renderer, `sunbeam view`: a program of its own, since it takes minutes more to build.
 //!
-//! Three kinds of threads: the window's own ([`app`]) never waits for anything; methods and the mesh are made on
-//! threads of their own ([`task`]); and one thread draws ([`drawer`], [`artist`]) on the window's device, what was asked
-//! for last, coarsely first where the method is slow ([`sunbeam_realtime::levels`]). What it drew is tone-mapped into a texture of the
-//! window ([`tone`]).
+//! There are three kinds of threads. The window's own ([`app`]) never waits. Methods and the mesh are built on threads
+//! of their own ([`task`]). One thread draws ([`drawer`], [`artist`]) the last order on the window's device, with
+//! coarse pictures first where the method is slow ([`sunbeam_realtime::progressive`]). Its pictures are tone-mapped
+//! into a texture of the window ([`tone`]).
 
 mod app;
 mod args;
@@ -27,7 +27,7 @@ use std::process::ExitCode;
 use sun::Sun;
 
 fn main() -> ExitCode {
-    // SAFETY: this is the first thing the process does, so there is no other thread that could read variables.
+    // SAFETY: no other thread exists yet.
     unsafe { sunbeam_realtime::give_drivers_a_runtime_folder() };
     sunbeam_cli::run_with(args::run)
 }

@@ -1,4 +1,4 @@
-//! Opening the window, and what can go wrong with that.
+//! Opens the window, and explains why it cannot be opened.
 
 use crate::app::{App, SceneMaker};
 use crate::settings::Settings;
@@ -9,8 +9,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError};
 
-/// What the window starts with.
-pub struct Start {
+/// Initial state of the window.
+pub(crate) struct Start {
     pub settings: Settings,
     pub make_scene: SceneMaker,
     /// Width and height of the window in points.
@@ -24,8 +24,8 @@ pub struct Start {
 ///
 /// # Errors
 /// No display, no adapter that can draw on it, or no device.
-pub fn open(start: Start) -> Result<(), Box<dyn Error>> {
-    // winit panics without it.
+pub(crate) fn open(start: Start) -> Result<(), Box<dyn Error>> {
+    // winit panics without this library.
     #[cfg(target_os = "linux")]
     if xkbcommon_dl::x11::xkbcommon_x11_option().is_none() {
         return Err("libxkbcommon-x11 is missing: apt-get install libxkbcommon-x11-0 on Debian".into());
@@ -49,7 +49,7 @@ pub fn open(start: Start) -> Result<(), Box<dyn Error>> {
     eframe::run_native("sunbeam", options, Box::new(make)).map_err(explained)
 }
 
-/// As without a window, of the adapters that can draw on it.
+/// The best accepted adapter that can draw on the window.
 fn choose(
     choice: AdapterChoice,
     adapters: &[wgpu::Adapter],
@@ -60,10 +60,10 @@ fn choose(
     Gpu::choose(choice, &fitting).cloned().map_err(|error| error.to_string())
 }
 
-/// What went wrong, and what to do about it.
+/// The error with advice.
 fn explained(error: eframe::Error) -> Box<dyn Error> {
     let no_display = |error: String| {
-        // winit begins with a line of its own source.
+        // winit puts a position in its own source first.
         let reason = error.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map(|(_, reason)| reason);
         let reason = reason.unwrap_or(&error).trim_end_matches('.');
         format!("there is no display to open a window on ({reason}); set DISPLAY, or use xvfb-run").into()
@@ -72,7 +72,7 @@ fn explained(error: eframe::Error) -> Box<dyn Error> {
         eframe::Error::WinitEventLoop(error) => no_display(error.to_string()),
         eframe::Error::Winit(error) => no_display(error.to_string()),
         eframe::Error::Wgpu(WgpuError::CustomNativeAdapterSelectionError(reason)) => reason.into(),
-        // No graphics interface at all, before any adapter is looked for.
+        // There is no graphics interface at all.
         eframe::Error::Wgpu(WgpuError::CreateSurfaceError(_)) => {
             GpuError::NoAdapter { wanted: "usable".to_owned(), found: "none".to_owned() }.into()
         }

@@ -2,23 +2,28 @@ use super::hemisphere::BrdfMap;
 use super::settings::Settings;
 use eframe::egui::{self, Color32, PointerButton, Rect, Response, Sense, Stroke, TextureId, Ui, Vec2, pos2, vec2};
 
-/// How fast the wheel zooms, for each point that it scrolls.
+/// Logarithm of the zoom factor per point of the wheel.
 const ZOOM_PER_POINT: f32 = 0.002;
 /// Side of the BRDF map in points.
 const MAP_POINTS: f32 = 150.0;
-/// All of a texture.
+/// Texture coordinates of a whole texture.
 const WHOLE: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
 
-/// What happened in the picture.
-pub struct Seen {
-    /// In pixels of the screen.
+/// Size of the picture and position of the cursor.
+pub(crate) struct Seen {
+    /// Size in pixels of the screen.
     pub size: (u32, u32),
-    /// Where the cursor is, each coordinate in [0, 1).
+    /// Position of the cursor in the picture, each coordinate in [0, 1).
     pub cursor: Option<[f32; 2]>,
 }
 
-/// Shows the picture in all the room there is, and turns camera and sun with the mouse.
-pub fn show(ui: &mut Ui, settings: &mut Settings, texture: Option<TextureId>, note: Option<&str>) -> (Response, Seen) {
+/// Shows the picture in the available space, and turns camera and sun with the mouse.
+pub(crate) fn show(
+    ui: &mut Ui,
+    settings: &mut Settings,
+    texture: Option<TextureId>,
+    note: Option<&str>,
+) -> (Response, Seen) {
     let (response, painter) = ui.allocate_painter(ui.available_size(), Sense::click_and_drag());
     let area = response.rect;
     painter.rect_filled(area, 0.0, Color32::BLACK);
@@ -36,12 +41,12 @@ pub fn show(ui: &mut Ui, settings: &mut Settings, texture: Option<TextureId>, no
     steer(ui, &response, settings);
     let pixels = area.size() * ui.pixels_per_point();
     let size = (pixels.x.round().max(1.0) as u32, pixels.y.round().max(1.0) as u32);
-    let place = |at: egui::Pos2| {
+    let position = |at: egui::Pos2| {
         let [x, y] = ((at - area.min) / area.size()).into();
         let inside = (0.0..1.0).contains(&x) && (0.0..1.0).contains(&y);
         inside.then_some([x, y])
     };
-    let cursor = response.hover_pos().and_then(place);
+    let cursor = response.hover_pos().and_then(position);
     (response, Seen { size, cursor })
 }
 
@@ -65,14 +70,14 @@ fn steer(ui: &Ui, response: &Response, settings: &mut Settings) {
 }
 
 /// The BRDF map in the lower right corner of the picture, with the mirror direction and the viewer marked.
-pub fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
+pub(crate) fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     let painter = ui.painter_at(area);
     let side = MAP_POINTS.min(0.4 * area.size().min_elem());
-    let place = Rect::from_min_size(area.max - Vec2::splat(side + 12.0), Vec2::splat(side));
-    painter.circle_filled(place.center(), 0.5 * side, Color32::from_black_alpha(220));
-    painter.image(texture, place, WHOLE, Color32::WHITE);
-    painter.circle_stroke(place.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
-    let at = |x: f32, y: f32| place.center() + 0.5 * side * vec2(x, -y);
+    let disc = Rect::from_min_size(area.max - Vec2::splat(side + 12.0), Vec2::splat(side));
+    painter.circle_filled(disc.center(), 0.5 * side, Color32::from_black_alpha(220));
+    painter.image(texture, disc, WHOLE, Color32::WHITE);
+    painter.circle_stroke(disc.center(), 0.5 * side, Stroke::new(1.0, Color32::GRAY));
+    let at = |x: f32, y: f32| disc.center() + 0.5 * side * vec2(x, -y);
     painter.circle_stroke(at(-map.wi[0], -map.wi[1]), 3.0, Stroke::new(1.0, Color32::WHITE));
     let viewer = at(map.wo[0], map.wo[1]);
     let cross = Stroke::new(1.0, Color32::WHITE);
@@ -81,5 +86,5 @@ pub fn show_map(ui: &Ui, area: Rect, map: &BrdfMap, texture: TextureId) {
     let theta = map.wi[2].clamp(-1.0, 1.0).acos().to_degrees();
     let text = format!("θi {theta:.0}°, white at {:.2} /sr", 1.0 / map.exposure);
     let font = egui::FontId::proportional(11.0);
-    painter.text(place.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, text, font, Color32::WHITE);
+    painter.text(disc.center_top() - vec2(0.0, 4.0), egui::Align2::CENTER_BOTTOM, text, font, Color32::WHITE);
 }

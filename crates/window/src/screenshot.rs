@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
-/// The first of `PATH`, `PATH-2`, `PATH-3`, … that neither exists as PNG nor as EXR, so that nothing is overwritten.
-pub fn free_name(path: &Path) -> PathBuf {
+/// The first of `PATH`, `PATH-2`, `PATH-3`, … that exists neither as PNG nor as EXR.
+pub(crate) fn free_name(path: &Path) -> PathBuf {
     let png = path.with_extension("png");
     let taken = |path: &Path| path.exists() || path.with_extension("exr").exists();
     if !taken(&png) {
@@ -17,7 +17,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_is_overwritten() {
+    fn names_of_existing_files_are_skipped() {
         let folder = tempfile::tempdir().unwrap();
         let wanted = folder.path().join("a.exr");
         assert_eq!(free_name(&wanted), folder.path().join("a.png"));

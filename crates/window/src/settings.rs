@@ -9,13 +9,13 @@ use sunbeam_realtime::{GpuError, Optics, Orbit, View};
 
 /// Everything that users choose.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
+pub(crate) struct Settings {
     pub surface: SurfaceConfig,
     pub kind: MethodKind,
     pub options: MethodOptions,
     /// The refractive index; `None` reflects everything.
     pub index: Option<ComplexIndex>,
-    /// All but camera and light, which [`Settings::orbit`] and [`Settings::sun`] stand for.
+    /// The view, whose camera and light are those of [`Settings::orbit`] and [`Settings::sun`].
     pub view: View,
     pub orbit: Orbit,
     pub sun: Sun,
@@ -29,22 +29,23 @@ pub struct Settings {
 
 impl Settings {
     /// The optics around the relief.
-    pub fn optics(&self) -> Optics {
+    pub(crate) fn optics(&self) -> Optics {
         let obliquity = self.surface.obliquity.resolved(self.index.map(SpectralIndex::Constant).as_ref());
         Optics { index: self.index, obliquity, shadowing: self.surface.shadowing }
     }
 
-    /// What the renderer draws.
+    /// The view for the renderer.
     ///
     /// # Errors
-    /// As [`Sun::light`].
-    pub fn view(&self) -> Result<View, GpuError> {
+    /// The errors of [`Sun::light`].
+    pub(crate) fn view(&self) -> Result<View, GpuError> {
         Ok(View { camera: self.orbit.camera(), light: self.sun.light()?, ..self.view })
     }
 
-    /// What the method has to be built from.
-    pub fn recipe(&self) -> Recipe {
-        // Optics are the shader's: changing them builds nothing. A grating by Maxwell's equations has its own, and keeps energy.
+    /// The recipe of the method.
+    pub(crate) fn recipe(&self) -> Recipe {
+        // The shader has the optics, so a change of them builds nothing. A grating by Maxwell's equations contains its
+        // optics and conserves energy.
         let rigorous = self.surface.theory == Theory::Rigorous;
         let mut surface = SurfaceConfig {
             obliquity: ObliquityChoice::default(),
@@ -60,26 +61,26 @@ impl Settings {
     }
 }
 
-/// What a method is built from.
+/// Everything that a method is built from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Recipe {
+pub(crate) struct Recipe {
     surface: SurfaceConfig,
     kind: MethodKind,
     options: MethodOptions,
-    /// Where it is part of what is built.
+    /// The refractive index, where the method contains it.
     index: Option<ComplexIndex>,
     cache: Cache,
 }
 
 /// A method and the seconds it took.
-pub struct Built {
+pub(crate) struct Built {
     pub method: Box<dyn Method>,
     pub seconds: f64,
 }
 
 impl Recipe {
-    /// Makes the method, which may take long.
-    pub fn build(&self) -> Result<Built, String> {
+    /// Builds the method, which may take seconds.
+    pub(crate) fn build(&self) -> Result<Built, String> {
         let start = Instant::now();
         let index = self.index.map(SpectralIndex::Constant);
         let built = self.surface.build_method(self.kind, &self.options, index.as_ref(), &self.cache, &Progress::none());
@@ -88,7 +89,7 @@ impl Recipe {
     }
 
     /// The method's name.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         self.kind.name()
     }
 }

@@ -4,14 +4,15 @@ use std::path::PathBuf;
 use sunbeam::config::{ReliefSource, Source, SurfaceConfig};
 use sunbeam::height_field::Preset;
 
-/// Periods and heights in µm, as far as hands turn them.
+/// Range of the control for periods in µm.
 const PERIOD_UM: std::ops::RangeInclusive<f64> = 0.2..=50.0;
+/// Range of the control for heights in µm.
 const HEIGHT_UM: std::ops::RangeInclusive<f64> = 0.001..=5.0;
-/// Scales of height fields.
+/// Range of the control for pixel sizes in µm.
 const PIXEL_UM: std::ops::RangeInclusive<f64> = 1e-4..=10.0;
 
-/// Where the relief comes from, while it is being chosen: a file's name is typed before it is read.
-pub struct SurfaceForm {
+/// The choice of the relief's source. A file's name and scale are typed here before the file is read.
+pub(crate) struct SurfaceForm {
     chosen: Chosen,
     path: String,
     pixel_size: Option<f64>,
@@ -35,8 +36,8 @@ impl From<&SurfaceConfig> for SurfaceForm {
 }
 
 impl SurfaceForm {
-    /// The widgets; changes the surface when a choice is complete.
-    pub fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
+    /// The widgets; they change the surface when a choice is complete.
+    pub(crate) fn show(&mut self, ui: &mut Ui, surface: &mut SurfaceConfig) {
         let before = self.chosen;
         let presets = Preset::ALL.map(|preset| (Chosen::Preset(preset), preset.name()));
         choice(ui, "Relief", &mut self.chosen, presets.into_iter().chain([(Chosen::File, "file…")]));

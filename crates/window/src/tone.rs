@@ -2,11 +2,11 @@ use eframe::egui::TextureId;
 use eframe::egui_wgpu::RenderState;
 use sunbeam_realtime::{Target, TonePass};
 
-/// What egui samples: encoded values, not decoded again.
+/// Format of the texture that egui shows: encoded values, which egui does not decode.
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// Turns pictures of linear radiance into a texture of the window, on the GPU.
-pub struct ToneMapper {
+/// Tone-maps pictures of linear radiance into a texture of the window, on the GPU.
+pub(crate) struct ToneMapper {
     pass: TonePass,
     shown: Option<Shown>,
 }
@@ -18,12 +18,12 @@ struct Shown {
 
 impl ToneMapper {
     /// Compiles the pass.
-    pub fn new(device: &wgpu::Device) -> Self {
+    pub(crate) fn new(device: &wgpu::Device) -> Self {
         Self { pass: TonePass::new(device, FORMAT), shown: None }
     }
 
-    /// Shows a picture brightened by so many stops. The texture keeps its number from picture to picture.
-    pub fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
+    /// Shows a picture brightened by `stops`. The texture keeps its identifier from picture to picture.
+    pub(crate) fn show(&mut self, window: &RenderState, target: &Target, stops: f64) -> TextureId {
         let (width, height) = target.size();
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let id = match &mut self.shown {
@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn the_window_shows_what_the_files_hold() {
+    fn the_gpu_tone_maps_as_the_processor_does() {
         let gpu = match Gpu::open(AdapterChoice::from_env().unwrap()) {
             Ok(gpu) => gpu,
             Err(error @ GpuError::NoAdapter { .. }) => return sunbeam_testing::skip("gpu", error),

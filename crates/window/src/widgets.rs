@@ -4,7 +4,7 @@ use eframe::egui::{Align2, ComboBox, DragValue, Sense, TextStyle, Ui, emath::Num
 use std::ops::RangeInclusive;
 
 /// A choice among values with names.
-pub fn choice<T: Copy + PartialEq>(
+pub(crate) fn choice<T: Copy + PartialEq>(
     ui: &mut Ui,
     label: &str,
     value: &mut T,
@@ -22,14 +22,21 @@ pub fn choice<T: Copy + PartialEq>(
 }
 
 /// A number.
-pub fn number<N: Numeric>(ui: &mut Ui, label: &str, value: &mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) {
+pub(crate) fn number<N: Numeric>(
+    ui: &mut Ui,
+    label: &str,
+    value: &mut N,
+    range: RangeInclusive<N>,
+    speed: f64,
+    suffix: &str,
+) {
     row(ui, label, |ui| {
         ui.add(drag(value, range, speed, suffix));
     });
 }
 
-/// A number that need not be given; `first` is what it becomes when it is.
-pub fn optional<N: Numeric>(
+/// An optional number; `first` is its value when it is switched on.
+pub(crate) fn optional<N: Numeric>(
     ui: &mut Ui,
     label: &str,
     value: &mut Option<N>,
@@ -54,27 +61,27 @@ pub fn optional<N: Numeric>(
     });
 }
 
-/// Something that is or is not.
-pub fn switch(ui: &mut Ui, label: &str, value: &mut bool) {
+/// A switch.
+pub(crate) fn switch(ui: &mut Ui, label: &str, value: &mut bool) {
     row(ui, label, |ui| {
         ui.checkbox(value, "");
     });
 }
 
-/// A label with something on its right.
-pub fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
+/// A label with widgets on its right.
+pub(crate) fn row(ui: &mut Ui, label: &str, add: impl FnOnce(&mut Ui)) {
     ui.horizontal(|ui| {
         let size = vec2(LABEL_POINTS, ui.spacing().interact_size.y);
-        let (place, _) = ui.allocate_exact_size(size, Sense::hover());
+        let (area, _) = ui.allocate_exact_size(size, Sense::hover());
         let (font, colour) = (TextStyle::Body.resolve(ui.style()), ui.visuals().text_color());
-        ui.painter_at(place).text(place.left_center(), Align2::LEFT_CENTER, label, font, colour);
+        ui.painter_at(area).text(area.left_center(), Align2::LEFT_CENTER, label, font, colour);
         add(ui);
     });
 }
 
-/// Width of the labels.
+/// Width of the labels in points.
 const LABEL_POINTS: f32 = 112.0;
-/// Digits behind the point of numbers that have any.
+/// Most decimals of a number.
 const DECIMALS: usize = 4;
 
 fn drag<'a, N: Numeric>(value: &'a mut N, range: RangeInclusive<N>, speed: f64, suffix: &str) -> DragValue<'a> {

@@ -1,6 +1,6 @@
-//! The window as users meet it: on a display of its own, with keys and a mouse.
+//! The window on a virtual display, driven by keys and mouse.
 
-#![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
+#![allow(clippy::unwrap_used, reason = "also outside `#[test]` functions")]
 
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::{Path, PathBuf};
@@ -8,17 +8,17 @@ use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError};
 
-/// How long anything may take: software adapters on loaded machines are slow.
+/// Time limit of every step: software adapters on loaded machines are slow.
 const DEADLINE: Duration = Duration::from_secs(240);
-/// Between two looks at something, and between events that must not fall into one frame.
+/// Pause between two polls, and between events that must not fall into one frame.
 const PAUSE: Duration = Duration::from_millis(250);
-/// Looks after which events are sent once more.
+/// Polls after which events are sent again.
 const PATIENCE: usize = 20;
 /// The controls are 264 pixels wide, the rest is the picture.
 const SIZE: &str = "520x300";
 const MIDDLE_OF_PICTURE: [&str; 2] = ["390", "150"];
 
-/// Ends with whoever started it.
+/// A process that is killed when it is dropped.
 struct Process(Child);
 
 impl Drop for Process {
@@ -29,10 +29,10 @@ impl Drop for Process {
     }
 }
 
-/// A display that nobody sees; `None` where there is no Xvfb.
+/// A virtual display; `None` without Xvfb.
 fn display() -> Option<(Process, String)> {
     let mut command = Command::new("Xvfb");
-    // It would start anew whenever its last client leaves, as xdotool does, and refuse whoever comes meanwhile.
+    // Without -noreset it restarts whenever its last client leaves, as xdotool does, and refuses clients meanwhile.
     command.args(["-noreset", "-displayfd", "1", "-screen", "0", "640x480x24", "-nolisten", "tcp"]);
     let mut child = match command.stdout(Stdio::piped()).stderr(Stdio::null()).spawn() {
         Err(error) if error.kind() == ErrorKind::NotFound => return None,
@@ -68,7 +68,7 @@ impl Hand<'_> {
         output.status.success().then(|| String::from_utf8(output.stdout).unwrap())
     }
 
-    /// A drag in steps that a slow window sees one by one.
+    /// A drag in steps, with pauses so that a slow window handles them one by one.
     fn drags(&self, button: &str) {
         self.does(&[&["mousemove"], &MIDDLE_OF_PICTURE[..]].concat());
         for step in
@@ -82,33 +82,33 @@ impl Hand<'_> {
     }
 }
 
-/// What a window that has closed said.
+/// The messages of a window that has closed.
 fn said(window: &mut Process) -> String {
     let mut said = String::new();
     window.0.stderr.as_mut().unwrap().read_to_string(&mut said).unwrap();
     said
 }
 
-/// Asks again and again until there is an answer; acts before the first time and now and then.
-fn eventually<T>(what: &str, window: &mut Process, mut act: impl FnMut(), mut ask: impl FnMut() -> Option<T>) -> T {
+/// Polls until there is an answer; acts before the first poll and again after every [`PATIENCE`] polls.
+fn eventually<T>(awaited: &str, window: &mut Process, mut act: impl FnMut(), mut ask: impl FnMut() -> Option<T>) -> T {
     let start = Instant::now();
-    for look in 0.. {
-        if look % PATIENCE == 0 {
+    for poll in 0.. {
+        if poll % PATIENCE == 0 {
             act();
         }
         if let Some(answer) = ask() {
             return answer;
         }
         if let Some(status) = window.0.try_wait().unwrap() {
-            panic!("the window closed with {status} while waiting for {what}: {}", said(window));
+            panic!("the window closed with {status} while waiting for {awaited}: {}", said(window));
         }
-        assert!(start.elapsed() < DEADLINE, "no {what} after {DEADLINE:?}");
+        assert!(start.elapsed() < DEADLINE, "no {awaited} after {DEADLINE:?}");
         std::thread::sleep(PAUSE);
     }
     unreachable!()
 }
 
-/// A PNG's size and bytes; `None` while it is not whole.
+/// Size and bytes of a PNG; `None` while it is incomplete.
 fn picture(path: &Path) -> Option<(u32, u32, Vec<u8>)> {
     let mut reader = png::Decoder::new(BufReader::new(std::fs::File::open(path).ok()?)).read_info().ok()?;
     let mut bytes = vec![0; reader.output_buffer_size()?];
@@ -116,7 +116,7 @@ fn picture(path: &Path) -> Option<(u32, u32, Vec<u8>)> {
     Some((info.width, info.height, bytes))
 }
 
-/// Every screenshot that is whole.
+/// All complete screenshots.
 fn pictures(folder: &Path) -> Vec<PathBuf> {
     let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     files
@@ -125,7 +125,7 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
 }
 
 #[test]
-fn a_window_draws_turns_the_sun_and_saves_what_it_shows() {
+fn a_window_draws_saves_and_follows_the_sun() {
     if !can_run() {
         return;
     }
@@ -146,7 +146,7 @@ fn a_window_draws_turns_the_sun_and_saves_what_it_shows() {
     let id =
         eventually("window", &mut window, || {}, || hand.does(&["search", "--onlyvisible", "--name", "^sunbeam$"]));
     let press_s = || {
-        // There is no window manager to give it the keys.
+        // Without a window manager, the window needs the focus.
         hand.does(&["windowfocus", id.trim()]);
         hand.does(&[&["mousemove"], &MIDDLE_OF_PICTURE[..]].concat());
         hand.does(&["key", "s"]);
@@ -192,7 +192,7 @@ fn a_window_draws_turns_the_sun_and_saves_what_it_shows() {
     assert!(status.success() && said.is_empty(), "{status}: {said}");
 }
 
-/// The line that a window which does not open ends with.
+/// The message of a window that does not open.
 fn refused(arguments: &[&str], variables: &[(&str, &str)]) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sunbeam-view"));
     command.args(["--preset", "blazed", "--method", "stam"]).args(arguments);
@@ -207,8 +207,8 @@ fn refused(arguments: &[&str], variables: &[(&str, &str)]) -> String {
 }
 
 #[test]
-fn what_keeps_the_window_from_opening_is_one_line_and_status_2() {
-    // Before there is a need for a display.
+fn a_window_that_cannot_open_ends_with_one_line_and_status_2() {
+    // Faults that are found before the display is opened.
     for (arguments, mentioned) in [
         (&["--size", "large"][..], "--size"),
         (&["--scale", "9"], "\"scale\""),

@@ -1,6 +1,6 @@
-"""What the judge of skins is asked, and its answers as they are kept in `answers/`.
+"""Cases of the skins' Maxwell solver, and its stored answers in `answers/`.
 
-Scans are not part of the project, and neither are heights that come of them: what is kept is the power of orders.
+Scans and heights derived from them are not part of the project, so answers hold the powers of orders alone.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .model import Light
 from .solver import Orders
 
 ANSWERS = Path(__file__).parent / "answers"
-# Powers are kept as whole numbers of this.
+# Unit of stored powers, which are whole numbers.
 UNIT = 1e-7
 # Keratin (docs/height-fields.md).
 KERATIN = 1.56
@@ -28,7 +28,7 @@ AZIMUTHS_DEG = (0.0, 90.0)
 
 @dataclass(frozen=True)
 class Case:
-    """One relief of a crop: smoothed by so many pixels, its heights times a factor, of a dielectric of this index."""
+    """A relief of a crop: standard deviation of its smoothing in pixels, factor of its heights, and index."""
 
     crop: Crop
     smoothing: float = SMOOTHING
@@ -41,7 +41,7 @@ class Case:
 
 
 LIGHTS = [Light(nm, theta, phi) for nm in WAVELENGTHS_NM for theta in ANGLES_DEG for phi in AZIMUTHS_DEG]
-# What else changes is asked at one wavelength.
+# Variations other than the wavelength's are computed at one wavelength.
 FEWER_LIGHTS = [light for light in LIGHTS if light.wavelength_nm == 550.0]
 BASE = [Case(crop) for crop in CROPS]
 VARIED = [
@@ -50,7 +50,7 @@ VARIED = [
     if crop.name == "A"
     for change in ({"smoothing": 0.5}, {"smoothing": 2.0}, {"factor": 0.5}, {"eta": 1.33}, {"eta": 2.0})
 ]
-# Of the made-up relief of `relief.synthetic`.
+# Lights on the synthetic relief `relief.synthetic`.
 SYNTHETIC_LIGHTS = [
     Light(nm, theta, phi)
     for nm in (450.0, 650.0)
@@ -60,7 +60,7 @@ SYNTHETIC_LIGHTS = [
 
 
 def kept(light: Light, orders: Orders) -> dict:
-    """The answer to one light, to be written as JSON."""
+    """The answer for one light as a JSON object."""
     return {
         "light": [light.wavelength_nm, light.theta_deg, light.phi_deg],
         "balance": float(f"{orders.balance:.1e}"),
@@ -74,7 +74,7 @@ def kept(light: Light, orders: Orders) -> dict:
 
 @dataclass(frozen=True)
 class Answer:
-    """A kept answer: powers of orders for s and p polarised light."""
+    """A stored answer: powers of orders for s and p polarised light."""
 
     light: Light
     jx: np.ndarray
@@ -90,7 +90,7 @@ class Answer:
 
 
 def answers(name: str) -> dict[str, list[Answer]]:
-    """Kept answers by case."""
+    """Stored answers by case."""
     found = {}
     for key, rows in json.loads((ANSWERS / f"{name}.json").read_text(encoding="utf-8")).items():
         found[key] = [
@@ -107,7 +107,7 @@ def answers(name: str) -> dict[str, list[Answer]]:
 
 
 def write(name: str, cases: dict[str, list[dict]]) -> None:
-    """A line a light, so that changes can be read."""
+    """JSON with one line for each light, for readable differences."""
     blocks = []
     for key, rows in cases.items():
         lines = ",\n".join(json.dumps(row, separators=(",", ":")) for row in rows)

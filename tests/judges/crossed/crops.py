@@ -1,4 +1,4 @@
-"""Crops of scanned skins, levelled, smoothed, and made to repeat."""
+"""Crops of scanned skins, levelled, smoothed, and made periodic."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from mitsuba_scenes.tool import sunbeam
 
 from .relief import Relief, harmonics
 
-# Pixels over which the edges fade into one another.
+# Pixels over which opposite edges are blended.
 FADE = 6
 
 
 @dataclass(frozen=True)
 class Crop:
-    """Where a crop lies on the scan of a skin: its first row and column, and its rows and columns."""
+    """A crop's position on the scan of a skin: first row and column, and numbers of rows and columns."""
 
     skin: str
     name: str
@@ -39,7 +39,7 @@ CROPS = (
 
 
 def scanned(skin: str) -> tuple[np.ndarray, float]:
-    """The heights of a scan in um, `[iy, ix]`, and a pixel's edge in um."""
+    """Heights of a scan in um, `[iy, ix]`, and the edge of its pixels in um."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "heights.npy"
         told = json.loads(sunbeam("height-field", "--height-field", SCANS[skin], "--level", "none", "-o", path))
@@ -47,7 +47,7 @@ def scanned(skin: str) -> tuple[np.ndarray, float]:
 
 
 def cropped(heights: np.ndarray, pixel_um: float, crop: Crop, smoothing: float) -> Relief:
-    """The crop of a scan's heights, smoothed by a Gaussian whose standard deviation is so many pixels."""
+    """The crop of a scan's heights, smoothed by a Gaussian with the standard deviation in pixels."""
     (y, x), (rows, columns) = crop.first, crop.size
     part = heights[y - FADE : y + rows, x - FADE : x + columns].astype(float)
     iy, ix = np.indices(part.shape)
@@ -56,14 +56,14 @@ def cropped(heights: np.ndarray, pixel_um: float, crop: Crop, smoothing: float) 
     for axis in (0, 1):
         part = faded(part, axis)
     along_y, along_x = (harmonics(count) / count for count in part.shape)
-    # The transform of a Gaussian over frequency in cycles a pixel.
+    # Transfer function of the Gaussian over frequencies in cycles a pixel.
     response = np.exp(-2 * (np.pi * smoothing) ** 2 * (along_y[:, None] ** 2 + along_x[None, :] ** 2))
     smooth = np.fft.ifft2(np.fft.fft2(part) * response).real
     return Relief(smooth, (columns * pixel_um, rows * pixel_um))
 
 
 def faded(part: np.ndarray, axis: int) -> np.ndarray:
-    """Without its first pixels, into which its last ones go over along an axis."""
+    """Blends the last pixels along an axis into the first, which are cut off."""
     part = np.moveaxis(part, axis, 0)
     share = 0.5 - 0.5 * np.cos(np.pi * (np.arange(FADE) + 0.5) / FADE)
     share = share.reshape(-1, *[1] * (part.ndim - 1))

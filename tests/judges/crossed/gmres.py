@@ -1,4 +1,4 @@
-"""Linear systems that are known by what they do to a vector."""
+"""Linear systems given by their product with a vector (GMRES)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def gmres(
     hessenberg = np.zeros((steps_max + 1, steps_max), complex)
     for step in range(1, steps_max + 1):
         new = apply(basis[-1])
-        # Twice: rounding leaves the first result not quite at right angles.
+        # Orthogonalised twice, since rounding leaves errors after the first pass.
         for _ in range(2):
             for i, old in enumerate(basis):
                 along = np.vdot(old, new)

@@ -1,6 +1,6 @@
-"""Solves what skins are held against: `python -m tests.judges.crossed.judged` writes `answers/`.
+"""Computes the skins' reference answers: `python -m tests.judges.crossed.judged` writes `answers/`.
 
-It needs the scans of both skins for `skins.json` and `convergence.json`, and some minutes for each of these.
+`skins.json` and `convergence.json` need the scans of both skins and some minutes each.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from .relief import Relief, synthetic
 from .solver import Resolution, solve
 
 WHAT = ("synthetic", "skins", "convergence")
-# Harmonics and nodes at which a smooth relief's powers have settled to what is kept of them.
+# Harmonics and nodes at which a smooth relief's powers have converged to their stored digits.
 SYNTHETIC = Resolution(cutoff_per_um=10.0, nodes=12)
 SKINS = Resolution(cutoff_per_um=8.0, nodes=10)
-# What it is judged by, and what is held against that: fewer harmonics, as many as elsewhere, fewer nodes.
+# The finest resolution, and those compared with it: fewer harmonics, the usual number, fewer nodes.
 FINE = Resolution(cutoff_per_um=11.0, nodes=12)
 COARSER = (Resolution(6.0, 12), Resolution(8.0, 12), Resolution(9.5, 12), Resolution(11.0, 10), SKINS)
-# The hardest light of those asked for.
+# The light with the slowest convergence.
 HARD = Light(450.0, 60.0, 90.0)
 
 
@@ -35,7 +35,7 @@ def judged(relief: Relief, eta: float, lights: list, resolution: Resolution) -> 
 
 
 def relief_of(case: Case, scans: dict) -> Relief:
-    """The relief of a case, from the scans by skin as `scanned` gives them."""
+    """The relief of a case, from the skins' scans of `scanned`."""
     return cropped(*scans[case.crop.skin], case.crop, case.smoothing).scaled(case.factor)
 
 
@@ -50,7 +50,7 @@ def skins() -> dict[str, list[dict]]:
 
 
 def convergence() -> list[dict]:
-    """How much power coarser resolutions have in wrong orders, on each skin, smoothed as usual and least."""
+    """Fractions of power in wrong orders at coarser resolutions, on each skin, with usual and least smoothing."""
     rows = []
     for case in [case for case in [*BASE, *VARIED] if case.crop.name == "A" and case.smoothing <= 1.0]:
         if (case.factor, case.eta) != (1.0, KERATIN):

@@ -1,4 +1,4 @@
-"""The project's model on a relief that repeats along x and y: the power of its orders, out of `sunbeam eval`."""
+"""Powers of orders by the project's model, from `sunbeam eval`, for reliefs that repeat along x and y."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from tests.judges.gratings.scalar import COHERENCE_LENGTH_UM, ask
 
 from .relief import Relief
 
-# Samples by one of the relief's own: the phase of 2π of so short a wave as 450 nm needs more than heights do.
+# Factor of finer sampling: the phase at 450 nm needs more samples than the heights.
 FINER = 3
 
 
 @dataclass(frozen=True)
 class Form:
-    """One form of the model, by the command's options."""
+    """A form of the model, by options of the command."""
 
     name: str
     obliquity: str
@@ -30,10 +30,10 @@ class Form:
         return ("--obliquity", self.obliquity, "--conserve-energy", flags[0], "--shadowing", flags[1])
 
 
-# What `auto` takes for a dielectric. Its albedo stays below one, so that limiting it changes nothing but its cost.
+# The default of `auto` for dielectrics. Its albedo stays below one, so energy conservation would only cost time.
 SMALL_SLOPE = Form("small_slope", "small_slope", False)
 SMALL_SLOPE_LIMITED = Form("small_slope, limited", "small_slope", True)
-# What it takes for a conductor.
+# The default of `auto` for conductors.
 STAM = Form("stam", "stam", True)
 FORMS = (
     SMALL_SLOPE,
@@ -46,7 +46,7 @@ FORMS = (
 
 @dataclass(frozen=True)
 class Light:
-    """What falls on a relief."""
+    """The incident light."""
 
     wavelength_nm: float
     theta_deg: float
@@ -61,10 +61,10 @@ class Light:
 def efficiencies(
     relief: Relief, index: complex, form: Form, lights: list[tuple[Light, np.ndarray, np.ndarray]]
 ) -> list:
-    """For each light, with the jx and jy of the orders asked for, the share of unpolarised light in every order.
+    """Fraction of unpolarised light in every order, for each light with its orders jx and jy.
 
-    Orders lie so far apart that the value on the axis of one is that order's alone: its share times K(0)/λ², with
-    K(0) = 4πs² (docs/model.md#coherence).
+    Orders are far apart, so the value at the centre of an order is its fraction times K(0)/λ², with K(0) = 4πs²
+    (docs/model.md#coherence).
     """
     ny, nx = relief.heights.shape
     fine = relief.sampled(FINER * nx, FINER * ny)
@@ -90,5 +90,5 @@ def efficiencies(
 
 
 def misplaced(found: np.ndarray, true: np.ndarray) -> float:
-    """Half the sum of the differences over the reflected power: the share of it that is in the wrong orders."""
+    """Fraction of the reflected power in wrong orders: half the sum of absolute differences over the power."""
     return float(0.5 * np.abs(found - true).sum() / true.sum())

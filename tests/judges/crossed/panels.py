@@ -1,4 +1,4 @@
-"""Polynomials over two panels, one in each medium, that are collocated at Gauss points."""
+"""Polynomials over two panels, one in each medium, collocated at Gauss points."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from numpy.polynomial.legendre import leggauss
 class Panels:
     """The lower panel [−below, 0] and the upper [0, above], lengths in um.
 
-    Each has `nodes` values at Chebyshev's extrema, the lower panel's first, in rising order; the ends are nodes. It is
-    collocated at `nodes − 1` Gauss points. `value` and `slope` take the values at all nodes to those at all points.
+    Each has `nodes` nodes at Chebyshev's extrema, ends included, in rising order from the lower panel on, and
+    `nodes − 1` Gauss points. The matrices `value` and `slope` map values at all nodes to values and slopes at all
+    points.
     """
 
     below: float
@@ -30,7 +31,7 @@ class Panels:
 
     @property
     def upper(self) -> np.ndarray:
-        """Which points lie in the upper panel."""
+        """Whether each point lies in the upper panel."""
         return self.points > 0
 
 

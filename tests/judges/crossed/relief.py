@@ -15,11 +15,11 @@ class Relief:
     period: tuple[float, float]
 
     def sampled(self, nx: int, ny: int) -> Relief:
-        """The same polynomial at other steps, its mean taken off; of fewer samples the lower harmonics alone."""
+        """The polynomial without its mean at another number of samples; fewer samples keep the lower harmonics."""
         old_y, old_x = self.heights.shape
         spectrum = np.fft.fft2(self.heights - self.heights.mean()) / self.heights.size
         jx, jy = harmonics(old_x), harmonics(old_y)
-        # The highest harmonic of an even count would count for both of its signs.
+        # The highest harmonic of an even number of samples stands for both signs.
         keep_x = np.abs(jx) <= (min(nx, old_x) - 1) // 2
         keep_y = np.abs(jy) <= (min(ny, old_y) - 1) // 2
         finer = np.zeros((ny, nx), complex)
@@ -27,7 +27,7 @@ class Relief:
         return Relief(np.fft.ifft2(finer).real * nx * ny, self.period)
 
     def slopes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Along x and y at the samples."""
+        """Slopes along x and y at the samples."""
         ny, nx = self.heights.shape
         spectrum = np.fft.fft2(self.heights)
         found = []
@@ -36,22 +36,22 @@ class Relief:
         return found[0], found[1]
 
     def rms_slopes(self) -> tuple[float, float]:
-        """Along x and y, of the polynomial."""
+        """Root mean square slopes of the polynomial along x and y."""
         ny, nx = self.heights.shape
         x, y = self.sampled(4 * nx + 1, 4 * ny + 1).slopes()
         return float(np.sqrt((x**2).mean())), float(np.sqrt((y**2).mean()))
 
     def scaled(self, factor: float) -> Relief:
-        """Of other heights."""
+        """The relief with its heights multiplied by a factor."""
         return Relief(self.heights * factor, self.period)
 
 
 def harmonics(count: int) -> np.ndarray:
-    """Numbers of the harmonics of so many samples in the order of the fast Fourier transform."""
+    """Numbers of the harmonics of `count` samples, in the order of the FFT."""
     return np.rint(np.fft.fftfreq(count, 1 / count)).astype(int)
 
 
-# A made-up skin: harmonics (jx, jy), amplitudes in nm and phases in turns.
+# A synthetic skin: harmonics (jx, jy), amplitudes in nm and phases in turns.
 SYNTHETIC_UM = (1.7, 1.9)
 SYNTHETIC = (
     (1, 0, 26.0, 0.10),
@@ -67,7 +67,7 @@ SYNTHETIC = (
 
 
 def synthetic() -> Relief:
-    """A relief of a skin's kind that is no skin's, with pixels of 50 nm: what tests have where there is no scan."""
+    """A synthetic relief like a skin's, with pixels of 50 nm, for tests without a scan."""
     columns, rows = (round(length / 0.05) for length in SYNTHETIC_UM)
     x = np.arange(columns)[None, :] / columns
     y = np.arange(rows)[:, None] / rows

@@ -10,9 +10,9 @@ covariant components of E and H along x and y, with Z = z(x, y, s) and c = (1 + 
     es = (D^s/ε + Zx ex + Zy ey)/c,  D^s = −(kx hy − ky hx)/k,  D^x = ε (Zs ex − Zx es),  D^y = ε (Zs ey − Zy es)
     hs = (B^s + Zx hx + Zy hy)/c,    B^s =  (kx ey − ky ex)/k,  B^x = Zs hx − Zx hs,      B^y = Zs hy − Zy hs
 
-Along x and y fields are Fourier series, products are taken on the samples, and along s they are polynomials, one in
-each medium, collocated at Gauss points. With the mean over x and y in place of each coefficient every harmonic is a
-small system by itself; its inverse preconditions GMRES on the rest. No staircase is anywhere.
+Along x and y fields are Fourier series, with products on the samples. Along s they are polynomials, one in each medium,
+collocated at Gauss points. With coefficients replaced by their means over x and y, every harmonic is a small system of
+its own; the inverses of these systems precondition GMRES for the rest. The relief is not approximated by steps.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from .gmres import gmres
 from .panels import Panels, panels
 from .relief import Relief, harmonics
 
-# How many times as far as its highest point the relief acts. At 1 the coordinates would fold.
+# Ratio of a to the highest point of the relief. At 1 the coordinates would fold.
 REACH = 2.0
-# A flat relief has a panel of so many um, too.
+# Least height of a panel in um, for a flat relief.
 REACH_MIN_UM = 2e-3
-# Harmonics that are inverted at a time, for the memory.
+# Number of harmonics inverted at once, limited by memory.
 CHUNK = 128
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely is solved: harmonics up to this frequency, nodes in each panel, GMRES's residual and steps."""
+    """Resolution: largest frequency of harmonics, nodes in each panel, residual and steps of GMRES."""
 
     cutoff_per_um: float = 8.0
     nodes: int = 10
@@ -43,19 +43,19 @@ class Resolution:
     steps_max: int = 200
 
     def counts(self, period: tuple[float, float]) -> tuple[int, int]:
-        """Harmonics along x and y, odd numbers."""
+        """Numbers of harmonics along x and y, which are odd."""
         nx, ny = (2 * int(self.cutoff_per_um * length) + 1 for length in period)
         return nx, ny
 
 
 @dataclass(frozen=True)
 class Orders:
-    """Share of the power in each propagating reflected order, for incident s and p polarised light.
+    """Fraction of the power in each propagating reflected order, for incident s and p polarised light.
 
     `jones` holds amplitudes `[order, out, in]` of s and p, their squares power and their phases those at the mean
     height: s is along z × k and p along k × s, with k where light travels to; along the normal s is as at the
-    incidence's azimuth. `balance` is by how much reflected and transmitted shares differ from 1 in all, of a medium
-    without loss and the larger of both states; `residual` is GMRES's, the larger of both.
+    incidence's azimuth. `balance` is the deviation of all reflected and transmitted power from 1, in a medium without
+    loss, the larger of both states; `residual` is the larger residual of GMRES.
     """
 
     jx: np.ndarray
@@ -79,7 +79,7 @@ def solve(
     index: complex,
     resolution: Resolution = Resolution(),
 ) -> Orders:
-    """Efficiencies of all propagating reflected orders of a medium of this index."""
+    """Efficiencies of all propagating reflected orders for a medium with the index `n`."""
     problem = Problem(relief, wavelength_nm, theta_deg, phi_deg, index, resolution)
     jx, jy = np.meshgrid(problem.jx, problem.jy)
     leaves = (problem.beta_air.imag == 0).ravel()
@@ -103,7 +103,7 @@ def flux(fields: np.ndarray) -> np.ndarray:
 
 
 class Problem:
-    """One light on one relief: the coefficients at the points, and the inverses of the harmonics' mean systems.
+    """The system of one light on one relief: coefficients at the points, and inverses of the mean systems.
 
     Fields are arrays `[point or node, component, jy, jx]`, their components ex, ey, hx, hy. Wave numbers are in 1/um.
     """
@@ -154,7 +154,7 @@ class Problem:
         along_y = mean(self.zs - self.zy**2 * self.per_c)
         across = mean(self.zx * self.zy * self.per_c)
         operator = np.zeros((self.panels.count, *self.shape, 4, 4), complex)
-        # Rows are ∂s of ex, ey, hx, hy. The means of Zx/c and Zy/c are left to GMRES.
+        # Rows are ∂s of ex, ey, hx, hy. GMRES accounts for the means of Zx/c and Zy/c.
         operator[..., 0, 2] = 1j * kx * c * ky / k / eps - 1j * k * across
         operator[..., 0, 3] = -1j * kx * c * kx / k / eps + 1j * k * along_y
         operator[..., 1, 2] = 1j * ky * c * ky / k / eps - 1j * k * along_x
@@ -172,10 +172,10 @@ class Problem:
         return np.array(rows).transpose(2, 3, 0, 1).reshape(-1, 2, 2) / k
 
     def _invert(self) -> None:
-        """Of each harmonic's mean system: what sources at the points make at the points and at both ends.
+        """Inverse of each harmonic's mean system: fields at the points and at both ends from sources at the points.
 
-        Unknown are the fields at the nodes. Rows are the equations at the points, outgoing waves above and below, and
-        the continuity of all four components at s = 0.
+        The unknowns are the fields at the nodes. Rows are the equations at the points, outgoing waves above and below,
+        and the continuity of all four components at s = 0.
         """
         at: Panels = self.panels
         nodes, rows = 2 * at.nodes, 4 * at.count
@@ -183,7 +183,7 @@ class Problem:
         self.mean = self._mean_operator()
         self.above, self.below = self._admittance(self.beta_air), self._admittance(-self.beta_below)
         value, slope = (np.kron(matrix, np.eye(4)) for matrix in (at.value, at.slope))
-        # Nodes at the ends and on both sides of s = 0.
+        # Indices of the nodes at the ends and on both sides of s = 0.
         bottom, top = slice(0, 4), slice(unknowns - 4, unknowns)
         under, over = slice(unknowns // 2 - 4, unknowns // 2), slice(unknowns // 2, unknowns // 2 + 4)
         count = len(self.mean)
@@ -202,7 +202,7 @@ class Problem:
             self.to_points[chunk] = value @ inverse[:, :, :rows]
             self.to_top[chunk], self.to_bottom[chunk] = inverse[:, top, :rows], inverse[:, bottom, :rows]
             if first == 0:
-                # Harmonic (0, 0), which the light has, driven by the upper boundary's two rows.
+                # The light drives harmonic (0, 0) through the upper boundary's two rows.
                 self.lit = inverse[0, :, rows : rows + 2]
         self.value = value
 
@@ -215,8 +215,7 @@ class Problem:
         return np.array([electric[0], electric[1], magnetic[0], magnetic[1]], complex)
 
     def deviation(self, fields: np.ndarray) -> np.ndarray:
-        """What the equations' right-hand sides at the points have beside those of the mean coefficients; both are
-        `[harmonic, 4·point + component]`."""
+        """Right-hand sides at the points, less those of the mean coefficients, `[harmonic, 4·point + component]`."""
         count, modes = self.panels.count, self.kx.size
         by_mode = fields.reshape(modes, count, 4)
         f = by_mode.transpose(1, 2, 0).reshape(count, 4, *self.shape)
@@ -237,7 +236,7 @@ class Problem:
         return (whole - mean).reshape(modes, -1)
 
     def solve(self, state: str) -> tuple[np.ndarray, np.ndarray, float]:
-        """What leaves at s = `above` and at s = −`below` by harmonic, rows ex, ey, hx, hy, and GMRES's residual."""
+        """Outgoing fields at s = `above` and s = −`below` by harmonic, rows ex, ey, hx, hy; and GMRES's residual."""
         incident = self.incident(state)
         lit = self.lit @ (incident[2:] - self.above[0] @ incident[:2])
         alone = np.zeros((self.kx.size, 4 * self.panels.count), complex)
@@ -257,16 +256,16 @@ class Problem:
         return top, bottom, residual
 
     def amplitudes(self, up: np.ndarray) -> np.ndarray:
-        """Amplitudes of s and p of harmonics that leave upwards, `[harmonic, 2]`, by the light's at the mean height."""
+        """Amplitudes of s and p of upward harmonics, `[harmonic, 2]`, relative to the light's at the mean height."""
         kx, ky, beta = self.kx.ravel(), self.ky.ravel(), self.beta_air.ravel()
         flat = np.hypot(kx, ky)
         steep = flat < 1e-9 * self.k
         length = np.where(steep, 1, flat)
         x, y = np.where(steep, -np.cos(self.phi), kx / length), np.where(steep, -np.sin(self.phi), ky / length)
-        # s = (−y, x, 0); of p = k × s the part in the plane is −(x, y) β/k.
+        # s = (−y, x, 0); the part of p = k × s in the plane is −(x, y) β/k.
         s = -y * up[:, 0] + x * up[:, 1]
         p = -(x * up[:, 0] + y * up[:, 1]) * self.k / beta
-        # The light's phase is that at s = `above`, too.
+        # The light's phase is also taken at s = `above`.
         phase = np.exp(-1j * (beta + self.k * self.wi[2]) * self.panels.above)
         weight = np.sqrt(beta / (self.k * self.wi[2]))
         return np.stack([s, p], axis=-1) * (weight * phase)[:, None]

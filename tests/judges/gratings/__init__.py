@@ -1,4 +1,4 @@
-"""Order efficiencies of gratings: judges by rigorous electromagnetics, and the project's theories beside them.
+"""Order efficiencies of gratings: independent rigorous solvers (judges), and the project's theories.
 
 Gratings lie along x and their grooves along y; light comes in across the grooves (classical mount) unless an azimuth is
 given. Lengths are in um, wavelengths in nm. `theta_i_deg` is the angle of `wi` with the normal, positive where

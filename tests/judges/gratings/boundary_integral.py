@@ -2,8 +2,8 @@
 
 TE (E along the grooves, zero on the metal): ψ/2 + K'ψ = ∂u_inc/∂n for ψ = ∂u/∂n. TM (H along the grooves, with no
 normal derivative on the metal): u/2 − Ku = u_inc. K and K' are the double layer potential of the quasi-periodic Green's
-function and its adjoint. Nyström's method on the nodes of the profile: kernels are smooth but for r² ln r, so that the
-error falls as the cube of the distance between nodes.
+function and its adjoint. The equations are discretised by Nyström's method on the nodes of the profile. Kernels are
+smooth except for r² ln r, so the error falls as the cube of the distance between nodes.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import numpy as np
 from .green import Lattice
 from .profile import Polygon, Sinusoid
 
-# An order whose cosine is below this grazes the surface: the Green's function has a pole there.
+# Smallest cosine of an order: the Green's function has a pole where an order grazes the surface.
 GRAZING_COSINE = 1e-5
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """How finely a solution is computed: nodes for each wavelength of arc, at least so many of a smooth profile or for
-    each corner, and evanescent orders."""
+    """Resolution: nodes for each wavelength of arc, their least number on a smooth profile or for each corner, and
+    evanescent orders."""
 
     nodes_per_wavelength: float = 14
     nodes_min: int = 120
@@ -36,7 +36,7 @@ class Resolution:
 
 @dataclass(frozen=True)
 class Efficiencies:
-    """Share of the power in each propagating order; `orders` and the cosines of their angles with the normal."""
+    """Fraction of the power in each propagating order; order numbers, and cosines of the orders' angles."""
 
     orders: np.ndarray
     cosines: np.ndarray
@@ -49,7 +49,7 @@ class Efficiencies:
 
     @property
     def imbalance(self) -> float:
-        """How far the sum of a polarisation is from one, the larger of both."""
+        """Deviation of the sum of the orders from one, the larger of both polarisations."""
         return float(max(abs(self.te.sum() - 1), abs(self.tm.sum() - 1)))
 
 
@@ -78,7 +78,7 @@ def solve(
     incident = np.exp(1j * (alpha0 * at.x - beta0 * at.z))
     incident_flux = 1j * (at.normal_x * alpha0 - at.normal_z * beta0) * incident
     half = 0.5 * np.eye(len(at.x))
-    # Unknown is the flux times the weight, which stays finite at corners.
+    # The unknown is the flux times the weight, which stays finite at corners.
     flux = np.linalg.solve(half + at.weight[:, None] * adjoint, at.weight * incident_flux)
     field = np.linalg.solve(half - double * at.weight, incident)
 
@@ -93,7 +93,7 @@ def solve(
 
 
 def off_diagonal(lattice: Lattice, x: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """The gradient (2, n, n) for every pair of nodes but those of a node with itself, where it is left zero."""
+    """The gradient (2, n, n) for every pair of different nodes; the diagonal is zero."""
     rows, columns = np.triu_indices(len(x), 1)
     result = np.zeros((2, *x.shape), complex)
     result[:, rows, columns], result[:, columns, rows] = lattice.gradient(x[rows, columns], z[rows, columns])

@@ -1,7 +1,7 @@
 """Order efficiencies of lamellar gratings by rigorous coupled-wave analysis, the package `meent`.
 
-A perfect conductor is the limit of a metal of index iκ for large κ, from which it differs by about 1/κ. The field in
-the walls falls off within λ/2πκ, which takes more harmonics to resolve the larger κ is.
+A perfect conductor is the limit of a metal of index iκ for large κ, with a difference of about 1/κ. The field in the
+walls decays within λ/2πκ, so a larger κ needs more harmonics.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ import numpy as np
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-validity.lock"
-# Samples of the period, of which the package takes the Fourier series: of duty 1/2 exactly.
+# Samples of the period for the package's Fourier series; an even number gives a duty of exactly 1/2.
 SAMPLES = 1024
 
 
 def lamellar(
     period: float, height: float, wavelength_nm: float, theta_i_deg: float, extinction: float, harmonics: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """TE and TM efficiencies of the orders −harmonics … harmonics of a metal of index i·extinction, without loss."""
+    """TE and TM efficiencies of the orders −harmonics … harmonics for a lossless metal of index i·extinction."""
     try:
         import meent
     except ImportError as error:
@@ -29,7 +29,7 @@ def lamellar(
     cell = np.array([[[metal] * (SAMPLES // 2) + [1.0] * (SAMPLES // 2)]], dtype=complex)
     found = []
     for polarisation in (0, 1):
-        # The package counts the angle the other way.
+        # The package's angle has the opposite sign.
         solver = meent.call_mee(
             backend=0,
             pol=polarisation,

@@ -1,10 +1,14 @@
-"""Gratings and lights drawn at random, and what judges other than the solver in Rust say of them.
+"""Random gratings and lights, with answers of judges other than the solver in Rust.
 
-`python -m tests.judges.gratings.drawn` writes `answers/drawn.json`. Judges: of perfect conductors the boundary
-integral of this package, in which light at an azimuth is light across the grooves of a longer wavelength; of sinusoids
-in metals the solver of `tests.judges.crossed`; of lamellar gratings in metals NIST's SCATMECH
-(`requirements-judges.lock`). There is none for sawteeth in metals. Each judge is asked at two resolutions, and what has
-not settled is left out.
+`python -m tests.judges.gratings.drawn` writes `answers/drawn.json`. The judges are
+
+- for perfect conductors the boundary integral of this package, where light at an azimuth is light across the grooves of
+  a longer wavelength;
+- for sinusoids in metals the solver of `tests.judges.crossed`;
+- for lamellar gratings in metals NIST's SCATMECH (`requirements-judges.lock`).
+
+There is none for sawteeth in metals. Each judge solves at two resolutions; answers that have not converged are left
+out.
 """
 
 from __future__ import annotations
@@ -30,10 +34,10 @@ METALS = ("none", "Al", "Ag", "Au")
 SHAPES = ("sinusoidal", "blazed", "lamellar")
 PERIODS_UM, DEPTH_MAX, THETA_MAX_DEG = (0.3, 4.0), 0.4, 75.0
 WAVELENGTHS_NM = (450.0, 650.0)
-# A judge has settled where no order's power for unpolarised light changes by more from one resolution to the next.
+# Largest change of an order's power in unpolarised light between both resolutions of a converged answer.
 SETTLED = 5e-4
 PROFILES = {"sinusoidal": Sinusoid, "blazed": blazed, "lamellar": lamellar}
-# Orders on either side that SCATMECH keeps.
+# Orders that SCATMECH keeps on either side.
 WAVES = (70, 140)
 # Samples of a sinusoid, which has one harmonic.
 SAMPLES = 9
@@ -67,9 +71,9 @@ class Setting:
 
 @dataclass(frozen=True)
 class Judged:
-    """A setting and its judge's answer: orders, their power for unpolarised light, and by how much it has settled.
+    """A setting and its judge's answer: orders, their power in unpolarised light, and the change between resolutions.
 
-    `jones` has s and p as `tests.judges.crossed.solver.Orders` has them, where the judge gives them.
+    `jones` holds amplitudes of s and p as in `tests.judges.crossed.solver.Orders`, where the judge gives them.
     """
 
     setting: Setting
@@ -93,7 +97,7 @@ def settings() -> list[Setting]:
 
 
 def perfect(setting: Setting, resolution: Resolution) -> tuple:
-    """Fields that go as exp(i ky y) obey the equations across the grooves with κ² = k² − ky² in place of k²."""
+    """Fields proportional to exp(i ky y) obey the equations across the grooves with κ² = k² − ky² for k²."""
     across = np.sqrt(1 - setting.wi[1] ** 2)
     theta_deg = float(np.degrees(np.arcsin(setting.wi[0] / across)))
     profile = PROFILES[setting.shape](setting.period_um, setting.height_um)
@@ -102,11 +106,11 @@ def perfect(setting: Setting, resolution: Resolution) -> tuple:
 
 
 def sinusoid(setting: Setting, factor: float) -> tuple:
-    """Along y the relief repeats within so short a length that no harmonic but 0 is kept."""
+    """The period along y is so short that harmonic 0 alone is kept."""
     x = np.arange(SAMPLES) / SAMPLES
     wave = 0.5 * setting.height_um * np.sin(2 * np.pi * x)[None]
     slope = np.pi * setting.height_um / setting.period_um
-    # Harmonics of the field: those of the waves, and as many again by the slopes.
+    # Harmonics of the field: those of the waves, twice for the slopes.
     cutoff = factor * (6e3 / setting.wavelength_nm + (10 + 25 * slope) / setting.period_um)
     resolution = CrossedResolution(cutoff, round(factor * 26), 1e-7, 300)
     relief = Relief(wave, (setting.period_um, 0.4 / cutoff))
@@ -130,9 +134,9 @@ def scatmech(setting: Setting, waves: int) -> tuple:
 
 
 def judged(setting: Setting) -> Judged:
-    """By its judge at the finer of two resolutions.
+    """The judge's answer at the finer of two resolutions.
 
-    SCATMECH's error falls as one over the orders kept, and what is left of it is taken off.
+    SCATMECH's error is inverse to the number of orders; its answers are extrapolated.
     """
     if setting.metal == "none":
         (_, before, _), (orders, power, jones) = (perfect(setting, Resolution().finer(f)) for f in (1.0, 2.0))
@@ -145,7 +149,7 @@ def judged(setting: Setting) -> Judged:
 
 
 def load() -> list[Judged]:
-    """The kept answers, those that have settled."""
+    """The stored answers that have converged."""
     found = []
     for row in json.loads(ANSWERS.read_text(encoding="utf-8"))["answers"]:
         jones = row["jones"]
@@ -158,7 +162,7 @@ def load() -> list[Judged]:
 
 
 def left_out() -> list[dict]:
-    """The settings whose judge has not settled, and by how much."""
+    """Settings whose judge has not converged, with the change between resolutions."""
     return json.loads(ANSWERS.read_text(encoding="utf-8"))["left_out"]
 
 
@@ -168,7 +172,7 @@ def main() -> None:
         try:
             answer = judged(setting)
         except ValueError as error:
-            # An order grazes the surface, where a judge has no answer.
+            # The judge has no answer where an order grazes the surface.
             unsettled.append({"setting": asdict(setting), "unsettled": None, "why": str(error)})
             continue
         if answer.unsettled > SETTLED:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-# ζ(2 − m) (−1)^m / m! of the expansion of the dilogarithm below, m from 0 but for m = 1.
+# Coefficients ζ(2 − m) (−1)^m / m! of the dilogarithm's expansion below, m from 0, without m = 1.
 _BERNOULLI_EVEN = (1 / 6, -1 / 30, 1 / 42, -1 / 30, 5 / 66, -691 / 2730, 7 / 6, -3617 / 510, 43867 / 798, -174611 / 330)
 
 
@@ -59,8 +59,8 @@ class Lattice:
         """(∂G/∂x, ∂G/∂z) of G = Σ_n exp(iα_n x + iβ_n |z|) i/(2 period β_n), in 1/um, away from the sources: at (x, z)
         and at (−x, −z), where all but the waves that propagate is the conjugate.
 
-        The sum over orders converges slowly for small z. What its terms tend to, in closed form up to n⁻², is taken out
-        of them and added as a whole (Kummer's transformation), so that the error falls as count⁻².
+        The sum over orders converges slowly for small z. Its terms' asymptotes up to n⁻² are subtracted, and their sum
+        is added in closed form (Kummer's transformation), so that the error falls as count⁻².
         """
         d, k, alpha0 = self.period, self.k, self.alpha0
         turns = np.round(x / d)
@@ -70,7 +70,7 @@ class Lattice:
         carrier = np.exp(1j * alpha0 * x)
         decay = np.exp(-2 * np.pi / d * y)
         tilt = {side: np.exp(-side * alpha0 * y) for side in (1, -1)}
-        # Sums of terms with real amplitudes, and of others at both places; towards x and z.
+        # Sums of terms with real amplitudes, and of the others at both points; along x and z.
         real = np.array(self._limits(x, y, carrier, tilt))
         there, back = np.zeros_like(real), np.zeros_like(real)
         power, fall = np.ones_like(step), np.ones_like(decay)
@@ -101,7 +101,7 @@ class Lattice:
         return (towards_x * there[0], towards_z * there[1]), (towards_x * back[0], -towards_z * back[1])
 
     def _limits(self, x, y, carrier, tilt) -> tuple[np.ndarray, np.ndarray]:
-        """The sums over all orders of what the terms tend to, towards x and z, without their factors."""
+        """Sums over all orders of the terms' asymptotes, along x and z, without their factors."""
         d, k = self.period, self.k
         mu = 2 * np.pi / d * (y - 1j * x)
         # Σ w^n, Σ w^n/n and Σ w^n/n² of w = exp(−μ), over n from 1; the other side has the conjugates.
@@ -112,7 +112,7 @@ class Lattice:
         return towards_x, up * first + down * np.conj(first)
 
     def self_term(self) -> complex:
-        """What ∂G/∂x tends to at the source without the source's own field; of ∂G/∂z it is zero. In 1/um."""
+        """Limit of ∂G/∂x at the source without the source's own field, in 1/um; the limit of ∂G/∂z is zero."""
         orders, alpha = self.orders, self.alpha
         gamma = -1j * self.beta
         total = np.sum(alpha / gamma - np.sign(orders))

@@ -1,4 +1,4 @@
-"""Other solutions of Maxwell's equations for some profiles, which the boundary integral is held against."""
+"""Other solutions of Maxwell's equations for some profiles, to test the boundary integral."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ def lamellar_modes(
 ) -> Efficiencies:
     """The modal method for a lamellar grating of duty 1/2.
 
-    The field in a groove is a sum of modes of a waveguide with metal walls and bottom, in closed form; Fourier
-    coefficients match it to plane waves at the height of the ridges. There are half as many modes as orders, the
-    groove being half the period.
+    The field in a groove is a sum of modes of a waveguide with metal walls and bottom, in closed form. Fourier
+    coefficients match it to plane waves at the height of the ridges. The number of modes is half of the orders', as
+    the groove is half of the period.
     """
     waves = _waves(period, wavelength_nm, theta_i_deg, evanescent)
     width, alpha, beta, k = 0.5 * period, waves.alpha, waves.beta, waves.k
@@ -76,7 +76,7 @@ def lamellar_modes(
 def sinusoid_rayleigh(
     profile: Sinusoid, wavelength_nm: float, theta_i_deg: float, evanescent: int = 8, points: int = 200
 ) -> Efficiencies:
-    """Rayleigh's expansion on a sinusoid: the plane waves that go up, matched on the profile by least squares.
+    """Rayleigh's expansion on a sinusoid: upward plane waves, matched on the profile by least squares.
 
     It converges for slopes of up to 0.448 (Petit and Cadilhac 1966; Millar 1971), 24°.
     """
@@ -86,7 +86,7 @@ def sinusoid_rayleigh(
     z = at.z - 0.5 * profile.height
     up = np.exp(1j * (np.outer(at.x, waves.alpha) + np.outer(z, waves.beta)))[:, keep]
     down = np.exp(1j * (waves.alpha0 * at.x - waves.beta[waves.orders == 0] * z))
-    # Evanescent waves are taken at the ridges, so that columns are of one size.
+    # Evanescent waves have unit amplitude at the ridges, so that columns are of equal size.
     scale = np.exp(-waves.beta.imag * 0.5 * profile.height)[keep]
     flux_up = np.outer(at.normal_x, waves.alpha[keep]) + np.outer(at.normal_z, waves.beta[keep])
     flux_down = at.normal_x * waves.alpha0 - at.normal_z * waves.beta[waves.orders == 0]

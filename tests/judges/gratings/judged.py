@@ -1,4 +1,4 @@
-"""Writes the tables that the rigorous solver is tested against: `python -m tests.judges.gratings.judged`.
+"""Writes reference tables for the rigorous solver in Rust: `python -m tests.judges.gratings.judged`.
 
 `perfect.csv`: perfect conductors by `boundary_integral`, TE and TM across the grooves. `metals.csv`: lamellar gratings
 of aluminium, silver and gold by SCATMECH (`pySCATMECH`, see `requirements-judges.lock`), s and p in conical mounts,
@@ -16,7 +16,7 @@ from .profile import Sinusoid, blazed, lamellar
 from .scatmech import lamellar as metal_lamellar
 
 FOLDER = REPOSITORY / "crates" / "rigorous" / "tests" / "data"
-# At 550 nm, rounded: Rakić 1998 (Al), Johnson & Christy 1972 (Ag, Au).
+# Rounded indices at 550 nm: Rakić 1998 (Al), Johnson & Christy 1972 (Ag, Au).
 METALS = {"Al": 0.96 + 6.69j, "Ag": 0.06 + 3.59j, "Au": 0.42 + 2.35j}
 # Period, height in um; incidence and azimuth in degrees.
 LAMELLAR = [(1.6, 0.12, 40.0, 0.0), (1.6, 0.12, 25.0, 40.0), (0.8, 0.12, 40.0, 90.0), (0.8, 0.2, 60.0, 40.0)]
@@ -32,7 +32,7 @@ PERFECT = [
     ("lamellar", 1.6, 0.12, 550.0, 40.0),
     ("lamellar", 0.6, 0.2, 450.0, 10.0),
 ]
-# At fewer, silver's p states do not yet fall off steadily.
+# With fewer waves the error of silver's p states does not yet decay regularly.
 WAVES = (80, 160)
 
 

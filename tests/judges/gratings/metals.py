@@ -1,4 +1,4 @@
-"""Refractive indices of metals, as Mitsuba's `material` has them."""
+"""Refractive indices of metals, from Mitsuba's data files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import numpy as np
 
 @cache
 def _column(metal: str, part: str) -> np.ndarray:
-    """Rows of wavelength in nm and value, out of the files that come with Mitsuba."""
+    """Rows of wavelength in nm and value from one of Mitsuba's files."""
     folder = Path(distribution("mitsuba").locate_file("mitsuba/data/ior"))
     return np.loadtxt(folder / f"{metal}.{part}.spd", comments="#")
 
 
 def index(metal: str, wavelength_nm: float) -> complex:
-    """η + ik, in proportion between the wavelengths of the file."""
+    """η + ik, linearly interpolated between the wavelengths of the file."""
     parts = []
     for name in ("eta", "k"):
         table = _column(metal, name)

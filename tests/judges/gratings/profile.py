@@ -38,7 +38,7 @@ class Sinusoid:
         return float(np.degrees(np.arctan(np.pi * self.height / self.period)))
 
     def nodes(self, count: int) -> Nodes:
-        """Equally spaced in x, which is of spectral accuracy for what is smooth and periodic."""
+        """Nodes uniform in x, of spectral accuracy for smooth periodic profiles."""
         phase = 2 * np.pi * (np.arange(count) + 0.5) / count
         rate = 2 * np.pi / self.period
         slope = 0.5 * self.height * rate * np.cos(phase)
@@ -56,13 +56,13 @@ class Sinusoid:
 
 @dataclass(frozen=True)
 class Polygon:
-    """Straight edges through `corners` (x, z), the first of which is repeated one period on."""
+    """Straight edges through `corners` (x, z); the first corner repeats after one period."""
 
     period: float
     corners: tuple[tuple[float, float], ...]
 
     def nodes(self, count: int) -> Nodes:
-        """Nodes dense at the corners, shared out over the edges by their length, but no fewer than a share on each."""
+        """Nodes graded towards the corners, divided among the edges by length, with a least number on each."""
         ends = np.array([*self.corners, (self.corners[0][0] + self.period, self.corners[0][1])])
         edges = np.diff(ends, axis=0)
         lengths = np.hypot(*edges.T)

@@ -1,4 +1,4 @@
-"""Order efficiencies of the scalar model: out of `sunbeam eval`, and in closed form."""
+"""Order efficiencies of the scalar model: from `sunbeam eval`, and in closed form."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 from mitsuba_scenes.environment import SetupError
 from mitsuba_scenes.tool import TOOL
 
-# The plugin's default. Orders of periods up to 10 um are 14 standard deviations of their lobes apart, so that the value
-# on the axis of an order is that order's alone.
+# Coherence length in um, the plugin's default. With periods up to 10 um orders are 14 standard deviations apart, so the
+# value at the centre of an order is its own.
 COHERENCE_LENGTH_UM = 65.0
-# Terms of the mean that gives a Bessel function: its integrand is smooth and periodic.
+# Terms of the mean for a Bessel function, whose integrand is smooth and periodic.
 BESSEL_POINTS = 256
 
 
 @dataclass(frozen=True)
 class Model:
-    """The model `ensemble` with one obliquity factor, with energy conserved or not."""
+    """The model `ensemble` with an obliquity factor, with or without energy conservation."""
 
     obliquity: str
     conserve_energy: bool
@@ -45,7 +45,7 @@ class Grating:
 
 @dataclass(frozen=True)
 class Light:
-    """What falls on a grating."""
+    """The incident light."""
 
     wavelength_nm: float
     theta_i_deg: float
@@ -61,7 +61,7 @@ def propagating(period: float, light: Light) -> tuple[np.ndarray, np.ndarray]:
 
 
 def surface_words(grating: Grating, model: Model, coherence_length_um: float) -> list:
-    """The command line's description of both."""
+    """Arguments of the command for grating and light."""
     words = ["--preset", grating.preset, "--period", grating.period, "--height", grating.height]
     words += ["--coherence-length", coherence_length_um, "--obliquity", model.obliquity]
     return [*words, "--conserve-energy", str(model.conserve_energy).lower()]
@@ -70,9 +70,9 @@ def surface_words(grating: Grating, model: Model, coherence_length_um: float) ->
 def efficiencies(
     grating: Grating, model: Model, lights: list[Light], coherence_length_um: float = COHERENCE_LENGTH_UM
 ) -> list[np.ndarray]:
-    """For each light the share of the power in every propagating order, out of the tool's exact values.
+    """Fraction of the power in every propagating order for each light, from the command's exact values.
 
-    On the axis of an order the reflectance is `O |c_j|² K(0) / λ²` with `K(0) = 4πs²`, and the order carries
+    At the centre of an order the reflectance is `O |c_j|² K(0) / λ²` with `K(0) = 4πs²`, and the order carries
     `O |c_j|²` (docs/model.md#the-reflectance).
     """
     questions, sizes = [], []
@@ -89,7 +89,7 @@ def efficiencies(
 
 
 def integrated(grating: Grating, model: Model, light: Light, order: int, points: int = 31) -> float:
-    """What one order carries by the integral of f cosθo over the directions of its lobe, du dv, six deviations wide."""
+    """Power of an order: the integral of f cosθo over its lobe, in du dv, six standard deviations wide."""
     sine = np.sin(np.radians(light.theta_i_deg))
     orders, towards = propagating(grating.period, light)
     axis = towards[orders == order][0]
@@ -108,7 +108,7 @@ def integrated(grating: Grating, model: Model, light: Light, order: int, points:
 
 
 def ask(words: list, questions: list[dict]) -> list[float]:
-    """The answers `f` of a service of the tool, 1/sr."""
+    """Values `f` of the command `sunbeam eval` in 1/sr."""
     if not TOOL.exists():
         raise SetupError(f"the command line tool {TOOL} is missing: run `make tool`")
     lines = "".join(json.dumps(question) + "\n" for question in questions)
@@ -121,7 +121,7 @@ def ask(words: list, questions: list[dict]) -> list[float]:
 
 
 def closed_form(grating: Grating, obliquity: str, light: Light) -> np.ndarray:
-    """The same with energy not conserved, from the closed forms of |c_j|² of the three profiles."""
+    """Efficiencies without energy conservation, from closed forms of |c_j|² of the three profiles."""
     orders, towards = propagating(grating.period, light)
     sine = np.sin(np.radians(light.theta_i_deg))
     cos_i, cos_o = np.sqrt(1 - sine**2), np.sqrt(1 - towards**2)
@@ -146,5 +146,5 @@ def bessel(order: int, argument: float) -> float:
 
 
 def misplaced(found: np.ndarray, true: np.ndarray) -> float:
-    """Half the sum of the differences: the power that is in the wrong orders, were both sums equal."""
+    """Power in wrong orders: half the sum of absolute differences, for equal sums."""
     return float(0.5 * np.abs(found - true).sum())

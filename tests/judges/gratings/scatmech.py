@@ -1,7 +1,7 @@
 """Order efficiencies of lamellar gratings of real metals by NIST's SCATMECH, the package `pySCATMECH`.
 
-Rigorous coupled waves, in conical mounts too. What is left falls off as one over the number of waves, so two
-truncations tell how far it is settled.
+The method is rigorous coupled waves, in conical mounts, too. The error is inverse to the number of waves, so two
+truncations tell the convergence.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from mitsuba_scenes.environment import REPOSITORY, SetupError
 
 REQUIREMENTS = REPOSITORY / "requirements-judges.lock"
-# Orders beyond these do not propagate for periods of up to nine waves.
+# Largest order that propagates for periods of up to nine wavelengths.
 ORDERS = 18
 
 
@@ -24,7 +24,7 @@ def lamellar(
     azimuth_deg: float,
     waves: int,
 ) -> dict[int, tuple[float, float]]:
-    """Efficiencies for s and p polarised light of the orders that propagate, of a grating of duty 1/2.
+    """Efficiencies of propagating orders of a grating of duty 1/2 for s and p polarised light.
 
     `waves` are kept on either side of order 0. The grating is turned by `azimuth_deg` about its normal; order m
     leaves at the sine of `theta_i_deg` along the grating's vector plus m·wavelength/period.

@@ -1,4 +1,4 @@
-"""The project's answers for an order of a grating, theory by theory, out of `sunbeam orders` and `sunbeam eval`."""
+"""The project's powers of a grating's orders by theory, from `sunbeam orders` and `sunbeam eval`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SCALAR, FRESNEL, EXACT, TABLE = "scalar", "perfect × Fresnel", "exact", "table"
 
 
 def words(setting: Setting) -> list:
-    """The command's description of the grating."""
+    """Arguments of the command for the grating."""
     return ["--preset", setting.shape, "--period", setting.period_um, "--height", setting.height_um]
 
 
@@ -25,14 +25,14 @@ def optics(setting: Setting) -> list:
 
 
 def orders(setting: Setting, *more) -> dict:
-    """Orders by their number, as the command has them."""
+    """The command's orders by number."""
     light = ["--theta-i", setting.theta_deg, "--phi-i", setting.phi_deg, "--wavelength", setting.wavelength_nm]
     told = json.loads(sunbeam("orders", "--json", *words(setting), *light, *more))
     return {order["order"]: order for order in told["orders"]}
 
 
 def fresnel(n: complex | None, wi, wo) -> np.ndarray:
-    """Reflectance of unpolarised light at the half vector of two directions; of a perfect conductor 1."""
+    """Reflectance of unpolarised light at the half vector of two directions; 1 for a perfect conductor."""
     if n is None:
         return np.ones(np.shape(wo)[:-1])
     cos = np.sqrt(0.5 * (1 + (np.asarray(wi) * wo).sum(axis=-1)))
@@ -42,10 +42,10 @@ def fresnel(n: complex | None, wi, wo) -> np.ndarray:
 
 
 def powers(judged: Judged) -> dict[str, np.ndarray]:
-    """Shares of unpolarised light in the judge's orders.
+    """Fractions of unpolarised light in the judge's orders, by theory.
 
-    By the phase screen with `stam` before energy is limited; by a perfect conductor's orders times Fresnel's
-    reflectance at the half vector; and by Maxwell's equations for the medium.
+    The theories are the phase screen with `stam` without energy conservation; a perfect conductor's orders times
+    Fresnel's reflectance at the half vector; and Maxwell's equations for the medium.
     """
     setting = judged.setting
     metal = optics(setting)
@@ -61,9 +61,9 @@ def powers(judged: Judged) -> dict[str, np.ndarray]:
 
 
 def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """For lights on one grating the orders' power out of its table, and by the solver.
+    """Powers of orders from the grating's table and by the solver, for lights on one grating.
 
-    On the axis of an order f is its share times K(0)/λ² (docs/model.md#coherence).
+    At the centre of an order f is its fraction times K(0)/λ² (docs/model.md#coherence).
     """
     questions, solved = [], []
     for setting in settings:
@@ -82,25 +82,25 @@ def tabulated(settings: list[Setting]) -> tuple[list[np.ndarray], list[np.ndarra
 
 
 def transverse_basis(d: np.ndarray) -> np.ndarray:
-    """The states of `sunbeam orders` of a wave along `d`, rows: without Hy, without Ey (crates/rigorous)."""
+    """Polarisation states of `sunbeam orders` for a wave along `d`, rows: without Hy, without Ey (crates/rigorous)."""
     across = np.hypot(d[0], d[2])
     return np.array([[-d[1] * d[0] / across, across, -d[1] * d[2] / across], [d[2] / across, 0, -d[0] / across]])
 
 
 def s_and_p(d: np.ndarray) -> np.ndarray:
-    """The states of `tests.judges.crossed`, rows s and p, of a wave along `d`, which is not the normal."""
+    """Polarisation states of `tests.judges.crossed`, rows s and p, for a wave along `d`, not the normal."""
     s = np.array([-d[1], d[0], 0]) / np.hypot(d[0], d[1])
     return np.array([s, np.cross(d, s)])
 
 
 def mueller(jones: np.ndarray) -> np.ndarray:
-    """Of s and p, whose phases do not matter if both share them."""
+    """Mueller matrices of Jones matrices of s and p; a common phase has no effect."""
     pauli = np.array([[[1, 0], [0, 1]], [[1, 0], [0, -1]], [[0, 1], [1, 0]], [[0, 1j], [-1j, 0]]])
     return 0.5 * np.einsum("iab,...bc,jcd,...ad->...ij", pauli, jones, pauli, jones.conj()).real
 
 
 def mueller_errors(judged: Judged) -> np.ndarray:
-    """Differences of all elements of all orders' Mueller matrices from the judge's, over the judge's largest m00."""
+    """Differences of all elements of the orders' Mueller matrices from the judge's, relative to its largest m00."""
     setting = judged.setting
     found = orders(setting, "--theory", "rigorous", *optics(setting))
     arriving = -setting.wi

@@ -1,90 +1,70 @@
-//! Time against error as a picture, one panel a surface.
+//! Time against error of every method: one chart for each surface.
 
 use crate::benchmarks::methods::{Entry, front, noticed};
-use plotters::prelude::*;
+use crate::chart::{Axis, Chart, Corner, Stroke, drawing};
 use sunbeam::table::Model;
+use svg::node::element::Group;
 
-/// Width and height of a panel.
-const PANEL: (u32, u32) = (560, 420);
-/// Errors below this are drawn on it: an eye notices 1.
-const LEAST: f64 = 0.01;
-/// Methods and their colours.
-const METHODS: [(&str, RGBColor); 6] = [
-    ("flss", RGBColor(31, 119, 180)),
-    ("nmm", RGBColor(255, 127, 14)),
-    ("pq", RGBColor(44, 160, 44)),
-    ("stam", RGBColor(127, 127, 127)),
-    ("colour-table", RGBColor(214, 39, 40)),
-    ("spectral-table", RGBColor(148, 103, 189)),
+/// Width and height of a chart in pixels.
+const SIZE: (u32, u32) = (560, 420);
+/// Charts in a row.
+const COLUMNS: usize = 2;
+/// Range of ΔE₂₀₀₀ that is drawn; errors outside are drawn at its ends. An observer just notices 1.
+const DELTA_E: (f64, f64) = (0.01, 100.0);
+/// Methods and their colours, those of matplotlib's "tab10".
+const METHODS: [(&str, &str); 6] = [
+    ("flss", "#1f77b4"),
+    ("nmm", "#ff7f0e"),
+    ("pq", "#2ca02c"),
+    ("stam", "#7f7f7f"),
+    ("colour-table", "#d62728"),
+    ("spectral-table", "#9467bd"),
 ];
 
-/// Draws the entries of each surface as SVG: a disc each, hollow for a window in a fixed place; a ring marks defaults, the line
-/// the front.
-pub(super) fn svg(panels: &[(&str, &[Entry])]) -> Result<String, DrawingError> {
-    let mut text = String::new();
-    draw(&mut text, panels)?;
-    Ok(text)
+/// Draws the entries of each surface as SVG.
+///
+/// An entry is a disc, hollow where its model is a patch. A ring marks a method's default parameters, and the line
+/// joins the entries that no other beats.
+pub(super) fn svg(surfaces: &[(&str, &[Entry])]) -> String {
+    drawing(surfaces.iter().map(|(name, entries)| chart(name, entries)).collect(), SIZE, COLUMNS)
 }
 
-type DrawingError = DrawingAreaErrorKind<std::io::Error>;
-
-fn point(entry: &Entry) -> (f64, f64) {
-    (entry.cpu.microseconds, entry.errors.delta_e_p99.clamp(LEAST, 100.0))
-}
-
-fn draw(text: &mut String, panels: &[(&str, &[Entry])]) -> Result<(), DrawingError> {
-    let columns = panels.len().clamp(1, 2);
-    let rows = panels.len().div_ceil(columns).max(1);
-    let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
-    let root = SVGBackend::with_string(text, size).into_drawing_area();
-    root.fill(&WHITE)?;
-    for (area, (name, entries)) in root.split_evenly((rows, columns)).iter().zip(panels) {
-        panel(area, name, entries)?;
-    }
-    root.present()
-}
-
-fn panel(
-    area: &DrawingArea<SVGBackend<'_>, plotters::coord::Shift>,
-    name: &str,
-    entries: &[Entry],
-) -> Result<(), DrawingError> {
+fn chart(name: &str, entries: &[Entry]) -> Group {
     let times = entries.iter().map(|entry| entry.cpu.microseconds);
-    let (least, most) = times.fold((f64::INFINITY, 0.0f64), |(a, b), t| (a.min(t), b.max(t)));
-    let mut chart = ChartBuilder::on(area)
-        .caption(name, ("sans-serif", 18))
-        .margin(12)
-        .x_label_area_size(40)
-        .y_label_area_size(55)
-        .build_cartesian_2d((0.7 * least..1.4 * most).log_scale(), (0.8 * LEAST..130.0).log_scale())?;
-    chart
-        .configure_mesh()
-        .x_desc("µs per colour on one core")
-        .y_desc("ΔE₂₀₀₀, 99 % of the directions")
-        .light_line_style(WHITE)
-        .draw()?;
-    let points: Vec<(f64, f64)> = entries.iter().map(point).collect();
-    let seen: Vec<_> = points.iter().map(|(time, error)| (*time, [noticed(*error)])).collect();
-    let mut line: Vec<(f64, f64)> =
-        points.iter().zip(front(&seen)).filter(|(_, on)| *on).map(|(point, _)| *point).collect();
-    line.sort_by(|a, b| a.0.total_cmp(&b.0));
-    chart.draw_series(LineSeries::new(line, BLACK.mix(0.4).stroke_width(1)))?;
+    let (least, most) = times.fold((f64::INFINITY, 0.0f64), |(a, b), time| (a.min(time), b.max(time)));
+    // The margins keep the discs inside.
+    let x = Axis::logarithmic("µs per colour on one core", (0.7 * least, 1.4 * most));
+    let y = Axis::logarithmic("ΔE₂₀₀₀, 99 % of the directions", (0.8 * DELTA_E.0, 1.3 * DELTA_E.1));
+    let mut chart = Chart::new(SIZE, name, x, y);
+    chart.curve(front_points(entries), Stroke::solid("#999", 1.0));
     for (method, colour) in METHODS {
-        let of = || entries.iter().filter(move |entry| entry.method == method);
-        if of().next().is_none() {
-            continue;
+        let shown: Vec<&Entry> = entries.iter().filter(|entry| entry.method == method).collect();
+        for entry in &shown {
+            match entry.model {
+                Model::Patch => chart.circle(point(entry), 4.0, Stroke::solid(colour, 1.0)),
+                Model::Ensemble => chart.disc(point(entry), 4.0, colour),
+            }
+            if entry.is_default {
+                chart.circle(point(entry), 8.0, Stroke::solid(colour, 2.0));
+            }
         }
-        let disc = |entry: &Entry| {
-            let hollow = entry.model == Model::Patch;
-            Circle::new(point(entry), 4, if hollow { colour.stroke_width(1) } else { colour.filled() })
-        };
-        chart
-            .draw_series(of().map(disc))?
-            .label(method)
-            .legend(move |at| Circle::new((at.0 + 10, at.1), 4, colour.filled()));
-        let ring = |entry: &Entry| Circle::new(point(entry), 8, colour.stroke_width(2));
-        chart.draw_series(of().filter(|entry| entry.is_default).map(ring))?;
+        if !shown.is_empty() {
+            chart.explain_disc(colour, method);
+        }
     }
-    chart.configure_series_labels().position(SeriesLabelPosition::LowerLeft).background_style(WHITE.mix(0.8)).draw()?;
-    Ok(())
+    chart.into_group(Corner::LowerLeft)
+}
+
+/// Time in µs and ΔE₂₀₀₀ of an entry.
+fn point(entry: &Entry) -> (f64, f64) {
+    (entry.cpu.microseconds, entry.errors.delta_e_p99.clamp(DELTA_E.0, DELTA_E.1))
+}
+
+/// The points of the entries that no other beats, in order of their times.
+fn front_points(entries: &[Entry]) -> Vec<(f64, f64)> {
+    let points: Vec<(f64, f64)> = entries.iter().map(point).collect();
+    let on_front = front(&points.iter().map(|(time, error)| (*time, [noticed(*error)])).collect::<Vec<_>>());
+    let mut kept: Vec<_> = points.into_iter().zip(on_front).filter(|(_, on)| *on).map(|(point, _)| point).collect();
+    kept.sort_by(|a, b| a.0.total_cmp(&b.0));
+    kept
 }

@@ -1,19 +1,19 @@
-//! Speed against error of every way to evaluate a surface, and its numerical stability.
+//! Benchmarks: speed against error of every method, numerical stability, and the sampler's weights.
 //!
-//! - [`methods`]: time, memory, build time and error against the oracle of the published methods, of the colour table
-//!   and of the spectral tables, over their parameters.
-//! - [`sampler`]: how evenly importance sampling weighs what it finds.
-//! - [`stability`]: docs/model.md#hard-cases, swept: deep relief, grazing directions, random questions.
+//! - `methods`: time, memory, build time and error of the published methods, the colour table and the spectral
+//!   tables, over their parameters.
+//! - [`sampler`]: statistics of the weights of importance sampling.
+//! - [`stability`]: the sweeps of docs/model.md#hard-cases: deep relief, grazing directions, random queries.
 //!
-//! [`Truth`] is the oracle over whole spectra. Nothing but the command line uses this room.
+//! `Truth` computes the reference spectra.
 
 mod directions;
 mod error;
-pub mod methods;
+pub(crate) mod methods;
 pub mod sampler;
 pub mod stability;
 mod truth;
 
-pub use directions::{DirectionPair, INCIDENT_DEG, directions};
+pub(crate) use directions::{DirectionPair, INCIDENT_DEG, directions};
 pub use error::BenchError;
-pub use truth::{Truth, TruthCheck};
+pub(crate) use truth::{Truth, TruthCheck};

@@ -1,26 +1,29 @@
-//! How evenly sampling weighs what it finds: statistics of `f_r cosθo / pdf`, which is constant for a perfect sampler.
+//! Statistics of the sampling weight `f_r·cosθo/pdf`, which is constant for a perfect sampler.
 
+use crate::arguments::direction_from_degrees;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 use serde::Serialize;
 use sunbeam::lobe::Surface;
-use sunbeam::scattering::Vec3;
 
-/// Incident polar angles in degrees at which samplers are measured.
+/// Incident polar angles in degrees.
 pub const THETAS_DEG: [f64; 7] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 85.0];
 /// Incident azimuths in degrees.
 pub const PHIS_DEG: [f64; 3] = [0.0, 25.0, 90.0];
-/// Wavelengths in nm.
+/// Wavelengths in nm: blue, green and red.
 pub const WAVELENGTHS_NM: [f64; 3] = [450.0, 530.0, 650.0];
 
-/// Statistics of the sampling weight at one incidence and wavelength, with the Fresnel reflectance left out. Samples
-/// that are lost have weight zero.
+/// Statistics of the sampling weight at one incidence and wavelength, without the Fresnel factor.
+///
+/// A sample below the horizon is lost and has weight zero.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SamplerRow {
-    /// Incident polar angle and azimuth in degrees.
+    /// Incident polar angle in degrees.
     pub theta_deg: f64,
+    /// Incident azimuth in degrees.
     pub phi_deg: f64,
+    /// Wavelength in nm.
     pub wavelength_nm: f64,
     /// Mean weight, an estimate of the albedo.
     pub mean: f64,
@@ -28,28 +31,29 @@ pub struct SamplerRow {
     pub relative_std: f64,
     /// 99.9th percentile over the mean.
     pub p999_to_mean: f64,
-    /// Largest weight found over the mean.
+    /// Largest weight over the mean.
     pub max_to_mean: f64,
-    /// Share of the samples that fell beyond the horizon.
+    /// Fraction of the samples that are lost.
     pub lost: f64,
 }
 
 /// Statistics of `samples` weights for each of [`THETAS_DEG`], [`PHIS_DEG`] and [`WAVELENGTHS_NM`].
 pub fn sampler(surface: &Surface, samples: usize) -> Vec<SamplerRow> {
-    let mut places = Vec::new();
+    let mut incidences = Vec::new();
     for theta in THETAS_DEG {
         for phi in PHIS_DEG {
-            places.extend(WAVELENGTHS_NM.map(|nm| (theta, phi, nm)));
+            incidences.extend(WAVELENGTHS_NM.map(|nm| (theta, phi, nm)));
         }
     }
-    places.par_iter().map(|&(theta, phi, nm)| sampler_row(surface, theta, phi, nm, samples)).collect()
+    incidences.par_iter().map(|&(theta, phi, nm)| sampler_row(surface, theta, phi, nm, samples)).collect()
 }
 
-/// Statistics of `samples` weights, at least one, at one incidence (degrees) and wavelength (nm). The random numbers
-/// are the same every time.
+/// Statistics of `samples` weights, at least one, at one incidence (degrees) and wavelength (nm).
+///
+/// The random numbers are the same in every call.
 pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_nm: f64, samples: usize) -> SamplerRow {
     let mut random = Pcg64::seed_from_u64(31);
-    let wi = direction(theta_deg, phi_deg);
+    let wi = direction_from_degrees(theta_deg, phi_deg);
     let samples = samples.max(1);
     let mut lost = 0;
     let mut weights: Vec<f64> = (0..samples)
@@ -74,9 +78,4 @@ pub fn sampler_row(surface: &Surface, theta_deg: f64, phi_deg: f64, wavelength_n
         max_to_mean: relative(weights[samples - 1]),
         lost: lost as f64 / count,
     }
-}
-
-fn direction(theta_deg: f64, phi_deg: f64) -> Vec3 {
-    let ((st, ct), (sp, cp)) = (theta_deg.to_radians().sin_cos(), phi_deg.to_radians().sin_cos());
-    [st * cp, st * sp, ct]
 }

@@ -1,10 +1,19 @@
-//! The oracle of docs/model.md#the-phase-screen over whole spectra at many places at once.
+//! Reference spectra of the phase screen (docs/model.md#the-phase-screen), at many pairs of directions at once.
 //!
-//! At a fixed frequency, amplitude and power of an order are functions of κ whose bandwidth is the range of heights.
-//! So the direct double-precision sum over the tile is taken at Chebyshev nodes of κ, each serving every place and
-//! wavelength, and the polynomial through the nodes is read in between. It is exact to rounding: there are so many nodes
-//! that the remainder is below [`REMAINDER`], and [`Truth::check`] compares with [`Exact`] itself.
+//! Symbols: q = wi + wo; λ the wavelength in µm; f = (qx, qy)/λ the spatial frequency in 1/µm; κ = 2π·qz/λ the phase
+//! rate in 1/µm; c_j(κ) the amplitude of order j (one DFT bin of the phase screen) and f_j its frequency; h the height
+//! and H half its range in µm; s a quarter of the coherence length in µm.
+//!
+//! - patch: S = 4πs²·|Σ g·c_j|², ensemble: S = 4πs²·Σ g²·|c_j|², over the orders around f, with the Gaussian
+//!   g = exp(−2π²s²·|f − f_j|²) of the coherence window. Values are S/λ² in 1/sr.
+//! - c_j is a mean of exp(iκh) and |c_j|² one of exp(iκ(h − h′)), with |h − h′| ≤ 2H. Both are therefore smooth
+//!   functions of κ. The double-precision transform of the tile is computed at Chebyshev nodes of κ ∈ [0, κ_max] only,
+//!   and c_j and |c_j|² are interpolated by the polynomial through the nodes.
+//!
+//! The result is exact to rounding: the number of nodes keeps the remainder below [`REMAINDER`], and [`Truth::check`]
+//! compares with [`Exact`] itself.
 
+use crate::arguments::VISIBLE_NM;
 use num_complex::Complex64;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -15,124 +24,156 @@ use sunbeam::scattering::Options;
 use sunbeam::table::{DENSITY_FLOOR_UM2, Model};
 use sunbeam::transform::{OrderTransform, chebyshev_terms};
 
-/// Of a Chebyshev series with as many terms as there are nodes, relative to the power of the whole.
+/// Remainder of the interpolation relative to the total power: near the rounding of sums in double precision.
 const REMAINDER: f64 = 1e-12;
-/// Gaussians of an amplitude below e⁻²⁹ are left out.
-const FAINT: f64 = 29.0;
+/// Negative logarithm of the smallest Gaussian weight of an amplitude that is summed: e⁻²⁹ = 2.5e-13.
+const NEGLIGIBLE_EXPONENT: f64 = 29.0;
 
-/// `S/λ²` in 1/sr of both models, for a tile that repeats.
-pub struct Truth {
+/// `S/λ²` in 1/sr of both models, for a periodic tile.
+pub(crate) struct Truth {
     step_nm: f64,
     wavelengths: usize,
-    /// `[place][wavelength]`.
+    /// Values of the patch model, `[pair][wavelength]`.
     patch: Vec<f64>,
+    /// Values of the ensemble model, `[pair][wavelength]`.
     ensemble: Vec<f64>,
-    places: Vec<[f64; 3]>,
+    /// `wi + wo` of each pair.
+    sums: Vec<[f64; 3]>,
     coherence_length_um: f64,
 }
 
-/// How far [`Truth`] is from [`Exact`].
+/// The deviation of [`Truth`] from [`Exact`].
 #[derive(Clone, Copy, Debug, Serialize)]
-pub struct TruthCheck {
-    /// Places and wavelengths compared, for each model.
-    pub compared: usize,
-    /// Largest deviation relative to the largest of the value, the mean over window places and the density floor.
-    pub largest: f64,
+pub(crate) struct TruthCheck {
+    /// Number of values compared, for each model.
+    pub(crate) compared: usize,
+    /// Largest deviation, relative to the largest of both models' values and the density floor.
+    pub(crate) largest: f64,
 }
 
 /// The orders along one axis.
 struct Axis {
-    extent_um: f64,
     pixels: i64,
-    /// The Gaussian of an amplitude falls as `exp(−sharpness·d²)`, d in orders.
+    /// Factor a of the amplitude's Gaussian g = `exp(−a·d²)`, d the distance in orders: 2π²s² over the extent squared.
     sharpness: f64,
 }
 
 impl Axis {
-    /// Gaussians of the orders around `place`, the first of which is returned. In an even number of pixels the order at half
-    /// the sampling rate counts half in power at either end.
-    fn gaussians(&self, place: f64, values: &mut Vec<f64>) -> i64 {
-        let reach = (FAINT / self.sharpness).sqrt();
+    /// Writes the Gaussian weights of the orders around `position`, in orders, and returns the first of these orders.
+    ///
+    /// With an even number of pixels, the order at the Nyquist frequency counts at both ends, with half the power each.
+    fn gaussians(&self, position: f64, values: &mut Vec<f64>) -> i64 {
+        let reach = (NEGLIGIBLE_EXPONENT / self.sharpness).sqrt();
         let half = self.pixels / 2;
-        let (first, last) = (((place - reach).ceil() as i64).max(-half), ((place + reach).floor() as i64).min(half));
+        let (first, last) =
+            (((position - reach).ceil() as i64).max(-half), ((position + reach).floor() as i64).min(half));
         values.clear();
         values.extend((first..=last).map(|j| {
-            let share = if self.pixels % 2 == 0 && j.abs() == half { FRAC_1_SQRT_2 } else { 1.0 };
-            share * (-self.sharpness * (place - j as f64).powi(2)).exp()
+            let weight = if self.pixels % 2 == 0 && j.abs() == half { FRAC_1_SQRT_2 } else { 1.0 };
+            weight * (-self.sharpness * (position - j as f64).powi(2)).exp()
         }));
         first
     }
 }
 
+/// The orders of the tile along both axes.
+struct Orders {
+    x: Axis,
+    y: Axis,
+}
+
+impl Orders {
+    /// Adds one node's contribution to `total`: `weight·Σ g·c_j` and `weight·Σ g²·|c_j|²`, over the orders around f.
+    ///
+    /// `position` is f in orders along x and y. `amplitudes` are the c_j of all orders at the node's κ. `weight` is the
+    /// node's Lagrange polynomial, which may be negative; it is computed only if there are orders around f. `gauss` is
+    /// scratch memory.
+    fn add(
+        &self,
+        position: [f64; 2],
+        amplitudes: &[Complex64],
+        weight: impl FnOnce() -> f64,
+        gauss: &mut [Vec<f64>; 2],
+        total: &mut (Complex64, f64),
+    ) {
+        let [gauss_x, gauss_y] = gauss;
+        let first_x = self.x.gaussians(position[0], gauss_x);
+        let first_y = self.y.gaussians(position[1], gauss_y);
+        if gauss_x.is_empty() || gauss_y.is_empty() {
+            return;
+        }
+        let weight = weight();
+        for (jy, gauss_y) in (first_y..).zip(&*gauss_y) {
+            let row = jy.rem_euclid(self.y.pixels) * self.x.pixels;
+            for (jx, gauss_x) in (first_x..).zip(&*gauss_x) {
+                let c = amplitudes[(row + jx.rem_euclid(self.x.pixels)) as usize] * (gauss_x * gauss_y);
+                total.0 += weight * c;
+                total.1 += weight * c.norm_sqr();
+            }
+        }
+    }
+}
+
 impl Truth {
-    /// The spectra at `places`, `wi + wo` each, from 380 to 780 nm in steps of `step_nm`.
-    pub fn new(field: &HeightField, coherence_length_um: f64, places: &[[f64; 3]], step_nm: f64) -> Self {
+    /// The spectra for pairs of directions, given by their sums `wi + wo`, from 380 to 780 nm in steps of `step_nm`.
+    pub(crate) fn new(field: &HeightField, coherence_length_um: f64, sums: &[[f64; 3]], step_nm: f64) -> Self {
         let transform = OrderTransform::new(field);
         let s = coherence_length_um / 4.0;
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
         let axis = |extent_um: f64, pixels: usize| Axis {
-            extent_um,
             pixels: pixels as i64,
             sharpness: 2.0 * (PI * s / extent_um).powi(2),
         };
-        let (x, y) = (axis(lx, nx), axis(ly, ny));
-        let wavelengths = (400.0 / step_nm + 1e-9).floor() as usize + 1;
-        let wavelength_um = |i: usize| (380.0 + i as f64 * step_nm) * 1e-3;
-        let kappa_max = TAU * places.iter().map(|q| q[2]).fold(0.0, f64::max) / 0.38;
+        let tile = Orders { x: axis(lx, nx), y: axis(ly, ny) };
+        let (first_nm, last_nm) = (*VISIBLE_NM.start(), *VISIBLE_NM.end());
+        let wavelengths = ((last_nm - first_nm) / step_nm + 1e-9).floor() as usize + 1;
+        let wavelength_um = |i: usize| (first_nm + i as f64 * step_nm) * 1e-3;
+        let kappa_max = TAU * sums.iter().map(|q| q[2]).fold(0.0, f64::max) / wavelength_um(0);
+        // κ varies by κ_max/2 about its middle and |h − h′| is at most 2H, so the largest phase is κ_max·H. Two more
+        // nodes make up for interpolation, whose error is up to twice the remainder of the truncated series.
         let nodes = chebyshev_terms(kappa_max * transform.half_range_um(), REMAINDER) + 2;
-        let mut sums = vec![(Complex64::ZERO, 0.0f64); places.len() * wavelengths];
+        let mut totals = vec![(Complex64::ZERO, 0.0f64); sums.len() * wavelengths];
         for node in 0..nodes {
-            let turn = PI * (node as f64 + 0.5) / nodes as f64;
-            let orders = transform.amplitudes(0.5 * kappa_max * (1.0 + turn.cos()));
-            sums.par_chunks_mut(wavelengths).zip(places).for_each_init(
-                || (Vec::new(), Vec::new()),
-                |(ex, ey), (sums, q)| {
-                    for (i, (amplitude, power)) in sums.iter_mut().enumerate() {
-                        let um = wavelength_um(i);
-                        let first_x = x.gaussians(q[0] * x.extent_um / um, ex);
-                        let first_y = y.gaussians(q[1] * y.extent_um / um, ey);
-                        if ex.is_empty() || ey.is_empty() {
-                            continue;
-                        }
-                        let share = lagrange(turn, (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0), nodes);
-                        for (jy, ey) in (first_y..).zip(&*ey) {
-                            let row = jy.rem_euclid(y.pixels) * x.pixels;
-                            for (jx, ex) in (first_x..).zip(&*ex) {
-                                let c = orders[(row + jx.rem_euclid(x.pixels)) as usize] * (ex * ey);
-                                *amplitude += share * c;
-                                *power += share * c.norm_sqr();
-                            }
-                        }
-                    }
-                },
-            );
+            let node_angle = PI * (node as f64 + 0.5) / nodes as f64;
+            let amplitudes = transform.amplitudes(0.5 * kappa_max * (1.0 + node_angle.cos()));
+            let add_node = |gauss: &mut [Vec<f64>; 2], (totals, q): (&mut [(Complex64, f64)], &[f64; 3])| {
+                for (i, total) in totals.iter_mut().enumerate() {
+                    let um = wavelength_um(i);
+                    // κ ∈ [0, κ_max] mapped to [−1, 1].
+                    let at = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
+                    let position = [q[0] * lx / um, q[1] * ly / um];
+                    tile.add(position, &amplitudes, || lagrange(node_angle, at, nodes), gauss, total);
+                }
+            };
+            totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
         }
         let peak = |i: usize| 4.0 * PI * s * s / wavelength_um(i % wavelengths).powi(2);
-        let patch = sums.iter().enumerate().map(|(i, (amplitude, _))| peak(i) * amplitude.norm_sqr()).collect();
-        let ensemble = sums.iter().enumerate().map(|(i, (_, power))| peak(i) * power.max(0.0)).collect();
-        Self { step_nm, wavelengths, patch, ensemble, places: places.to_vec(), coherence_length_um }
+        let patch = totals.iter().enumerate().map(|(i, (amplitude, _))| peak(i) * amplitude.norm_sqr()).collect();
+        let ensemble = totals.iter().enumerate().map(|(i, (_, power))| peak(i) * power.max(0.0)).collect();
+        Self { step_nm, wavelengths, patch, ensemble, sums: sums.to_vec(), coherence_length_um }
     }
 
     /// Step between wavelengths in nm.
-    pub fn step_nm(&self) -> f64 {
+    pub(crate) fn step_nm(&self) -> f64 {
         self.step_nm
     }
 
-    /// The spectrum at one of the places, `S/λ²` in 1/sr from 380 nm on in steps of [`Truth::step_nm`].
-    pub fn spectrum(&self, model: Model, place: usize) -> &[f64] {
+    /// The spectrum of a pair by its index, `S/λ²` in 1/sr, from 380 nm on in steps of [`Truth::step_nm`].
+    pub(crate) fn spectrum(&self, model: Model, pair: usize) -> &[f64] {
         let all = if model == Model::Patch { &self.patch } else { &self.ensemble };
-        &all[place * self.wavelengths..][..self.wavelengths]
+        &all[pair * self.wavelengths..][..self.wavelengths]
     }
 
-    /// Compares `count` places and wavelengths, spread over all, with the direct sum of `field`.
-    pub fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
+    /// Compares `count` values, spread over pairs and wavelengths, with the direct sum over `field`.
+    pub(crate) fn check(&self, field: &HeightField, count: usize) -> TruthCheck {
         let mut largest = 0.0f64;
         for i in 0..count {
-            let place = (i * self.places.len() + self.places.len() / 2) / count;
+            let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
+            // A prime stride reaches every wavelength.
             let wavelength = (i * 7919) % self.wavelengths;
-            let um = (380.0 + wavelength as f64 * self.step_nm) * 1e-3;
-            let q = self.places[place];
+            let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;
+            let q = self.sums[pair];
             let value = |model: Model| {
                 let options = Options { model, coherence_length_um: self.coherence_length_um, ..Options::default() };
                 Exact::new(field, &options, None).power_density([q[0] / um, q[1] / um], TAU * q[2] / um)
@@ -140,7 +181,7 @@ impl Truth {
             let [patch, ensemble] = [Model::Patch, Model::Ensemble].map(value);
             let scale = patch.max(ensemble).max(DENSITY_FLOOR_UM2);
             for (model, truth) in [(Model::Patch, patch), (Model::Ensemble, ensemble)] {
-                let found = self.spectrum(model, place)[wavelength] * um * um;
+                let found = self.spectrum(model, pair)[wavelength] * um * um;
                 largest = largest.max((found - truth).abs() / scale);
             }
         }
@@ -148,16 +189,18 @@ impl Truth {
     }
 }
 
-/// The Lagrange polynomial of the Chebyshev node at the angle `turn`, of `nodes`, at `x` in [−1, 1].
-fn lagrange(turn: f64, x: f64, nodes: usize) -> f64 {
-    // Σ_n (2 − δ_n0) T_n(x_m) T_n(x), each product a sum of cosines, and those a Dirichlet kernel.
+/// The Lagrange polynomial at `x` in [−1, 1] that is 1 at the Chebyshev node `cos(node_angle)` and 0 at the other
+/// nodes.
+fn lagrange(node_angle: f64, x: f64, nodes: usize) -> f64 {
+    // Σ_n (2 − δ_n0) T_n(cos α) T_n(cos θ)/N: each product is a sum of cosines of n(θ ± α), which add up to the
+    // Dirichlet kernels of θ ± α.
     let n = nodes as f64;
     let kernel = |phi: f64| {
         let half = (0.5 * phi).sin();
         if half.abs() < 1e-9 { 2.0 * n - 1.0 } else { ((n - 0.5) * phi).sin() / half }
     };
     let theta = x.acos();
-    (kernel(theta - turn) + kernel(theta + turn)) / (2.0 * n)
+    (kernel(theta - node_angle) + kernel(theta + node_angle)) / (2.0 * n)
 }
 
 #[cfg(test)]
@@ -165,13 +208,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn polynomials_are_reproduced() {
+    fn interpolation_reproduces_polynomials() {
         let nodes = 9;
         for x in [-1.0, -0.3, 0.0, 0.77, 1.0] {
             for degree in 0..nodes as i32 {
                 let at = |m: usize| PI * (m as f64 + 0.5) / nodes as f64;
                 let found: f64 = (0..nodes).map(|m| lagrange(at(m), x, nodes) * at(m).cos().powi(degree)).sum();
-                // Rounding of nine terms.
+                // The rounding of nine terms of at most a few.
                 assert!((found - x.powi(degree)).abs() < 1e-13, "{x}^{degree}: {found}");
             }
         }

@@ -1,10 +1,10 @@
-//! Two pictures as they are shown, and the sheet that shows them.
+//! Two pictures as shown on a screen, and the sheet with both and their differences.
 
 use super::{Mask, Picture};
 use sunbeam::colour::srgb_bytes;
 
-/// Both pictures exposed and clipped to [0, 1], black where nothing is compared.
-pub struct DisplayPair {
+/// Both pictures exposed and clipped to [0, 1]; black outside the mask.
+pub(crate) struct DisplayPair {
     size: (usize, usize),
     linear: [Vec<[f64; 3]>; 2],
 }
@@ -23,28 +23,29 @@ impl DisplayPair {
     }
 
     /// Width and height.
-    pub fn size(&self) -> (usize, usize) {
+    pub(crate) fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// The pixels of both pictures, linear and in [0, 1].
-    pub fn linear(&self) -> [&[[f64; 3]]; 2] {
+    /// The pixels of both pictures in linear sRGB, in [0, 1].
+    pub(crate) fn linear(&self) -> [&[[f64; 3]]; 2] {
         self.linear.each_ref().map(Vec::as_slice)
     }
 
     /// The pixels of both pictures in 8-bit sRGB.
-    pub fn bytes(&self) -> [Vec<u8>; 2] {
+    pub(crate) fn bytes(&self) -> [Vec<u8>; 2] {
         self.linear.each_ref().map(|pixels| pixels.iter().flat_map(|rgb| srgb_bytes(*rgb)).collect())
     }
 
-    /// Three pictures side by side in 8-bit sRGB: the first, the second, and `map` in the colours that FLIP uses
-    /// (black 0, pale yellow 1). Returns the size of the sheet and its bytes.
-    pub fn sheet(&self, map: &[f32]) -> ((usize, usize), Vec<u8>) {
+    /// The size and the bytes of three pictures side by side in 8-bit sRGB: the first, the second, and `map`.
+    ///
+    /// The map's values are in [0, 1], and have the colours that FLIP's authors use: 0 is black, 1 pale yellow.
+    pub(crate) fn sheet(&self, map: &[f32]) -> ((usize, usize), Vec<u8>) {
         let (width, height) = self.size;
         let [a, b] = self.bytes();
         let map = super::flip::coloured(self.size, map);
-        let rows = |bytes: &[u8], y: usize| bytes[3 * width * y..3 * width * (y + 1)].to_vec();
-        let sheet = (0..height).flat_map(|y| [rows(&a, y), rows(&b, y), rows(&map, y)].concat()).collect();
+        let row = |bytes: &[u8], y: usize| bytes[3 * width * y..3 * width * (y + 1)].to_vec();
+        let sheet = (0..height).flat_map(|y| [row(&a, y), row(&b, y), row(&map, y)].concat()).collect();
         ((3 * width, height), sheet)
     }
 }

@@ -1,51 +1,52 @@
-//! The numbers that a comparison comes down to.
+//! The figures of a comparison.
 
 use super::{DisplayPair, Picture};
 use serde::Serialize;
 use sunbeam::colour::{ciede2000, linear_srgb_to_lab, srgb_encode};
 
-/// The ε of the relative error as a share of the reference's mean absolute value.
-pub const RELATIVE_EPSILON: f64 = 0.01;
+/// The ε of the relative error as a fraction of the reference's mean absolute value. Chosen: dark pixels of a reference
+/// must not dominate the mean.
+pub(crate) const RELATIVE_EPSILON: f64 = 0.01;
 
-/// How different a picture `b` is from its reference `a`, over the compared pixels.
+/// Differences of a picture `b` from its reference `a`, over the compared pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Figures {
-    /// Root of the mean of `(b − a)²` over pixels and channels, linear, unexposed.
-    pub rmse: f64,
-    /// Mean of `(b − a)²/(a² + ε²)` over pixels and channels, linear; ε is [`RELATIVE_EPSILON`] times the mean of `|a|`,
-    /// so that the figure does not depend on the unit of radiance. `None` where `a` is black and `b` is not.
-    pub relative_mse: Option<f64>,
-    /// `−10·log10` of the mean squared difference of the shown, sRGB-encoded pictures, whose peak is 1, in dB. `None`
-    /// where they are equal: it would be infinite.
-    pub psnr_db: Option<f64>,
-    /// CIEDE2000 of the shown pictures; the white is (1, 1, 1).
-    pub delta_e_2000: DeltaE,
-    /// FLIP of the shown pictures in 8 bits.
-    pub flip: Flip,
+pub(crate) struct Figures {
+    /// Root mean square of `b − a` over pixels and channels, in units of the pictures' radiance.
+    pub(crate) rmse: f64,
+    /// Mean of `(b − a)²/(a² + ε²)` over pixels and channels; ε is [`RELATIVE_EPSILON`] times the mean of `|a|`, so the
+    /// figure does not depend on the unit of radiance. `None` if `a` is black and `b` is not.
+    pub(crate) relative_mse: Option<f64>,
+    /// Peak signal-to-noise ratio of the sRGB-encoded pictures as shown, with the peak 1, in dB. `None` for equal
+    /// pictures, whose ratio is infinite.
+    pub(crate) psnr_db: Option<f64>,
+    /// CIEDE2000 of the pictures as shown; the white point is (1, 1, 1).
+    pub(crate) delta_e_2000: DeltaE,
+    /// FLIP of the pictures as shown, in 8 bits.
+    pub(crate) flip: Flip,
 }
 
 /// CIEDE2000 over the compared pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct DeltaE {
+pub(crate) struct DeltaE {
     /// The mean.
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// The smallest value that half of the pixels do not exceed.
-    pub median: f64,
+    pub(crate) median: f64,
     /// The smallest value that 99 % of the pixels do not exceed.
-    pub p99: f64,
+    pub(crate) p99: f64,
 }
 
 /// FLIP over the compared pixels, each in [0, 1].
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Flip {
+pub(crate) struct Flip {
     /// The mean, which is the figure that its authors recommend.
-    pub mean: f64,
+    pub(crate) mean: f64,
     /// The smallest value that 99 % of the pixels do not exceed.
-    pub p99: f64,
+    pub(crate) p99: f64,
 }
 
 impl Figures {
-    /// Of the pixels `chosen`, at least one.
+    /// The figures over the pixels with the indices `chosen`, at least one.
     pub(super) fn new(a: &Picture, b: &Picture, chosen: &[usize], shown: &DisplayPair, flip_map: &[f32]) -> Self {
         let pairs = || {
             let pixels = chosen.iter().map(|&i| (a.pixels()[i], b.pixels()[i]));
@@ -84,7 +85,7 @@ fn mean_of(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// The smallest of the values, at least one, that this fraction of them, above 0, does not exceed. Reorders them.
+/// The smallest of at least one value that a `fraction` of the values, in (0, 1], does not exceed. Reorders the values.
 fn quantile(values: &mut [f64], fraction: f64) -> f64 {
     let rank = (fraction * values.len() as f64).ceil() as usize - 1;
     *values.select_nth_unstable_by(rank, f64::total_cmp).1
@@ -95,7 +96,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantiles_are_values_that_a_fraction_does_not_exceed() {
+    fn quantiles_are_smallest_values_that_a_fraction_does_not_exceed() {
         let mut hundred: Vec<f64> = (1..=100).rev().map(f64::from).collect();
         assert_eq!((mean_of(&hundred), quantile(&mut hundred, 0.5), quantile(&mut hundred, 0.99)), (50.5, 50.0, 99.0));
         let mut twice: Vec<f64> = (1..=200).map(f64::from).collect();

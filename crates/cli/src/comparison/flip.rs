@@ -1,26 +1,26 @@
-//! FLIP for ordinary pictures, by the library of its authors.
+//! The perceptual metric FLIP for low-dynamic-range pictures, by its authors' library.
 //!
 //! P. Andersson, J. Nilsson, T. Akenine-Möller, M. Oskarsson, K. Åström, M. D. Fairchild, *FLIP: A Difference Evaluator
-//! for Alternating Images*, Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. It is given 8-bit sRGB and the
-//! authors' viewing distance: 67 pixels per degree, a 4K monitor 0.7 m wide at 0.7 m.
+//! for Alternating Images*, Proc. ACM Comput. Graph. Interact. Tech. 3(2), 2020. The input is 8-bit sRGB, the viewing
+//! distance the authors' own: 67 pixels per degree, as of a 4K monitor 0.7 m wide at 0.7 m.
 
 use super::DisplayPair;
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, magma_lut};
 
-/// The error of each pixel in [0, 1].
+/// FLIP's error of each pixel, in [0, 1].
 pub(super) fn map(shown: &DisplayPair) -> Vec<f32> {
     let (width, height) = size(shown.size());
     let [a, b] = shown.bytes().map(|bytes| FlipImageRgb8::with_data(width, height, &bytes));
     nv_flip::flip(a, b, DEFAULT_PIXELS_PER_DEGREE).to_vec()
 }
 
-/// The map in false colours, 8-bit sRGB.
+/// The map in false colours, as 8-bit sRGB.
 pub(super) fn coloured(shape: (usize, usize), map: &[f32]) -> Vec<u8> {
     let (width, height) = size(shape);
     FlipImageFloat::with_data(width, height, map).apply_color_lut(&magma_lut()).to_vec()
 }
 
-/// [`super::Picture`] has kept both within 32 bits.
+/// Width and height in 32 bits, into which the largest [`super::Picture`] fits.
 fn size((width, height): (usize, usize)) -> (u32, u32) {
     (width as u32, height as u32)
 }

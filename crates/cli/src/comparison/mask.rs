@@ -1,4 +1,4 @@
-//! Which pixels count.
+//! The pixels that are compared.
 
 use super::CompareError;
 use super::picture::exr_channels;
@@ -6,30 +6,31 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
-/// The pixels that are compared.
+/// A choice of pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Mask {
+pub(crate) struct Mask {
     size: (usize, usize),
+    /// Whether each pixel is compared, by rows from the top.
     inside: Vec<bool>,
 }
 
 impl Mask {
-    /// A mask of `size` (width, height), row by row from the top; `true` is compared.
+    /// A mask of `size` (width, height) by rows from the top; `true` pixels are compared.
     ///
     /// # Errors
-    /// A number of pixels that is not that of the size.
-    pub fn new(size: (usize, usize), inside: Vec<bool>) -> Result<Self, CompareError> {
+    /// A number of pixels that differs from the size.
+    pub(crate) fn new(size: (usize, usize), inside: Vec<bool>) -> Result<Self, CompareError> {
         if size.0.checked_mul(size.1) != Some(inside.len()) {
             return Err(CompareError::Shape { size, found: inside.len() });
         }
         Ok(Self { size, inside })
     }
 
-    /// Reads a mask: a pixel is compared where any channel of the picture but alpha is above 0.
+    /// Reads a mask from a picture: pixels with a channel above 0 are compared; alpha does not count.
     ///
     /// # Errors
-    /// A file that is neither a readable `.exr` nor a readable `.png`.
-    pub fn read(path: impl AsRef<Path>) -> Result<Self, CompareError> {
+    /// A file that is not a readable `.exr` or `.png`.
+    pub(crate) fn read(path: impl AsRef<Path>) -> Result<Self, CompareError> {
         let path = path.as_ref();
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase();
         match extension.as_str() {
@@ -76,12 +77,12 @@ impl Mask {
     }
 
     /// Width and height.
-    pub fn size(&self) -> (usize, usize) {
+    pub(crate) fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// Whether the pixel of this index, row by row from the top, is compared.
-    pub fn contains(&self, index: usize) -> bool {
+    /// Whether the pixel of an index is compared; indices run by rows from the top.
+    pub(crate) fn contains(&self, index: usize) -> bool {
         self.inside.get(index).copied().unwrap_or(false)
     }
 }

@@ -1,17 +1,10 @@
-//! How different two pictures are, in radiance and to the eye.
+//! Differences between two pictures, in radiance and as seen.
 //!
 //! Pictures are linear sRGB. The first of a pair is the reference: relative errors divide by it, and the automatic
-//! exposure is its own.
-//! - [`Picture`] and [`Mask`]: what is compared, and where.
-//! - [`compare`]: every figure at once, and the pictures that they belong to as a [`Comparison`].
+//! exposure is derived from it.
 //!
-//! ```
-//! use sunbeam_cli::comparison::{Picture, compare};
-//! let grey = |value: f32| Picture::new((8, 4), vec![[value; 3]; 32]).unwrap();
-//! let found = compare(&grey(0.5), &grey(0.25), None, Some(0.0)).unwrap();
-//! assert_eq!(found.figures.rmse, 0.25);
-//! assert!(compare(&grey(0.5), &grey(0.5), None, None).unwrap().figures.psnr_db.is_none());
-//! ```
+//! - [`Picture`] and [`Mask`]: the pictures, and the pixels that are compared.
+//! - [`compare`]: all figures, with the pictures as shown, as a [`Comparison`].
 
 mod display;
 mod error;
@@ -20,34 +13,37 @@ mod flip;
 mod mask;
 mod picture;
 
-pub use display::DisplayPair;
-pub use error::CompareError;
-pub use figures::{DeltaE, Figures, Flip, RELATIVE_EPSILON};
-pub use mask::Mask;
-pub use picture::Picture;
+pub(crate) use display::DisplayPair;
+pub(crate) use error::CompareError;
+pub(crate) use figures::Figures;
+pub(crate) use mask::Mask;
+pub(crate) use picture::Picture;
 
-/// What [`compare`] found.
-pub struct Comparison {
-    /// The numbers.
-    pub figures: Figures,
-    /// The exposure in stops that the pictures were shown with.
-    pub exposure_stops: f64,
-    /// Pixels that were compared.
-    pub pixels: usize,
+/// Largest exposure in stops; beyond it every pixel is black or white.
+const MAX_STOPS: f64 = 100.0;
+
+/// The result of [`compare`].
+pub(crate) struct Comparison {
+    /// The figures of `sunbeam compare`.
+    pub(crate) figures: Figures,
+    /// Exposure of the pictures as shown, in stops.
+    pub(crate) exposure_stops: f64,
+    /// Number of compared pixels.
+    pub(crate) pixels: usize,
     /// The pictures as shown.
-    pub shown: DisplayPair,
-    /// FLIP's error in [0, 1] for every pixel, row by row from the top; 0 where nothing was compared.
-    pub flip_map: Vec<f32>,
+    pub(crate) shown: DisplayPair,
+    /// FLIP's error of every pixel in [0, 1], by rows from the top; 0 outside the mask.
+    pub(crate) flip_map: Vec<f32>,
 }
 
-/// Compares `b` with the reference `a` where the mask lets it.
+/// Compares `b` with the reference `a` inside the mask.
 ///
-/// `exposure_stops` brightens both by `2^stops` before they are shown; without it, 1 % of the reference's pixels clip.
-/// The perceptual figures see the shown pictures: exposed, clipped to [0, 1] and, but for ΔE, encoded as sRGB.
+/// The pictures as shown are multiplied by `2^exposure_stops` and clipped to [0, 1]. Without an exposure, 1 % of the
+/// reference's pixels clip. FLIP and PSNR use their sRGB encoding, ΔE their linear values.
 ///
 /// # Errors
-/// Sizes that differ between the pictures or the mask, a mask that leaves nothing, an exposure that is not finite.
-pub fn compare(
+/// Sizes that differ between the pictures or the mask, a mask without pixels, an exposure out of range.
+pub(crate) fn compare(
     a: &Picture,
     b: &Picture,
     mask: Option<&Mask>,
@@ -72,9 +68,26 @@ pub fn compare(
     Ok(Comparison { figures, exposure_stops, pixels: chosen.len(), shown, flip_map })
 }
 
-/// Exposures beyond this leave nothing between black and white.
-const MAX_STOPS: f64 = 100.0;
-
+/// Refuses a size that is not the expected one.
 fn same_size(expected: (usize, usize), found: (usize, usize), what: &'static str) -> Result<(), CompareError> {
     if expected == found { Ok(()) } else { Err(CompareError::Size { what, expected, found }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(value: f32) -> Picture {
+        Picture::new((8, 4), vec![[value; 3]; 32]).unwrap()
+    }
+
+    #[test]
+    fn constant_pictures_differ_by_their_difference() {
+        assert_eq!(compare(&grey(0.5), &grey(0.25), None, Some(0.0)).unwrap().figures.rmse, 0.25);
+    }
+
+    #[test]
+    fn equal_pictures_have_no_psnr() {
+        assert!(compare(&grey(0.5), &grey(0.5), None, None).unwrap().figures.psnr_db.is_none());
+    }
 }

@@ -4,23 +4,24 @@ use super::CompareError;
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use std::path::Path;
 
-/// FLIP indexes bytes of three channels with 32 bits.
+/// Largest number of pixels: FLIP indexes the bytes of three channels with 32 bits.
 const MAX_PIXELS: usize = 1 << 28;
+/// Names of the channels in an OpenEXR file.
 const CHANNELS: [char; 3] = ['R', 'G', 'B'];
 
-/// Linear sRGB, every channel finite; negative ones are colours outside the gamut.
+/// A picture in linear sRGB. Channels are finite; those of out-of-gamut colours may be negative.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
+pub(crate) struct Picture {
     size: (usize, usize),
     pixels: Vec<[f32; 3]>,
 }
 
 impl Picture {
-    /// A picture of `size` (width, height), row by row from the top.
+    /// A picture of `size` (width, height), its pixels by rows from the top.
     ///
     /// # Errors
-    /// A number of pixels that is not that of the size, or none, or a channel that is not finite.
-    pub fn new(size: (usize, usize), pixels: Vec<[f32; 3]>) -> Result<Self, CompareError> {
+    /// A number of pixels that differs from the size or is 0, or a channel that is NaN or infinite.
+    pub(crate) fn new(size: (usize, usize), pixels: Vec<[f32; 3]>) -> Result<Self, CompareError> {
         if !(1..=MAX_PIXELS).contains(&pixels.len()) || size.0.checked_mul(size.1) != Some(pixels.len()) {
             return Err(CompareError::Shape { size, found: pixels.len() });
         }
@@ -33,18 +34,18 @@ impl Picture {
         Ok(Self { size, pixels })
     }
 
-    /// Reads the channels R, G and B of an OpenEXR file; others, such as alpha, are left aside.
+    /// Reads the channels R, G and B of an OpenEXR file and ignores the others, such as alpha.
     ///
     /// # Errors
-    /// A file that cannot be read, a missing channel, and what [`Picture::new`] refuses.
-    pub fn read_exr(path: impl AsRef<Path>) -> Result<Self, CompareError> {
+    /// A file that cannot be read, a missing channel, and the errors of [`Picture::new`].
+    pub(crate) fn read_exr(path: impl AsRef<Path>) -> Result<Self, CompareError> {
         let path = path.as_ref();
         let (size, channels) = exr_channels(path)?;
         let named = |name: char| {
             let found = channels.iter().find(|(found, _)| found.chars().eq([name]));
             found.map(|(_, values)| values).ok_or_else(|| {
-                let there = channels.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
-                let reason = format!("there is no channel {name}, only {there}; R, G and B are needed");
+                let present = channels.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ");
+                let reason = format!("there is no channel {name}, only {present}; R, G and B are needed");
                 CompareError::File { path: path.to_owned(), reason }
             })
         };
@@ -54,20 +55,20 @@ impl Picture {
     }
 
     /// Width and height.
-    pub fn size(&self) -> (usize, usize) {
+    pub(crate) fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// The pixels row by row from the top.
-    pub fn pixels(&self) -> &[[f32; 3]] {
+    /// The pixels by rows from the top.
+    pub(crate) fn pixels(&self) -> &[[f32; 3]] {
         &self.pixels
     }
 }
 
-/// Channels by name, the pixels of each row by row from the top.
+/// Channels by name, each with its values by rows from the top.
 type Channels = Vec<(String, Vec<f32>)>;
 
-/// Size and channels of the first layer.
+/// The size (width, height) and the channels of an OpenEXR file's first layer.
 pub(super) fn exr_channels(path: &Path) -> Result<((usize, usize), Channels), CompareError> {
     let image = read()
         .no_deep_data()
@@ -92,7 +93,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shapes_that_cannot_be_are_refused() {
+    fn sizes_that_differ_from_the_number_of_pixels_are_refused() {
         for (size, count) in [((2, 2), 3), ((0, 0), 0), ((usize::MAX, 2), 2)] {
             let error = Picture::new(size, vec![[0.0; 3]; count]).unwrap_err();
             assert!(matches!(error, CompareError::Shape { found, .. } if found == count), "{error}");
@@ -100,7 +101,7 @@ mod tests {
     }
 
     #[test]
-    fn a_value_that_is_no_number_is_found_where_it_is() {
+    fn a_nan_is_named_with_its_pixel_and_channel() {
         let mut pixels = vec![[0.0; 3]; 6];
         pixels[5][1] = f32::NAN;
         let message = Picture::new((3, 2), pixels).unwrap_err().to_string();

@@ -1,62 +1,56 @@
-//! The response over wavelength and angle as a picture, with the curves over it.
+//! The response over wavelength and angle as shades, with the curves of its peaks and of the grating equation.
 
 use super::Response;
-use plotters::prelude::*;
+use crate::chart::{Axis, Chart, Corner, Stroke, drawing};
 
-/// Width and height of the drawing.
+/// Width and height of the drawing in pixels.
 const SIZE: (u32, u32) = (900, 600);
-/// Most cells along each axis: a response may have millions of values.
-const CELLS: usize = 150;
+/// Cells drawn along each axis at most: a response may have millions of values.
+const CELLS_MAX: usize = 150;
+/// Shade, from 0 to 1, below which a cell is left white.
+const SHADE_MIN: f64 = 0.01;
 
-/// Draws the response as SVG, each wavelength against its own maximum, with the angles of its peaks and of the grating
-/// equation.
-pub(super) fn svg(response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -> Result<String, DrawingError> {
-    let mut text = String::new();
-    draw(&mut text, response, peaks_deg, grating_deg)?;
-    Ok(text)
+/// Draws the response as SVG, with the angles of its peaks and of the grating equation in degrees.
+///
+/// Each column of wavelengths is shaded relative to its own maximum.
+pub(super) fn svg(response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -> String {
+    let (wavelengths, angles) = (&response.wavelengths_nm, &response.angles_deg);
+    let (x_range, y_range) = (ends(wavelengths), ends(angles));
+    let (x, y) = (Axis::linear("wavelength in nm", x_range), Axis::linear("angle of view in degrees", y_range));
+    let mut chart = Chart::new(SIZE, "", x, y);
+    let (columns, rows) = (wavelengths.len().min(CELLS_MAX), angles.len().min(CELLS_MAX));
+    let at = |(first, last): (f64, f64), i: usize, count: usize| first + (last - first) * i as f64 / count as f64;
+    for column in 0..columns {
+        let values = &response.values[part(column, columns, wavelengths.len())];
+        let brightest = values.iter().flatten().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
+        for row in 0..rows {
+            let angles = part(row, rows, angles.len());
+            let most = values.iter().flat_map(|values| &values[angles.clone()]).fold(0.0f64, |a, b| a.max(*b));
+            // The square root lifts faint values.
+            let shade = (most / brightest).sqrt();
+            if shade > SHADE_MIN {
+                let level = 255 - (200.0 * shade) as u8;
+                let corner = |column, row| (at(x_range, column, columns), at(y_range, row, rows));
+                let colour = format!("#{level:02x}{level:02x}ff");
+                chart.cell(corner(column, row), corner(column + 1, row + 1), &colour);
+            }
+        }
+    }
+    let curves =
+        [("brightest angle", peaks_deg, "red", 2.0), ("grating equation, mean spacing", grating_deg, "black", 1.0)];
+    for (text, values, colour, width) in curves {
+        chart.curve(wavelengths.iter().copied().zip(values.iter().copied()), Stroke::solid(colour, width));
+        chart.explain_stroke(Stroke::solid(colour, width), text);
+    }
+    drawing(vec![chart.into_group(Corner::UpperLeft)], SIZE, 1)
 }
 
-type DrawingError = DrawingAreaErrorKind<std::io::Error>;
+/// The first and the last of at least one value.
+fn ends(values: &[f64]) -> (f64, f64) {
+    (values[0], values[values.len() - 1])
+}
 
-fn draw(text: &mut String, response: &Response, peaks_deg: &[f64], grating_deg: &[f64]) -> Result<(), DrawingError> {
-    let (wavelengths, angles) = (&response.wavelengths_nm, &response.angles_deg);
-    let (first, last) = (wavelengths[0], wavelengths[wavelengths.len() - 1]);
-    let (low, high) = (angles[0], angles[angles.len() - 1]);
-    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&root)
-        .margin(12)
-        .x_label_area_size(45)
-        .y_label_area_size(60)
-        .build_cartesian_2d(first..last, low..high)?;
-    let (columns, rows) = (wavelengths.len().min(CELLS), angles.len().min(CELLS));
-    for column in 0..columns {
-        let span = column * wavelengths.len() / columns..(column + 1) * wavelengths.len() / columns;
-        let brightest = response.values[span.clone()].iter().flatten().fold(f64::MIN_POSITIVE, |a, b| a.max(*b));
-        let x = |i: usize| first + (last - first) * i as f64 / columns as f64;
-        let y = |i: usize| low + (high - low) * i as f64 / rows as f64;
-        let cells = (0..rows).filter_map(|row| {
-            let part = row * angles.len() / rows..(row + 1) * angles.len() / rows;
-            let values = response.values[span.clone()].iter().flat_map(|values| &values[part.clone()]);
-            // The square root brings up what is faint.
-            let share = (values.fold(0.0f64, |a, b| a.max(*b)) / brightest).sqrt();
-            let grey = 255 - (200.0 * share) as u8;
-            (share > 0.01).then(|| {
-                Rectangle::new([(x(column), y(row)), (x(column + 1), y(row + 1))], RGBColor(grey, grey, 255).filled())
-            })
-        });
-        chart.draw_series(cells)?;
-    }
-    let curve = |values: &[f64]| wavelengths.iter().copied().zip(values.iter().copied()).collect::<Vec<_>>();
-    chart
-        .draw_series(LineSeries::new(curve(peaks_deg), RED.stroke_width(2)))?
-        .label("brightest angle")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], RED.stroke_width(2)));
-    chart
-        .draw_series(LineSeries::new(curve(grating_deg), BLACK.stroke_width(1)))?
-        .label("grating equation, mean spacing")
-        .legend(|(x, y)| PathElement::new([(x, y), (x + 20, y)], BLACK));
-    chart.configure_mesh().x_desc("wavelength in nm").y_desc("angle of view in degrees").draw()?;
-    chart.configure_series_labels().position(SeriesLabelPosition::UpperLeft).background_style(WHITE.mix(0.8)).draw()?;
-    root.present()
+/// The indices of the `i`-th of `parts` equal parts of `count` values.
+fn part(i: usize, parts: usize, count: usize) -> std::ops::Range<usize> {
+    i * count / parts..(i + 1) * count / parts
 }

@@ -1,65 +1,52 @@
-//! Efficiencies over what varies.
+//! Efficiencies of the strongest orders over the quantity that varies.
 
 use super::Curve;
-use plotters::prelude::*;
+use super::solve::Order;
+use crate::chart::{Axis, Chart, Corner, Stroke, drawing};
 use std::collections::BTreeMap;
 
-/// Width and height of the drawing.
+/// Width and height of the drawing in pixels.
 const SIZE: (u32, u32) = (900, 600);
-/// Orders drawn at most, the strongest somewhere.
-const ORDERS_MAX: usize = 4;
+/// Colours of the orders that are drawn, the strongest first: the first of matplotlib's "tab10".
+const COLOURS: [&str; 4] = ["#1f77b4", "#ff7f0e", "#2ca02c", "#d62728"];
 
-/// Draws the strongest orders as SVG: te dashed, tm dotted where they are known, and their mean.
-pub(super) fn svg(curve: &Curve) -> Result<String, DrawingError> {
-    let mut text = String::new();
-    draw(&mut text, curve)?;
-    Ok(text)
+/// Draws the strongest orders as SVG: the mean as a thick line, TE dashed and TM dotted where they are known.
+pub(super) fn svg(curve: &Curve) -> String {
+    let strongest = strongest(curve);
+    let top = strongest.iter().fold(1e-6, |top: f64, (_, efficiency)| top.max(*efficiency));
+    let (first, last) = (curve.points[0].at, curve.points[curve.points.len() - 1].at);
+    let x = Axis::linear(curve.over.axis(), (first.min(last), first.max(last)));
+    let is_polarised = curve.points.iter().flat_map(|point| &point.solved.orders).any(|order| order.te.is_some());
+    let y_label = if is_polarised { "efficiency: mean, TE dashed, TM dotted" } else { "efficiency" };
+    let mut chart = Chart::new(SIZE, "", x, Axis::linear(y_label, (0.0, 1.05 * top)));
+    for ((order, _), colour) in strongest.into_iter().zip(COLOURS) {
+        let mean = Stroke::solid(colour, 3.0);
+        chart.curve(values(curve, order, |order| Some(order.mean)), mean);
+        chart.curve(values(curve, order, |order| order.te), Stroke { colour, width: 1.0, dashes: "8 4" });
+        chart.curve(values(curve, order, |order| order.tm), Stroke { colour, width: 1.0, dashes: "2 3" });
+        chart.explain_stroke(mean, format!("order {order}"));
+    }
+    drawing(vec![chart.into_group(Corner::UpperRight)], SIZE, 1)
 }
 
-type DrawingError = DrawingAreaErrorKind<std::io::Error>;
-
-fn draw(text: &mut String, curve: &Curve) -> Result<(), DrawingError> {
-    let mut strongest: BTreeMap<i32, f64> = BTreeMap::new();
-    let mut top = 0.0_f64;
+/// The orders with the largest efficiencies anywhere on the curve, and these efficiencies.
+fn strongest(curve: &Curve) -> Vec<(i32, f64)> {
+    let mut largest: BTreeMap<i32, f64> = BTreeMap::new();
     for order in curve.points.iter().flat_map(|point| &point.solved.orders) {
-        let most = [Some(order.mean), order.te, order.tm].into_iter().flatten().fold(0.0, f64::max);
-        let known = strongest.entry(order.order).or_default();
-        *known = known.max(most);
+        let efficiency = [Some(order.mean), order.te, order.tm].into_iter().flatten().fold(0.0, f64::max);
+        let entry = largest.entry(order.order).or_default();
+        *entry = entry.max(efficiency);
     }
-    let mut shown: Vec<_> = strongest.into_iter().collect();
-    shown.sort_by(|a, b| b.1.total_cmp(&a.1));
-    shown.truncate(ORDERS_MAX);
-    top = shown.iter().fold(top, |top, (_, most)| top.max(*most)).max(1e-6);
-    let (first, last) = (curve.points[0].at, curve.points[curve.points.len() - 1].at);
-    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
-    root.fill(&WHITE)?;
-    let mut chart = ChartBuilder::on(&root)
-        .margin(12)
-        .x_label_area_size(45)
-        .y_label_area_size(60)
-        .build_cartesian_2d(first.min(last)..first.max(last), 0.0..1.05 * top)?;
-    chart.configure_mesh().x_desc(curve.over.axis()).y_desc("share of the light").draw()?;
-    for (i, &(order, _)) in shown.iter().enumerate() {
-        let colour = Palette99::pick(i).to_rgba();
-        let line = |value: fn(&super::solve::Order) -> Option<f64>| -> Vec<(f64, f64)> {
-            let of = |point: &super::Point| {
-                let found = point.solved.orders.iter().find(|each| each.order == order)?;
-                Some((point.at, value(found)?))
-            };
-            curve.points.iter().filter_map(of).collect()
-        };
-        chart
-            .draw_series(LineSeries::new(line(|order| Some(order.mean)), colour.stroke_width(3)))?
-            .label(format!("order {order}"))
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 20, y)], colour.stroke_width(3)));
-        chart.draw_series(DashedLineSeries::new(line(|order| order.te), 8, 4, colour.stroke_width(1)))?;
-        chart.draw_series(DashedLineSeries::new(line(|order| order.tm), 2, 3, colour.stroke_width(1)))?;
-    }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.8))
-        .border_style(BLACK)
-        .draw()?;
-    root.present()
+    let mut sorted: Vec<_> = largest.into_iter().collect();
+    sorted.sort_by(|a, b| b.1.total_cmp(&a.1));
+    sorted
+}
+
+/// One efficiency of an order at every point at which the order leaves.
+fn values(curve: &Curve, order: i32, efficiency: fn(&Order) -> Option<f64>) -> Vec<(f64, f64)> {
+    let at_point = |point: &super::Point| {
+        let found = point.solved.orders.iter().find(|each| each.order == order)?;
+        Some((point.at, efficiency(found)?))
+    };
+    curve.points.iter().filter_map(at_point).collect()
 }

@@ -1,74 +1,78 @@
-//! The orders for one direction and wavelength.
+//! The orders of a grating for one incidence, by either theory.
 
+use crate::arguments::direction_from_degrees;
 use serde::Serialize;
 use sunbeam::config::{BuildError, SurfaceConfig, Theory};
 use sunbeam::grating::{GratingError, Medium, check_size, solve_orders};
 use sunbeam::scattering::{Pair, Vec3};
 use sunbeam::transform::OrderTransform;
 
-/// Light from a direction.
-pub struct Asked {
-    pub theta_i_deg: f64,
-    pub phi_i_deg: f64,
-    pub wavelength_nm: f64,
+/// The direction and the wavelength of the light.
+pub(super) struct Incidence {
+    pub(super) theta_i_deg: f64,
+    pub(super) phi_i_deg: f64,
+    pub(super) wavelength_nm: f64,
 }
 
-impl Asked {
+impl Incidence {
+    /// Unit vector towards the light.
     fn wi(&self) -> Vec3 {
-        let (theta, phi) = (self.theta_i_deg.to_radians(), self.phi_i_deg.to_radians());
-        [theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos()]
+        direction_from_degrees(self.theta_i_deg, self.phi_i_deg)
     }
 }
 
-/// The orders of a grating and where its light goes besides.
+/// The orders of a grating, and the light that is not in them.
 #[derive(Serialize)]
-pub struct Solved {
-    pub theory: &'static str,
-    pub period_um: f64,
-    pub wavelength_nm: f64,
-    pub wi: Vec3,
-    pub orders: Vec<Order>,
-    /// Share of te and of tm light that crosses into the material.
+pub(super) struct SolvedOrders {
+    pub(super) theory: &'static str,
+    pub(super) period_um: f64,
+    pub(super) wavelength_nm: f64,
+    pub(super) wi: Vec3,
+    pub(super) orders: Vec<Order>,
+    /// Fractions of the TE and of the TM light that cross into the material.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub absorbed: Option<[f64; 2]>,
-    /// By how much the shares of light differ from 1 in all, the worst of all incident orders.
+    pub(super) absorbed: Option<[f64; 2]>,
+    /// Largest deviation from 1 of the sum of all fractions, over all incident orders.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub balance_error: Option<f64>,
-    /// By how much amplitudes differ from those of the reversed paths.
+    pub(super) balance_error: Option<f64>,
+    /// Largest difference of an amplitude from that of the reversed path.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub reciprocity_error: Option<f64>,
+    pub(super) reciprocity_error: Option<f64>,
 }
 
-/// One order that leaves.
+/// An order that propagates.
 #[derive(Serialize)]
-pub struct Order {
-    pub order: i32,
-    pub theta_deg: f64,
-    pub phi_deg: f64,
-    pub direction: Vec3,
-    pub te: Option<f64>,
-    pub tm: Option<f64>,
-    /// Share of unpolarised light.
-    pub mean: f64,
-    /// Real and imaginary parts, `[what leaves][what comes in]`.
+pub(super) struct Order {
+    pub(super) order: i32,
+    pub(super) theta_deg: f64,
+    pub(super) phi_deg: f64,
+    pub(super) direction: Vec3,
+    /// Efficiency for TE light; the scalar theory has none.
+    pub(super) te: Option<f64>,
+    /// Efficiency for TM light; the scalar theory has none.
+    pub(super) tm: Option<f64>,
+    /// Efficiency for unpolarised light.
+    pub(super) mean: f64,
+    /// Real and imaginary parts of the Jones matrix, `[outgoing][incident]`, each without Hy and without Ey.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub jones: Option<[[[f64; 2]; 2]; 2]>,
+    pub(super) jones: Option<[[[f64; 2]; 2]; 2]>,
 }
 
-impl Solved {
-    /// Of the relief of a configuration.
-    pub fn new(config: &SurfaceConfig, asked: &Asked) -> Result<Self, BuildError> {
+impl SolvedOrders {
+    /// Solves the orders of a configuration by its theory.
+    pub(super) fn new(config: &SurfaceConfig, incidence: &Incidence) -> Result<Self, BuildError> {
         match config.theory {
-            Theory::Rigorous => Self::rigorous(config, asked.wi(), asked.wavelength_nm),
-            Theory::Scalar => Self::scalar(config, asked.wi(), asked.wavelength_nm),
+            Theory::Rigorous => Self::rigorous(config, incidence.wi(), incidence.wavelength_nm),
+            Theory::Scalar => Self::scalar(config, incidence.wi(), incidence.wavelength_nm),
         }
     }
 
-    /// Refuses what the solver does not serve, without solving.
-    pub fn check(config: &SurfaceConfig, asked: &Asked) -> Result<(), BuildError> {
+    /// Refuses a grating that is too large for the solver, without solving it.
+    pub(super) fn check(config: &SurfaceConfig, incidence: &Incidence) -> Result<(), BuildError> {
         if config.theory == Theory::Rigorous {
-            let (profile, along) = (config.profile()?, asked.wi()[1].abs());
-            check_size(&profile, &medium(config)?, asked.wavelength_nm, along).map_err(GratingError::from)?;
+            let (profile, along_grooves) = (config.profile()?, incidence.wi()[1].abs());
+            check_size(&profile, &medium(config)?, incidence.wavelength_nm, along_grooves)
+                .map_err(GratingError::from)?;
         }
         Ok(())
     }
@@ -79,7 +83,7 @@ impl Solved {
         let orders = solved.orders.iter().map(|order| {
             let jones = order.jones.map(|row| row.map(|amplitude| [amplitude.re, amplitude.im]));
             let (te, tm) = (Some(order.te()), Some(order.tm()));
-            Order { te, tm, jones: Some(jones), ..Order::bare(order.index, order.direction, order.efficiency()) }
+            Order { te, tm, jones: Some(jones), ..Order::with_mean(order.index, order.direction, order.efficiency()) }
         });
         Ok(Self {
             theory: Theory::Rigorous.name(),
@@ -93,9 +97,11 @@ impl Solved {
         })
     }
 
-    /// `R·O·M·|c_m|²` of the orders that leave (docs/model.md#the-reflectance).
+    /// The efficiencies `R·O·M·|c_m|²` of the propagating orders m (docs/model.md#the-reflectance).
+    ///
+    /// R is the Fresnel factor, O the obliquity factor, M the shadowing factor, c_m the order's amplitude.
     fn scalar(config: &SurfaceConfig, wi: Vec3, wavelength_nm: f64) -> Result<Self, BuildError> {
-        // Refuses reliefs that vary along y.
+        // An error for reliefs that vary along y.
         config.profile()?;
         let field = config.height_field()?;
         let (transform, options) = (OrderTransform::new(&field), config.options());
@@ -114,7 +120,7 @@ impl Solved {
             let Some(pair) = Pair::new(wi, wo) else { continue };
             let amplitude = transform.amplitudes(pair.kappa(wavelength_um))[m.rem_euclid(bins) as usize];
             let factor = pair.interface(config.index(), options.obliquity) * options.angular_factor(&pair);
-            orders.push(Order::bare(m, wo, factor * amplitude.norm_sqr()));
+            orders.push(Order::with_mean(m, wo, factor * amplitude.norm_sqr()));
         }
         Ok(Self {
             theory: Theory::Scalar.name(),
@@ -136,8 +142,9 @@ fn medium(config: &SurfaceConfig) -> Result<Medium, GratingError> {
 }
 
 impl Order {
-    fn bare(order: i32, direction: Vec3, mean: f64) -> Self {
-        // No negative zeros.
+    /// An order with its mean efficiency alone.
+    fn with_mean(order: i32, direction: Vec3, mean: f64) -> Self {
+        // The addition turns a negative zero into a positive one.
         let direction @ [x, y, z] = direction.map(|component| component + 0.0);
         let (theta_deg, phi_deg) = (x.hypot(y).atan2(z).to_degrees(), y.atan2(x).to_degrees());
         Self { order, theta_deg, phi_deg, direction, te: None, tm: None, mean, jones: None }

@@ -1,4 +1,4 @@
-//! `sunbeam bench` as users meet it, at its quickest. What is measured here is not judged: times are the machine's.
+//! `sunbeam bench --quick`: the report's contents, and errors against the reference. Times are not checked.
 
 use super::support::{refused, run};
 use serde_json::Value;
@@ -19,48 +19,48 @@ fn entries(report: &Value) -> &[Value] {
 }
 
 #[test]
-fn methods_are_timed_and_held_against_the_oracle() {
+fn methods_are_timed_and_compared_with_the_reference() {
     let folder = tempfile::tempdir().unwrap();
     let plot = folder.path().join("front.svg");
     let report = bench(&["--preset", "blazed", "--plot", plot.to_str().unwrap()]);
     assert_eq!(report["surfaces"].as_array().unwrap().len(), 1);
-    // Rounding of sums of 1024 terms of modulus one.
+    // The rounding of sums of 1024 terms of modulus 1.
     assert!(report["surfaces"][0]["oracle"]["largest"].as_f64().unwrap() < 1e-10);
     for method in ["flss", "nmm", "pq", "stam", "colour-table", "spectral-table"] {
-        let of: Vec<_> = entries(&report).iter().filter(|entry| entry["method"] == method).collect();
-        assert_eq!(of.iter().filter(|entry| entry["is_default"] == true).count(), 1, "{method}");
-        for entry in &of {
+        let of_method: Vec<_> = entries(&report).iter().filter(|entry| entry["method"] == method).collect();
+        assert_eq!(of_method.iter().filter(|entry| entry["is_default"] == true).count(), 1, "{method}");
+        for entry in &of_method {
             let number = |name: &str| entry[name].as_f64().unwrap();
             assert!(number("bytes") > 0.0 && number("build_seconds") >= 0.0, "{entry}");
             assert!(entry["cpu"]["microseconds"].as_f64().unwrap() > 0.0, "{entry}");
             assert_eq!(entry["errors"]["spectral_rmse"].is_null(), method == "colour-table", "{entry}");
-            let twin = method != "spectral-table" && report["adapter"].is_object();
-            assert_eq!(entry["gpu"].is_object(), twin, "{entry}");
+            let has_shader = method != "spectral-table" && report["adapter"].is_object();
+            assert_eq!(entry["gpu"].is_object(), has_shader, "{entry}");
         }
     }
-    // The only adapter's column says why it is missing.
+    // A report without an adapter has the reason.
     assert!(report["adapter"].is_object() != report["no_adapter"].is_string());
     let spectral = |method: &str| {
         let entry = entries(&report).iter().find(|e| e["method"] == method && e["is_default"] == true);
         entry.unwrap()["errors"]["spectral_rmse"].as_f64().unwrap()
     };
-    // Bright orders are relative to themselves: the tolerance of 1e-3; single precision alone leaves 1e-6.
+    // Errors are relative to the bright orders: the tolerance is 1e-3, the rounding of single precision 1e-6.
     assert!(spectral("flss") < 1e-3 && spectral("spectral-table") < 1e-3);
-    // Negative control: a method that knows one spacing only is told from the truth.
+    // Negative control: a method with a single spacing deviates.
     assert!(spectral("stam") > 0.5);
     let drawing = std::fs::read_to_string(&plot).unwrap();
     assert!(drawing.contains("<svg") && drawing.contains("colour-table") && drawing.contains("blazed"));
 }
 
 #[test]
-fn a_file_is_measured_and_the_gpu_can_be_left_out() {
+fn a_file_is_measured_without_the_gpu() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let (field, json) = (path("bumps.npy"), path("bench.json"));
     let heights = ndarray::Array2::from_shape_fn((12, 16), |(iy, ix)| 0.1 * ((ix + 2 * iy) as f64).sin());
     ndarray_npy::write_npy(&field, &heights).unwrap();
     let arguments = ["--height-field", &field, "--pixel-size", "0.2", "--cpu-only", "--json", &json];
-    assert!(bench(&arguments).is_null(), "a file was asked for");
+    assert!(bench(&arguments).is_null(), "the report is in a file");
     let report: Value = serde_json::from_str(&std::fs::read_to_string(Path::new(&json)).unwrap()).unwrap();
     assert_eq!(report["surfaces"][0]["name"], "bumps");
     assert_eq!(report["no_adapter"], "left out");
@@ -77,21 +77,21 @@ fn stability_is_reported() {
 }
 
 #[test]
-fn the_sampler_is_measured() {
+fn sampler_statistics_are_reported() {
     let report = bench(&["--what", "sampler", "--preset", "sinusoidal"]);
     assert_eq!((&report["samples"], &report["surfaces"][0]["name"]), (&Value::from(1000), &Value::from("sinusoidal")));
     let rows = report["surfaces"][0]["rows"].as_array().unwrap();
     assert_eq!(rows.len(), 7 * 3 * 3);
     for row in rows {
         let number = |name: &str| row[name].as_f64().unwrap();
-        // Of a thousand samples; sampler.rs judges more of them.
+        // A thousand samples; sampler.rs checks tighter limits with more.
         assert!(number("mean") > 0.0 && number("relative_std") < 1.0 && number("lost") < 0.5, "{row}");
         assert!(number("p999_to_mean") <= number("max_to_mean"), "{row}");
     }
 }
 
 #[test]
-fn what_has_no_effect_is_refused() {
+fn arguments_without_effect_are_refused() {
     for (arguments, mentioned) in [
         (&["bench", "--quick", "--model", "patch"][..], "--model"),
         (&["bench", "--quick", "--tiling", "aperiodic"], "--tiling"),

@@ -1,11 +1,11 @@
-//! `sunbeam compare` as users meet it: pictures with known differences go in, figures come out.
+//! `sunbeam compare`: figures of pictures with known differences.
 
 use super::support::{refused, run, succeeded};
 use exr::prelude::{WritableImage, write_rgb_file};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Figures are sums of a few hundred values of single-precision pixels.
+/// Relative rounding of sums over a few hundred single-precision pixels.
 const ROUNDING: f64 = 1e-6;
 const SIZE: (usize, usize) = (24, 16);
 
@@ -22,7 +22,7 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    /// Writes a picture and gives its path.
+    /// Writes a picture and returns its path.
     fn exr(&self, name: &str, (width, height): (usize, usize), pixel: Pixel) -> String {
         let path = self.path(name);
         write_rgb_file(&path, width, height, |x, y| pixel(x, y).into()).unwrap();
@@ -43,7 +43,7 @@ fn number(report: &Value, path: &str) -> f64 {
     report.pointer(path).and_then(Value::as_f64).unwrap_or_else(|| panic!("no number at {path} in {report}"))
 }
 
-/// Colours with some of everything, and values beyond white.
+/// Colours from black to values above 1.
 fn ramp(x: usize, y: usize) -> [f32; 3] {
     [x as f32 / 20.0, y as f32 / 20.0, (x * y) as f32 / 200.0]
 }
@@ -57,7 +57,7 @@ fn darker_grey(_: usize, _: usize) -> [f32; 3] {
 }
 
 #[test]
-fn equal_pictures_differ_by_nothing() {
+fn equal_pictures_have_zero_differences() {
     let folder = Folder::new();
     let a = folder.exr("a.exr", SIZE, ramp);
     let report = compare(&[&a, &a]);
@@ -72,13 +72,13 @@ fn equal_pictures_differ_by_nothing() {
     ] {
         assert_eq!(number(&report, path), 0.0, "{path}");
     }
-    // It would be infinite, which JSON has not.
+    // It is infinite, which JSON cannot represent.
     assert_eq!(report["psnr_db"], Value::Null);
     assert_eq!((&report["size"], &report["pixels"]), (&json!([24, 16]), &json!(384)));
 }
 
 #[test]
-fn a_constant_difference_has_the_figures_of_its_definition() {
+fn a_constant_difference_has_the_defined_figures() {
     let folder = Folder::new();
     let (a, b) = (folder.exr("a.exr", SIZE, mid_grey), folder.exr("b.exr", SIZE, darker_grey));
     let report = compare(&[&a, &b, "--exposure", "0"]);
@@ -90,12 +90,12 @@ fn a_constant_difference_has_the_figures_of_its_definition() {
     close("/relative_mse", 0.01 / (0.25 + 0.005f64.powi(2)), ROUNDING);
     let encoded = |v: f64| 1.055 * v.powf(1.0 / 2.4) - 0.055;
     close("/psnr_db", -20.0 * (encoded(0.5) - encoded(0.4)).log10(), 1e-5);
-    // Greys differ in L* alone: ΔL'/S_L with Sharma's S_L at the mean of both.
+    // Greys differ in L* only: ΔL'/S_L, with S_L of G. Sharma et al. (2005) at the mean lightness.
     let lightness = |y: f64| 116.0 * y.cbrt() - 16.0;
     let (high, low) = (lightness(0.5), lightness(0.4));
     let from_50 = ((high + low) / 2.0 - 50.0).powi(2);
     let delta_e = (high - low) / (1.0 + 0.015 * from_50 / (20.0 + from_50).sqrt());
-    // Four digits of the white point leave a grey with a little chroma.
+    // The white point has four digits, which leaves a grey with a little chroma.
     close("/delta_e_2000/mean", delta_e, 1e-3);
     close("/delta_e_2000/median", delta_e, 1e-3);
     close("/delta_e_2000/p99", delta_e, 1e-3);
@@ -104,7 +104,7 @@ fn a_constant_difference_has_the_figures_of_its_definition() {
 }
 
 #[test]
-fn the_exposure_is_for_the_figures_of_what_is_seen_alone() {
+fn exposure_changes_perceptual_figures_only() {
     let folder = Folder::new();
     let (a, b) = (folder.exr("a.exr", SIZE, mid_grey), folder.exr("b.exr", SIZE, darker_grey));
     let (plain, dark) = (compare(&[&a, &b, "--exposure", "0"]), compare(&[&a, &b, "--exposure", "-3"]));
@@ -114,15 +114,15 @@ fn the_exposure_is_for_the_figures_of_what_is_seen_alone() {
     for path in ["/delta_e_2000/mean", "/flip/mean"] {
         assert!(number(&dark, path) < number(&plain, path), "{path}");
     }
-    // 1 % of a grey picture is clipped where its grey is white.
+    // The exposure that clips 1 % of a grey picture makes its grey white.
     assert!((number(&compare(&[&a, &b]), "/exposure_stops") - 1.0).abs() < ROUNDING);
-    // Far beyond white everything is white.
+    // At a high exposure every pixel is white.
     let white = compare(&[&a, &b, "--exposure", "8"]);
     assert_eq!((number(&white, "/flip/mean"), &white["psnr_db"]), (0.0, &Value::Null));
 }
 
 #[test]
-fn flip_sees_a_difference_from_both_sides() {
+fn flip_is_symmetric() {
     let folder = Folder::new();
     let a = folder.exr("a.exr", SIZE, |x, y| [f32::from(u8::from((x / 4 + y / 4) % 2 == 0)), 0.2, 0.1]);
     let b = folder.exr("b.exr", SIZE, |x, y| [0.1, f32::from(u8::from((x / 4 + y / 4) % 2 == 0)), 0.2]);
@@ -133,7 +133,7 @@ fn flip_sees_a_difference_from_both_sides() {
 }
 
 #[test]
-fn black_references_have_no_relative_error() {
+fn a_black_reference_has_no_relative_error() {
     let folder = Folder::new();
     let (a, b) = (folder.exr("a.exr", SIZE, |_, _| [0.0; 3]), folder.exr("b.exr", SIZE, mid_grey));
     let report = compare(&[&a, &b]);
@@ -142,7 +142,7 @@ fn black_references_have_no_relative_error() {
 }
 
 #[test]
-fn a_mask_says_what_counts() {
+fn pixels_outside_the_mask_do_not_count() {
     let folder = Folder::new();
     let a = folder.exr("a.exr", SIZE, mid_grey);
     let b = folder.exr("b.exr", SIZE, |x, _| [if x < 12 { 0.5 } else { 0.4 }; 3]);
@@ -153,7 +153,7 @@ fn a_mask_says_what_counts() {
     let bytes: Vec<u8> = (0..384).map(|i| u8::from(i % 24 >= 12)).collect();
     encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
 
-    // FLIP's filters reach across the edge, but find nothing there.
+    // FLIP's filters reach across the edge of the mask, where both pictures are black.
     let report = compare(&[&a, &b, "--mask", &left]);
     assert_eq!((number(&report, "/rmse"), number(&report, "/flip/mean")), (0.0, 0.0));
     let report = compare(&[&a, &b, "--mask", &text(&right)]);
@@ -162,7 +162,7 @@ fn a_mask_says_what_counts() {
 }
 
 #[test]
-fn the_picture_shows_both_and_the_map() {
+fn the_sheet_shows_both_pictures_and_the_map() {
     let folder = Folder::new();
     let (a, b) = (folder.exr("a.exr", SIZE, mid_grey), folder.exr("b.exr", SIZE, darker_grey));
     let sheet = folder.path("sheet.png");
@@ -173,13 +173,13 @@ fn the_picture_shows_both_and_the_map() {
     let info = reader.next_frame(&mut bytes).unwrap();
     assert_eq!((info.width, info.height, info.color_type), (72, 16, png::ColorType::Rgb));
     let pixel = |x: usize| &bytes[3 * (72 * 8 + x)..][..3];
-    // sRGB of 0.5 and 0.4, and a colour of the map.
+    // The sRGB values of 0.5 and 0.4, and a colour of the map.
     assert_eq!((pixel(12), pixel(36)), (&[188; 3][..], &[170; 3][..]));
     assert!(pixel(60).iter().any(|&v| v > 0) && pixel(60) != pixel(36), "{:?}", pixel(60));
 }
 
 #[test]
-fn what_cannot_be_compared_is_refused_and_named() {
+fn pictures_that_cannot_be_compared_are_named() {
     let folder = Folder::new();
     let a = folder.exr("a.exr", SIZE, ramp);
     let small = folder.exr("small.exr", (8, 8), ramp);

@@ -1,7 +1,6 @@
-//! The command as users meet it, and what it measures.
+//! Tests of the command: the binary is run, and its output is checked.
 
-// As tests do, outside of `#[test]` functions too.
-#![allow(clippy::unwrap_used, clippy::print_stdout)]
+#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "helpers of tests are outside of `#[test]` functions")]
 
 #[path = "../../../../tests/core/common.rs"]
 mod common;
@@ -11,11 +10,15 @@ mod gpu_support;
 mod service;
 mod support;
 
+mod agreement;
+mod arguments;
 mod bench;
-mod commands;
 mod compare;
+mod height_fields;
+mod maps;
 mod methods;
 mod outputs;
 mod render;
 mod sampler;
+mod services;
 mod stability;

@@ -1,19 +1,19 @@
-//! The published methods on the command line.
+//! The published methods, their options, and the arguments that they refuse.
 
 use super::service::{directions, eval};
 use super::support::{refused, run, succeeded};
 use serde_json::{Value, json};
 
-/// A map in the colours of GPU Gems.
+/// The arguments of a map in the colours of GPU Gems.
 const GEMS_MAP: [&str; 7] = ["brdf-map", "-o", "a.exr", "--method", "stam", "--stam-form", "gems"];
 
 #[test]
-fn what_a_method_does_not_know_or_heed_is_refused() {
+fn arguments_that_contradict_the_method_are_refused() {
     let cases: &[(&[&str], &[&str])] = &[
         (&["eval", "--method", "flss", "--model", "ensemble"], &["flss", "--model must be patch"]),
         (&["eval", "--method", "pq", "--conserve-energy", "true"], &["pq", "--conserve-energy must be false"]),
         (&["eval", "--method", "nmm", "--tiling", "aperiodic"], &["nmm", "--tiling must be periodic"]),
-        (&["eval", "--terms", "9"], &["--terms", "--method table", "none"]),
+        (&["eval", "--terms", "9"], &["--terms", "--method table", "accepts no option"]),
         (&["eval", "--method", "flss", "--lambda-step", "5"], &["--lambda-step", "flss", "--terms, --neighbourhood"]),
         (&["brdf-map", "--method", "stam", "--repeats", "3", "-o", "a.exr"], &["--repeats", "stam", "--period-um"]),
         (&["brdf-map", "--method", "nmm", "--lambda-step", "5", "-o", "a.exr"], &["--lambda-step", "--weighted"]),
@@ -54,23 +54,23 @@ fn what_a_method_does_not_know_or_heed_is_refused() {
         let message = refused(arguments);
         assert!(mentioned.iter().all(|part| message.contains(part)), "{arguments:?}: {message}");
     }
-    // Maxwell's equations are the table's.
+    // Only the tables have the rigorous theory.
     for method in ["flss", "nmm", "pq", "stam"] {
         for command in ["render", "brdf-map", "eval"] {
             let output: &[&str] = if command == "eval" { &[] } else { &["-o", "a.exr"] };
             let message = refused(&[&[command, "--method", method, "--theory", "rigorous"], output].concat());
-            let said = format!("--method {method} knows a phase screen: --theory must be scalar");
+            let said = format!("--method {method} assumes a phase screen: --theory must be scalar");
             assert!(message.contains(&said), "{command}: {message}");
         }
     }
 }
 
 #[test]
-fn the_sources_methods_answer_for_a_patch() {
+fn flss_and_nmm_match_the_direct_sum_of_a_patch() {
     let pairs: Vec<_> = directions(40).zip(directions(80).skip(40)).collect();
     let lines: Vec<String> =
         pairs.iter().map(|(wi, wo)| json!({"wi": wi, "wo": wo, "wavelength": [380, 550, 780]}).to_string()).collect();
-    // A short window of a short tile, so that most pairs are lit.
+    // A short window over a short tile lights most pairs.
     let surface =
         ["--preset", "sinusoidal", "--period", "1.3", "--coherence-length", "2.5", "--eta", "0.2", "--k", "3"];
     let patch = [&surface[..], &["--model", "patch", "--conserve-energy", "false"]].concat();
@@ -83,7 +83,7 @@ fn the_sources_methods_answer_for_a_patch() {
             assert_eq!(found["pdf"], direct["pdf"], "one sampler serves both");
             for c in 0..3 {
                 let (f, truth) = (found["f"][c].as_f64().unwrap(), direct["f"][c].as_f64().unwrap());
-                // Amplitudes are cut at a tenth of the tolerance, 1e-3, of those of far and perhaps brighter orders.
+                // Amplitudes of far orders are cut at a tenth of the tolerance, 1e-3; such orders may be brighter.
                 let brightest = largest(&exact, c);
                 let allowed = 1e-3 * (truth * brightest).sqrt() + 1e-6 * brightest;
                 assert!((f - truth).abs() < allowed, "{method}: {f} {truth} {brightest}");
@@ -100,15 +100,15 @@ fn the_sources_methods_answer_for_a_patch() {
 }
 
 #[test]
-fn the_published_methods_find_the_spacing_of_the_blazed_grating() {
+fn published_methods_find_the_spacing_of_the_blazed_grating() {
     let folder = tempfile::tempdir().unwrap();
     let plot = folder.path().join("blazed.svg");
     let sources = ["--preset", "blazed", "--theta-i", "75", "--angles=-55,-40", "--wavelength-step", "5"];
     for method in ["flss", "nmm", "pq", "exact"] {
         let arguments = ["evaluate", "--method", method, "--model", "patch", "--plot", plot.to_str().unwrap()];
         let found: Value = serde_json::from_str(&succeeded(run(&[&arguments[..], &sources].concat(), ""))).unwrap();
-        // Single 2014 found 2499.997 nm with a variance of 0.377 nm². A step of 0.01° is 0.2 nm² at 50°, and the Gaussian
-        // over λ² has its peak some thousandths of a degree beside the order.
+        // Single 2014 found 2499.997 nm with a variance of 0.377 nm². A step of 0.01° is 0.2 nm² at 50°, and the
+        // Gaussian over λ² has its peak some thousandths of a degree beside the order.
         assert!((found["mean_nm"].as_f64().unwrap() - 2500.0).abs() < 1.0, "{method}: {found}");
         assert!(found["variance_nm2"].as_f64().unwrap() < 0.5, "{method}: {found}");
         assert_eq!(found["peaks_deg"].as_array().unwrap().len(), 80);

@@ -1,4 +1,4 @@
-//! Files that commands write are checked before anything is computed: the extension, and whether the place can be written.
+//! Output files are checked before anything is computed: the extension, and whether the path can be written.
 
 use crate::support::{refused, run, succeeded};
 use std::any::TypeId;
@@ -6,7 +6,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use sunbeam_cli::output::Output;
 
-/// Commands, the arguments that name files to be written, and the extensions that these accept.
+/// Commands, their arguments for output files, and the accepted extensions.
 const OUTPUTS: [(&str, &str, &[&str]); 14] = [
     ("bench", "--json", &["json"]),
     ("bench", "--plot", &["svg"]),
@@ -23,10 +23,10 @@ const OUTPUTS: [(&str, &str, &[&str]); 14] = [
     ("render", "--png", &["png"]),
     ("snake", "--output", &["ply"]),
 ];
-/// The one argument whose contents depend on another argument's.
+/// The output whose extension chooses the contents; a device has none.
 const PIGMENT: (&str, &str, &[&str]) = ("snake", "--pigment", &["png", "exr"]);
 
-/// Arguments that name files to be read.
+/// Arguments for input files.
 const INPUTS: [&str; 5] = ["a", "b", "height_field", "mask", "mesh"];
 
 fn outputs() -> Vec<(&'static str, &'static str, &'static [&'static str])> {
@@ -42,16 +42,16 @@ fn every_path_is_an_input_or_a_checked_output() {
             if kind == TypeId::of::<Output>() {
                 found.push((command.get_name().to_owned(), format!("--{}", argument.get_long().unwrap())));
             }
-            // Nothing else may take a path: it would be written without a check.
+            // Any other path would be written without a check.
             let path = kind == TypeId::of::<PathBuf>();
             assert!(!path || INPUTS.contains(&argument.get_id().as_str()), "{} {argument}", command.get_name());
         }
     }
-    let mut known: Vec<_> =
+    let mut expected: Vec<_> =
         outputs().iter().map(|(command, flag, _)| ((*command).to_owned(), (*flag).to_owned())).collect();
     found.sort();
-    known.sort();
-    assert_eq!(found, known);
+    expected.sort();
+    assert_eq!(found, expected);
 }
 
 /// Names and contents of the files in a folder.
@@ -62,7 +62,7 @@ fn listing(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
 }
 
 #[test]
-fn names_that_do_not_fit_and_places_that_cannot_be_written_are_refused() {
+fn wrong_extensions_and_unwritable_paths_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     fs::write(path("file"), "text").unwrap();
@@ -102,19 +102,19 @@ fn every_extension_in_either_case_is_accepted() {
     for (command, flag, extensions) in outputs() {
         for extension in extensions.iter().flat_map(|extension| [(*extension).to_owned(), extension.to_uppercase()]) {
             let value = folder.path().join(format!("name.{extension}"));
-            // Others that the command needs are missing or not, which is told after what is wrong with a value.
+            // A wrong value is reported before a missing argument.
             let parsed =
                 sunbeam_cli::command().try_get_matches_from(["sunbeam", command, flag, value.to_str().unwrap()]);
             let kind = parsed.err().map(|error| error.kind());
-            let fine = kind.is_none_or(|kind| kind == clap::error::ErrorKind::MissingRequiredArgument);
-            assert!(fine, "{command} {flag} {value:?}: {kind:?}");
+            let is_accepted = kind.is_none_or(|kind| kind == clap::error::ErrorKind::MissingRequiredArgument);
+            assert!(is_accepted, "{command} {flag} {value:?}: {kind:?}");
         }
     }
     assert!(listing(folder.path()).is_empty());
 }
 
 #[test]
-fn the_wrong_extension_names_the_argument_that_writes_it() {
+fn a_wrong_extension_names_the_argument_for_it() {
     let message = refused(&["brdf-map", "-o", "map.png"]);
     assert!([".exr", "--png", "--output"].iter().all(|part| message.contains(part)), "{message}");
     let message = refused(&["snake", "-o", "snake.png"]);
@@ -122,7 +122,7 @@ fn the_wrong_extension_names_the_argument_that_writes_it() {
 }
 
 #[test]
-fn a_refusal_leaves_files_as_they_are() {
+fn an_error_leaves_files_unchanged() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     fs::write(path("old.exr"), "years of work").unwrap();
@@ -131,13 +131,13 @@ fn a_refusal_leaves_files_as_they_are() {
         refused(&["brdf-map", "--preset", "flat", "-o", &path(first), "--png", &path(second)]);
         assert!(listing(folder.path()) == before, "{first} {second}");
     }
-    // Also by what is wrong elsewhere.
+    // The error may be in another argument.
     refused(&["brdf-map", "-o", &path("old.exr"), "--height-field", &path("none.gsf")]);
     assert!(listing(folder.path()) == before);
 }
 
 #[test]
-fn two_outputs_are_two_files() {
+fn two_outputs_must_be_two_files() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     for (first, second) in [("a.png", "a.png"), ("a.png", "./a.png"), ("a.png", "../SELF/a.png")] {
@@ -159,20 +159,20 @@ fn two_outputs_are_two_files() {
 }
 
 #[test]
-fn what_a_term_is_written_to_is_checked_before_the_relief_is_read() {
+fn the_file_of_a_term_is_checked_before_the_relief_is_read() {
     let message = refused(&["height-field", "--height-field", "none.gsf", "--term", "2", "-o", "term.exr"]);
     assert!(message.contains("term.exr") && message.contains(".png or .npy"), "{message}");
 }
 
 #[cfg(unix)]
 #[test]
-fn devices_pipes_and_links_are_written_to() {
+fn devices_and_links_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
     succeeded(run(&["snake", "-o", "/dev/null", "--resolution", "0.3"], ""));
     let maps = ["brdf-map", "--preset", "flat", "--size", "8", "-o", "/dev/null", "--png", "/dev/null"];
     succeeded(run(&maps, ""));
-    // Which of its formats is meant only a name can say.
+    // Without an extension the format is unknown.
     assert!(refused(&["snake", "-o", &path("a.ply"), "--pigment", "/dev/null"]).contains(".exr"));
     std::os::unix::fs::symlink(path("later.ply"), path("link.ply")).unwrap();
     succeeded(run(&["snake", "-o", &path("link.ply"), "--resolution", "0.3"], ""));
@@ -181,10 +181,10 @@ fn devices_pipes_and_links_are_written_to() {
     assert!(refused(&["snake", "-o", &path("lost.ply")]).contains("there is no folder"));
 }
 
-/// By a user who may not write everywhere: where the tests' own may, by another.
+/// Runs the command as a user without the permission: the tests' own, or `nobody` if that one may write everywhere.
 #[cfg(unix)]
 #[test]
-fn places_without_permission_are_refused() {
+fn paths_without_permission_are_refused() {
     use std::os::unix::fs::PermissionsExt;
     use std::os::unix::process::CommandExt;
     /// User and group `nobody`.
@@ -194,7 +194,7 @@ fn places_without_permission_are_refused() {
     let set_mode = |name: &str, mode| fs::set_permissions(path(name), fs::Permissions::from_mode(mode)).unwrap();
     fs::create_dir(path("closed")).unwrap();
     fs::write(path("kept.ply"), "years of work").unwrap();
-    // Where the checkout is, others may not be able to look.
+    // Other users may have no access to the checkout.
     fs::copy(env!("CARGO_BIN_EXE_sunbeam"), path("sunbeam")).unwrap();
     for (name, mode) in [("", 0o755), ("sunbeam", 0o755), ("closed", 0o555), ("kept.ply", 0o444)] {
         set_mode(name, mode);

@@ -1,4 +1,4 @@
-//! `sunbeam render` and `brdf-map --backend gpu` as users meet them.
+//! `sunbeam render` and `sunbeam brdf-map --backend gpu`: pictures, and agreement with the CPU.
 
 use super::gpu_support::gpu;
 use super::support::{refused, run, succeeded};
@@ -6,12 +6,12 @@ use ndarray::{Array3, s};
 use serde_json::Value;
 use std::path::Path;
 
-/// Rounding of both sides' single precision, relative to the value or to a thousandth of the map's mean; as in
-/// the realtime renderer's tests.
+/// Rounding of both sides' single precision, relative to the value or to a thousandth of the map's mean; the same
+/// tolerance as in the tests of the realtime renderer.
 const MAP_TOLERANCE: f32 = 1e-3;
-/// The same of a grating by Maxwell's equations, next to where its orders pass off.
+/// Difference relative to the map's peak for a grating by Maxwell's equations; orders close to the horizon dominate it.
 const GRATING_TOLERANCE: f32 = 4e-3;
-/// A grating in aluminium whose orders are wide enough for a coarse map.
+/// The arguments of a grating in aluminium whose orders are wide enough for a coarse map.
 const GRATING: [&str; 15] = [
     "--preset",
     "sinusoidal",
@@ -30,7 +30,7 @@ const GRATING: [&str; 15] = [
     "--theta-i=35",
 ];
 
-/// Linear pixels of an EXR, (height, width, 3).
+/// The linear sRGB of an EXR file, (height, width, 3).
 fn exr(path: &Path) -> Array3<f32> {
     use exr::prelude::*;
     let image = read_first_rgba_layer_from_file(
@@ -48,7 +48,7 @@ fn json(arguments: &[&str]) -> Value {
 }
 
 #[test]
-fn render_writes_a_picture_its_png_and_what_the_pixels_see() {
+fn render_writes_a_picture_its_png_and_its_directions() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
@@ -76,8 +76,7 @@ fn render_writes_a_picture_its_png_and_what_the_pixels_see() {
         assert!(pixel[7] == pixel[2] && pixel.iter().all(|value| value.is_finite()));
     }
 
-    // Without ground and pigment only what diffracts is left; supersampling changes the picture, and the mesh may come
-    // from a file.
+    // Without ground and pigment, pixels beside the snake are black. The mesh comes from a file.
     let (bare, ply) = (path("b.exr"), path("snake.ply"));
     json(&["snake", "-o", &ply]);
     let common = ["render", "--method", "stam", "--preset", "blazed", "--size", "48x32", "--mesh", &ply];
@@ -87,7 +86,7 @@ fn render_writes_a_picture_its_png_and_what_the_pixels_see() {
 }
 
 #[test]
-fn a_map_is_the_same_on_both_backends() {
+fn maps_of_both_backends_match() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
@@ -104,13 +103,13 @@ fn a_map_is_the_same_on_both_backends() {
         let error = |(a, b): (&f32, &f32)| (a - b).abs() / (b.abs() + floor);
         let worst = |b: &Array3<f32>| a.iter().zip(b).map(error).fold(0.0, f32::max);
         assert!(worst(&b) < MAP_TOLERANCE, "{method}: {}", worst(&b));
-        // Upside down it is another map.
+        // Negative control: the map upside down.
         assert!(worst(&b.slice(s![..;-1, .., ..]).to_owned()) > MAP_TOLERANCE, "{method}");
     }
 }
 
 #[test]
-fn a_grating_by_maxwells_equations_is_the_same_on_both_backends_and_drawn() {
+fn a_rigorous_grating_matches_on_both_backends() {
     let Some(_) = gpu() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
@@ -130,14 +129,14 @@ fn a_grating_by_maxwells_equations_is_the_same_on_both_backends_and_drawn() {
 }
 
 #[test]
-fn the_colours_of_gpu_gems_are_shown_as_they_are() {
-    // So wide a highlight that it is everywhere, of so narrow a spacing that no order is.
+fn colours_of_gpu_gems_have_no_factor() {
+    // The highlight covers all directions, and the spacing is too narrow for any order.
     let options =
         ["--method", "stam", "--stam-form", "gems", "--gems-sharpness", "0", "--gems-highlight", "0.5,0.25,0.125"];
     let common = [&options[..], &["--preset", "blazed", "--period-um", "0.1"]].concat();
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
-    // A colour of 1 is a white diffuse surface that faces the light: 1/π over the cosine of 60° in 1/sr.
+    // A colour of 1 is that of a white diffuse surface that faces the light: 1/π over the cosine of 60° in 1/sr.
     let map = path("map.exr");
     json(&[&["brdf-map", "-o", &map, "--size", "8", "--theta-i", "60"], &common[..]].concat());
     let pixels = exr(Path::new(&map));
@@ -162,7 +161,7 @@ fn the_colours_of_gpu_gems_are_shown_as_they_are() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused_in_one_line() {
+fn wrong_arguments_of_render_are_named_in_one_line() {
     let Some(_) = gpu() else { return };
     let cases: &[(&[&str], &[&str])] = &[
         (&["--method", "exact"], &["exact", "flss, nmm, pq, stam"]),

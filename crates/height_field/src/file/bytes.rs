@@ -1,22 +1,22 @@
-//! Little-endian numbers out of a file's bytes, never beyond their end.
+//! Reader of little-endian numbers from bytes; it never reads beyond their end.
 
-/// Reads on from a place in a file.
+/// The unread rest of a file's bytes.
 #[derive(Clone, Copy)]
 pub(super) struct Bytes<'a> {
     rest: &'a [u8],
 }
 
 impl<'a> Bytes<'a> {
-    pub fn new(bytes: &'a [u8]) -> Self {
+    pub(super) fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes }
     }
 
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.rest.is_empty()
     }
 
     /// The next `count` bytes.
-    pub fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
+    pub(super) fn take(&mut self, count: usize) -> Result<&'a [u8], String> {
         let (taken, rest) = self
             .rest
             .split_at_checked(count)
@@ -25,8 +25,8 @@ impl<'a> Bytes<'a> {
         Ok(taken)
     }
 
-    /// All that is left.
-    pub fn take_all(&mut self) -> &'a [u8] {
+    /// All remaining bytes.
+    pub(super) fn take_all(&mut self) -> &'a [u8] {
         std::mem::take(&mut self.rest)
     }
 
@@ -36,28 +36,28 @@ impl<'a> Bytes<'a> {
         Ok(array)
     }
 
-    pub fn u8(&mut self) -> Result<u8, String> {
+    pub(super) fn u8(&mut self) -> Result<u8, String> {
         Ok(self.array::<1>()?[0])
     }
 
-    pub fn u16(&mut self) -> Result<u16, String> {
+    pub(super) fn u16(&mut self) -> Result<u16, String> {
         Ok(u16::from_le_bytes(self.array()?))
     }
 
-    pub fn u32(&mut self) -> Result<u32, String> {
+    pub(super) fn u32(&mut self) -> Result<u32, String> {
         Ok(u32::from_le_bytes(self.array()?))
     }
 
-    pub fn i32(&mut self) -> Result<i32, String> {
+    pub(super) fn i32(&mut self) -> Result<i32, String> {
         Ok(i32::from_le_bytes(self.array()?))
     }
 
-    pub fn f64(&mut self) -> Result<f64, String> {
+    pub(super) fn f64(&mut self) -> Result<f64, String> {
         Ok(f64::from_le_bytes(self.array()?))
     }
 
-    /// Up to the next NUL, which is skipped.
-    pub fn string(&mut self) -> Result<&'a [u8], String> {
+    /// The bytes up to the next NUL, which is skipped.
+    pub(super) fn string(&mut self) -> Result<&'a [u8], String> {
         let end = self.rest.iter().position(|b| *b == 0).ok_or("it ends within a string")?;
         let string = &self.rest[..end];
         self.rest = &self.rest[end + 1..];
@@ -65,7 +65,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Types of number that heights are stored as, little-endian.
+/// Type of the stored heights; all are little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Number {
     U8,
@@ -79,8 +79,8 @@ pub(super) enum Number {
 }
 
 impl Number {
-    /// Bytes of one.
-    pub const fn size(self) -> usize {
+    /// Size of one number in bytes.
+    pub(super) const fn size(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
             Self::U16 | Self::I16 => 2,
@@ -89,8 +89,8 @@ impl Number {
         }
     }
 
-    /// All numbers in `bytes`; what is left over at the end is not one.
-    pub fn decode(self, bytes: &[u8]) -> Vec<f64> {
+    /// All numbers in `bytes`; an incomplete number at the end is ignored.
+    pub(super) fn decode(self, bytes: &[u8]) -> Vec<f64> {
         fn all<const N: usize>(bytes: &[u8], convert: impl Fn([u8; N]) -> f64) -> Vec<f64> {
             bytes.chunks_exact(N).filter_map(|chunk| chunk.try_into().ok()).map(convert).collect()
         }
@@ -107,10 +107,10 @@ impl Number {
     }
 }
 
-/// Bytes of `nx × ny` numbers.
+/// Size of `nx × ny` numbers in bytes.
 ///
 /// # Errors
-/// Where either is 0 or the product is beyond what a machine can address.
+/// A count of 0, or a size that does not fit into a `usize`.
 pub(super) fn data_length(nx: usize, ny: usize, number: Number) -> Result<usize, String> {
     if nx == 0 || ny == 0 {
         return Err(format!("its size is {nx} × {ny}; at least one point is needed"));

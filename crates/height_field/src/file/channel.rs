@@ -1,9 +1,9 @@
-//! The choice among the channels of a file that holds several.
+//! Choice of a channel from a file with several.
 
 use super::units::micrometres;
 
-/// Parts of titles, in lower case, of signals that are no relief even where their unit is a length: the deflection of a
-/// cantilever, say, which its sensitivity turns into nm.
+/// Parts of titles, in lower case, of signals that are no relief even if their unit is a length (such as the deflection
+/// of a cantilever in nm).
 const NO_RELIEF: [&str; 18] = [
     "error",
     "deflection",
@@ -24,33 +24,34 @@ const NO_RELIEF: [&str; 18] = [
     "stiffness",
     "bias",
 ];
-/// Parts of titles, in lower case and without blanks, of reliefs.
+/// Parts of titles of reliefs, in lower case and without blanks.
 const RELIEF: [&str; 8] = ["height", "topo", "zsens", "elevation", "relief", "hauteur", "höhe", "altura"];
 
-/// Values of a channel.
+/// Kind of a channel's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Holds {
+    /// Lengths.
     Lengths,
     /// Numbers without a unit, which `max_height` can scale.
     Numbers,
-    /// Something else, such as volts.
+    /// Other quantities, such as volts.
     Other,
 }
 
-/// A channel as messages and reports name it.
+/// A channel of a file, as options select it and messages name it.
 pub(super) struct Channel {
-    /// The number that selects it.
+    /// Number that selects the channel.
     pub number: usize,
-    /// The title that selects it, without regard to case; may be empty.
+    /// Title that selects the channel, without regard to case; may be empty.
     pub title: String,
-    /// What its values are in, for messages: a unit, or a word for their lack.
+    /// Unit of the values, for messages.
     pub unit: String,
     pub holds: Holds,
 }
 
 impl Channel {
-    /// A channel whose values are in `unit`.
-    pub fn new(number: usize, title: String, unit: String) -> Self {
+    /// A channel whose kind follows from its unit.
+    pub(super) fn new(number: usize, title: String, unit: String) -> Self {
         let holds = match micrometres(&unit) {
             Ok(_) => Holds::Lengths,
             Err(_) if unit.trim().is_empty() => Holds::Numbers,
@@ -59,11 +60,12 @@ impl Channel {
         Self { number, title, unit, holds }
     }
 
-    /// How reports name the channel: its title, or its number where it has none.
-    pub fn name(&self) -> String {
+    /// Name in reports: the title, or the number of a channel without one.
+    pub(super) fn name(&self) -> String {
         if self.title.is_empty() { self.number.to_string() } else { self.title.clone() }
     }
 
+    /// Entry in a list in a message.
     fn listed(&self) -> String {
         let unit = if self.unit.is_empty() { "no unit" } else { &self.unit };
         if self.title.is_empty() {
@@ -73,7 +75,7 @@ impl Channel {
         }
     }
 
-    /// Place in the order in which channels are taken by default, the lowest first; `None` for what is no relief.
+    /// Priority as the default channel, lowest first; `None` for a channel that is no relief.
     fn rank(&self) -> Option<usize> {
         let title = self.title.to_lowercase();
         let has = |parts: &[&str], text: &str| parts.iter().any(|part| text.contains(part));
@@ -90,6 +92,7 @@ impl Channel {
 /// Most channels that a message lists.
 const LISTED_MAX: usize = 16;
 
+/// The channels in words, at most [`LISTED_MAX`] of them.
 fn list(channels: &[Channel]) -> String {
     let mut listed: Vec<String> = channels.iter().take(LISTED_MAX).map(Channel::listed).collect();
     if channels.len() > LISTED_MAX {
@@ -98,12 +101,13 @@ fn list(channels: &[Channel]) -> String {
     listed.join(", ")
 }
 
-/// The place in `channels` of the one that is `wanted`, by number or title, or else of the first relief: one whose
-/// title says so before other lengths, and these before numbers without a unit. Error signals are taken only where they
-/// are wanted.
+/// Index of the channel `wanted` by number or title, or else of the default one.
+///
+/// The default is the first length whose title names a relief, else the first other length, else the first channel
+/// without a unit. Error signals are chosen only by `wanted`.
 ///
 /// # Errors
-/// A list of the channels, where nothing fits or what fits is not a length.
+/// No such channel, or one that is not a length; the message lists all channels.
 pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize, String> {
     if channels.is_empty() {
         return Err("it holds no channels of data".to_owned());
@@ -132,7 +136,7 @@ pub(super) fn choose(channels: &[Channel], wanted: Option<&str>) -> Result<usize
     }
 }
 
-/// Refuses a choice where a format holds one channel and no more.
+/// Refuses the option `channel` for formats with a single channel.
 pub(super) fn refuse(wanted: Option<&str>) -> Result<(), String> {
     match wanted {
         Some(wanted) => Err(format!("`channel` is \"{wanted}\", but files of this format hold a single channel")),
@@ -154,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn reliefs_go_before_error_signals() {
+    fn default_channel_is_a_relief_and_no_error_signal() {
         assert_eq!(chosen(&[("Deflection Error", "nm"), ("Height", "nm")], None), Ok(1));
         assert_eq!(chosen(&[("Amplitude", "nm"), ("Map", "nm"), ("Z Sensor", "nm")], None), Ok(2));
         assert_eq!(chosen(&[("Map", "nm"), ("ZSensor", "V")], None), Ok(0));

@@ -1,34 +1,34 @@
-//! Properties that no relief has: metres taken for µm, pixels out of proportion, missing points written as numbers.
+//! Warnings about implausible reliefs: metres taken for µm, elongated pixels, missing points written as numbers.
 
 use crate::HeightField;
 use std::fmt;
 
-/// Peak to valley in µm below which a relief is smoother than any surface: a tenth of an atom. Metres that are taken
-/// for µm end up there.
+/// Peak to valley in µm below which no surface lies: a tenth of an atom. Heights in metres taken for µm are below it.
 const PEAK_TO_VALLEY_MIN_UM: f64 = 5e-5;
-/// Ratio of a pixel's sides from which it is told. Scans with fewer lines than points stay at 2 or 4.
+/// Largest plausible ratio of a pixel's sides. Scans with fewer lines than points have 2 or 4.
 const PIXEL_RATIO_MAX: f64 = 4.0;
-/// Something about a height field that no relief has, but that does not prevent its use.
+
+/// An implausible property of a height field that does not prevent its use.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Doubt {
-    /// Heights that range over less than a tenth of an atom, in µm.
+    /// A range of heights of less than a tenth of an atom.
     Shallow {
         /// Highest minus lowest height in µm.
         peak_to_valley_um: f64,
     },
-    /// Pixels with a side more than four times the other, in µm.
+    /// Pixels with one side more than four times the other.
     LongPixels {
         /// Size along x in µm.
         dx_um: f64,
         /// Size along y in µm.
         dy_um: f64,
     },
-    /// A number that stands isolated from all heights and was filled as a missing point.
+    /// A number far from all heights, which was treated as a missing point.
     Isolated {
-        /// The number as the file has it.
+        /// The number as stored.
         value: f64,
-        /// Points that have it.
+        /// Number of points with this number.
         count: usize,
     },
 }
@@ -51,16 +51,16 @@ impl fmt::Display for Doubt {
     }
 }
 
-/// Doubts about a whole field.
+/// Doubts that follow from a field's size and range.
 pub(super) fn about(field: &HeightField) -> Vec<Doubt> {
     let (low, high) = field.range_um();
     let (dx_um, dy_um) = (field.dx_um(), field.dy_um());
     let mut doubts = Vec::new();
-    // A flat field is a mirror, which is meant.
+    // A flat field is a mirror, and plausible.
     if high > low && high - low < PEAK_TO_VALLEY_MIN_UM {
         doubts.push(Doubt::Shallow { peak_to_valley_um: high - low });
     }
-    // A grating may be a single row, as wide as its period.
+    // A single row or column, as of a grating, may be of any width.
     let (nx, ny) = field.size();
     if nx > 1 && ny > 1 && dx_um.max(dy_um) > PIXEL_RATIO_MAX * dx_um.min(dy_um) {
         doubts.push(Doubt::LongPixels { dx_um, dy_um });

@@ -1,12 +1,12 @@
-//! Text encodings: UTF-8, UTF-16 and, for anything else, Latin-1.
+//! Text encodings: UTF-8, UTF-16, and Latin-1 for all others.
 
-/// Bytes at the start of a file from which UTF-16 without a byte order mark is recognised.
+/// Number of bytes at the start of a file that are tested for UTF-16 without a byte order mark.
 const PROBE: usize = 64;
 
 /// Text of a whole file, without its byte order mark.
 ///
-/// UTF-16 is recognised by its mark, or by a NUL in most second bytes of the beginning. Text that is neither UTF-16 nor
-/// valid UTF-8 is Latin-1, in which every byte is a character.
+/// UTF-16 is recognised by its byte order mark, or by NUL in most odd or most even bytes of the beginning. Text that is
+/// neither UTF-16 nor valid UTF-8 is Latin-1, in which every byte is a character.
 ///
 /// # Errors
 /// NUL characters in the text: the file is binary.
@@ -22,7 +22,7 @@ pub(super) fn text(bytes: &[u8]) -> Result<String, String> {
     if text.contains('\0') { Err("it is binary, not text".to_owned()) } else { Ok(text) }
 }
 
-/// Text of a word or a header inside a binary file: UTF-8 or, where it is not valid, Latin-1.
+/// Text inside a binary file: UTF-8, or Latin-1 where it is not valid UTF-8.
 pub(super) fn label(bytes: &[u8]) -> String {
     std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned)
 }
@@ -32,7 +32,7 @@ fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> String {
     char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER)).collect()
 }
 
-/// Whether most pairs of bytes at the beginning have a NUL at `place`, and none has one at the other.
+/// Whether most pairs of bytes at the beginning have a NUL at index `place`, and none at the other index.
 fn has_nul_at(bytes: &[u8], place: usize) -> bool {
     let pairs = || bytes[..bytes.len().min(PROBE)].chunks_exact(2);
     let with_nul = pairs().filter(|pair| pair[place] == 0).count();

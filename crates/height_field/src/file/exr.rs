@@ -1,18 +1,19 @@
-//! OpenEXR: one float channel of heights in µm.
+//! OpenEXR: one channel of floats, heights in µm, with the pixel size in attributes.
 
-use super::raw::First;
-use super::{Parsed, Raw, Values, channel};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, channel};
 use crate::HeightField;
 use exr::prelude::*;
 use ndarray::Array2;
 use std::io::Cursor;
 
+/// Attributes with the pixel size along x and y, in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-/// Compressed data never grow by more than this when they are unpacked.
+/// Upper bound on the compression ratio.
 const UNPACKED_MAX: usize = 2048;
 
-/// Refuses a size that the file cannot hold, before memory is asked for it.
+/// Refuses a size that the file cannot hold, before memory is allocated for it.
 fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(|error| error.to_string())?;
     for header in &meta.headers {
@@ -51,7 +52,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         let value = layer.attributes.other.get(name.as_bytes()).or_else(|| image.attributes.other.get(name.as_bytes()));
         match value {
             Some(AttributeValue::F64(value)) => Ok(Some(*value)),
-            // The decimal number that was meant, not the binary neighbour of it.
+            // The shortest decimal of the 32-bit float: 0.1 rather than 0.10000000149.
             Some(AttributeValue::F32(value)) => Ok(value.to_string().parse().ok()),
             Some(_) => Err(format!("attribute {name} is not a number")),
             None => Ok(None),
@@ -62,7 +63,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         (None, None) => None,
         _ => return Err(format!("it has only one of the attributes {} and {}", PIXEL_SIZE[0], PIXEL_SIZE[1])),
     };
-    Ok(Raw::new(values, Values::micrometres(), First::Top).pixel(pixel_um))
+    Ok(Raw::new(values, Meaning::micrometres(), FirstRow::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {

@@ -1,4 +1,4 @@
-//! The formats that are read, and what carries the unit, size, orientation, channels and holes of each.
+//! Descriptions of all readable formats: how each stores unit, size, orientation, channels and missing points.
 
 use super::{Parsed, exr, gsf, gwy, nanoscope, npy, png, sdf, text, tiff, x3p};
 
@@ -6,26 +6,34 @@ use super::{Parsed, exr, gsf, gwy, nanoscope, npy, png, sdf, text, tiff, x3p};
 pub const READABLE: &str =
     ".exr, .png, .gsf, .npy, .txt, .asc, .csv, .dat, .grd, .xyz, .tif, .tiff, .gwy, .sdf, .x3p, .spm, .000 to .999";
 
-/// A format of height fields. The texts name options in backticks and hold no line breaks.
+/// Description of a format of height fields. Texts name options in backticks, and have no line breaks.
+///
+/// ```
+/// use sunbeam_height_field::FORMATS;
+///
+/// let gwyddion = FORMATS.iter().find(|format| format.extensions.contains(&"gwy")).unwrap();
+/// assert_eq!((gwyddion.name, gwyddion.first_row), ("Gwyddion", "top"));
+/// ```
 pub struct Format {
     /// Name in messages.
     pub name: &'static str,
     /// Extensions in lower case, without the dot; `000` stands for every number of three digits.
     pub extensions: &'static [&'static str],
-    /// Contents that are read.
+    /// Readable contents.
     pub contents: &'static str,
-    /// Carrier of the heights' unit.
+    /// Place of the heights' unit in the file.
     pub unit: &'static str,
-    /// Carrier of the pixel size.
+    /// Place of the pixel size in the file.
     pub size: &'static str,
     /// First row of the file: the top (largest y) or the bottom.
     pub first_row: &'static str,
-    /// Way to choose a channel.
+    /// Choice of a channel: its numbering, or "one" for a single channel.
     pub channels: &'static str,
-    /// Marks of points without a height, beside NaN and numbers from ±1e30 on.
+    /// Marks of missing points, in addition to NaN and magnitudes from 1e30 on.
     pub holes: &'static str,
-    /// Variants that are refused.
+    /// Refused variants.
     pub not_read: &'static str,
+    /// Parser of a file's bytes; the option `channel` is its second argument.
     pub(super) parse: fn(&[u8], Option<&str>) -> Parsed,
 }
 

@@ -1,8 +1,9 @@
-//! Gwyddion simple field: a text header, NUL padding to a multiple of four, 32-bit little-endian floats.
+//! Gwyddion simple field (`.gsf`): a text header `key = value`, NUL padding to a multiple of four bytes, and 32-bit
+//! little-endian floats, from the top row on.
 
-use super::raw::First;
+use super::raw::FirstRow;
 use super::units::micrometres;
-use super::{Parsed, Raw, Values, channel, encoding};
+use super::{Meaning, Parsed, Raw, channel, encoding};
 use crate::HeightField;
 use ndarray::Array2;
 use std::collections::HashMap;
@@ -25,7 +26,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     };
     let (nx, ny) = (count("XRes")?, count("YRes")?);
     let text = MAGIC.len() + end;
-    // One to four NUL bytes: at least one, up to the next multiple of four.
+    // One to four NUL bytes, up to a multiple of four.
     let start = (text / 4 + 1) * 4;
     let length = nx.checked_mul(ny).and_then(|n| n.checked_mul(4)).ok_or("XRes × YRes is too large")?;
     let data = bytes.get(start..).unwrap_or_default();
@@ -49,13 +50,13 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         },
     };
     let meaning = match unit("ZUnits")? {
-        Some(um) => Values::in_unit(fields["ZUnits"], um),
-        None => Values::Unknown,
+        Some(um) => Meaning::in_unit(fields["ZUnits"], um),
+        None => Meaning::Unknown,
     };
     let values: Vec<f64> =
         data.chunks_exact(4).map(|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]]))).collect();
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um))
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {

@@ -1,14 +1,15 @@
-//! Gwyddion's own files: a tree of serialised objects, of which the data fields, their titles and masks matter here.
+//! Gwyddion's own files (`.gwy`): a tree of serialised objects, of which data fields, their titles and masks are read.
 //!
-//! After the magic bytes stands one object, a container. An object is its type's name, the length of its body, and in
-//! that body components, each a name, a letter for its type, and its value; all little-endian. Bodies of objects are
-//! looked into only where they are needed, and by a loop, so no depth of nesting is too much.
+//! After the magic bytes `GWYP` the file holds one object, a container. An object is the name of its type, the length
+//! of its body (u32), and a body of components: each a name, a letter for the type of the value, and the value. Names
+//! end with NUL; numbers are little-endian. Bodies of other objects are skipped, so that nesting of any depth is no
+//! problem.
 
 use super::bytes::{Bytes, Number, data_length};
 use super::channel::{self, Channel};
-use super::raw::First;
+use super::raw::FirstRow;
 use super::units::micrometres;
-use super::{Parsed, Raw, Values, encoding};
+use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::BTreeMap;
 
@@ -21,7 +22,7 @@ struct Object<'a> {
     body: &'a [u8],
 }
 
-/// The value of a component; of those that are not needed, nothing.
+/// The value of a component; types that are not needed are [`Value::Other`].
 #[derive(Clone, Copy)]
 enum Value<'a> {
     Integer(i32),
@@ -51,6 +52,7 @@ impl<'a> Object<'a> {
     }
 }
 
+/// Reads the type letter and the value of a component.
 fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
     let letter = bytes.u8()?;
     let mut skip = |size: usize| bytes.take(size).map(|_| Value::Other);
@@ -69,7 +71,7 @@ fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
                 b'I' => array(4).map(|_| Value::Other),
                 b'Q' => array(8).map(|_| Value::Other),
                 b'D' => array(8).map(Value::Doubles),
-                // The bytes run out long before a count that is not true does.
+                // A false count ends with an error where the bytes end.
                 b'S' => (0..count).try_for_each(|_| bytes.string().map(|_| ())).map(|()| Value::Other),
                 _ => (0..count).try_for_each(|_| Object::read(bytes).map(|_| ())).map(|()| Value::Other),
             }
@@ -78,13 +80,16 @@ fn read_value<'a>(bytes: &mut Bytes<'a>) -> Result<Value<'a>, String> {
     }
 }
 
-/// A field of values on a regular grid.
+/// A `GwyDataField`: values on a regular grid.
 #[derive(Default)]
 struct DataField<'a> {
+    /// Points along x and y.
     size: (usize, usize),
+    /// Extent along x and y in `unit_xy`.
     real: (f64, f64),
     unit_xy: String,
     unit_z: String,
+    /// 64-bit floats from the top row on.
     data: &'a [u8],
 }
 
@@ -118,6 +123,7 @@ impl<'a> DataField<'a> {
     }
 }
 
+/// The text of a `GwySIUnit`.
 fn unit_name(unit: Object) -> Result<String, String> {
     let mut name = String::new();
     unit.components(|key, value| {
@@ -129,7 +135,7 @@ fn unit_name(unit: Object) -> Result<String, String> {
     Ok(name)
 }
 
-/// What a container holds under `/N/…`.
+/// The components `/N/data`, `/N/data/title` and `/N/mask` of channel N.
 #[derive(Default)]
 struct Entry<'a> {
     title: String,
@@ -137,6 +143,7 @@ struct Entry<'a> {
     mask: Option<Object<'a>>,
 }
 
+/// Channels of a container by number.
 fn entries(container: Object) -> Result<BTreeMap<usize, Entry>, String> {
     let mut entries = BTreeMap::<usize, Entry>::new();
     container.components(|name, value| {
@@ -179,9 +186,9 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (field, mask) = &fields[at];
     let (nx, ny) = field.size;
     let meaning = if field.unit_z.is_empty() {
-        Values::Unknown
+        Meaning::Unknown
     } else {
-        Values::in_unit(&field.unit_z, micrometres(&field.unit_z)?)
+        Meaning::in_unit(&field.unit_z, micrometres(&field.unit_z)?)
     };
     let mut values = Number::F64.decode(field.data);
     if let Some(mask) = mask {
@@ -202,5 +209,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Some((field.real.0 * unit / nx as f64, field.real.1 * unit / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um).channel(channels[at].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[at].name(), wanted))
 }

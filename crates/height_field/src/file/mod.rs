@@ -1,4 +1,8 @@
-//! Height fields in files; [`HeightField::read`] says what each format holds.
+//! Height fields from and to files. [`FORMATS`] describes every format.
+//!
+//! Each format has a parser (`exr.rs`, `gwy.rs`, …) from bytes to a [`Raw`]: numbers in the order of the file's rows,
+//! with their unit and pixel size as far as the file says. `raw.rs` turns a [`Raw`] into a height field: scale,
+//! orientation and missing points, and the origin of each property.
 
 mod bytes;
 mod channel;
@@ -24,34 +28,36 @@ pub use formats::{FORMATS, Format, READABLE};
 pub use provenance::{Provenance, Source, Understood};
 
 use super::{Fill, HeightField, HeightFieldError};
-use raw::{Parsed, Raw, Values};
+use raw::{Meaning, Parsed, Raw};
 use std::path::Path;
 
-/// Extensions of maps that the Python library SurfaceTopography reads, those of `convert.EXTENSIONS` in the Python
+/// Extensions of files that the Python library SurfaceTopography reads; equal to `convert.EXTENSIONS` of the Python
 /// package.
 const INSTRUMENTS: [&str; 36] = [
     "al3d", "apx", "bcr", "bcrf", "cur", "datx", "di", "ezd", "frt", "ibw", "jpk", "lext", "mdt", "mi", "mnt", "nc",
     "nid", "nms", "oir", "opd", "opdx", "os3d", "plu", "plux", "poir", "stp", "sur", "tmd", "tom", "top", "vk3", "vk4",
     "vk6", "vk7", "zmg", "zon",
 ];
-/// Extensions of instruments' formats that Gwyddion reads and SurfaceTopography does not: Nanonis, RHK and WITec.
+/// Extensions of instruments' files that Gwyddion reads but SurfaceTopography does not: Nanonis, RHK and WITec.
 const GWYDDION: [&str; 5] = ["sxm", "sm2", "sm3", "sm4", "wip"];
+/// Extensions that [`HeightField::write`] accepts, for messages.
 const WRITABLE: &str = ".exr, .png, .gsf, .npy";
 
-/// Physical scale to go with a file that has none of its own.
+/// Physical scale for a file that has none of its own.
 ///
-/// Where the file has one too, both must agree to 1e-6. `max_height_um` agrees with a file in physical units if it is
-/// its highest height, or its highest minus its lowest.
+/// A scale in the file must agree to a relative 1e-6. For a file in physical units, `max_height_um` must be its highest
+/// height, or its highest minus its lowest height.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FileScale {
     /// Size of the (square) pixels in µm; finite and positive.
     pub pixel_size_um: Option<f64>,
-    /// Height of full scale in µm: white, or the largest integer, or the highest value (see [`HeightField::read`]);
-    /// finite and positive.
+    /// Height of full scale in µm, finite and positive. Full scale is white, the largest integer of the type, or the
+    /// highest value (see `unit` in [`FORMATS`]).
     pub max_height_um: Option<f64>,
 }
 
 impl FileScale {
+    /// Refuses scales that are not finite and positive.
     fn check(&self) -> Result<(), HeightFieldError> {
         for (parameter, value) in [("pixel_size", self.pixel_size_um), ("max_height", self.max_height_um)] {
             if let Some(value_um) = value.filter(|v| !(v.is_finite() && *v > 0.0)) {
@@ -62,41 +68,41 @@ impl FileScale {
     }
 }
 
-/// How a file is to be read.
+/// Options of [`HeightField::read_with`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadOptions {
     /// Scale of a file that has none of its own.
     pub scale: FileScale,
-    /// The channel of a file that may hold several, by number or title; by default the first that is a height.
+    /// Number or title of the channel, for formats with several; by default the first channel of heights.
     pub channel: Option<String>,
-    /// What is put where the file has no height.
+    /// Heights for missing points.
     pub fill: Fill,
 }
 
-/// A height field out of a file, and how the file was understood.
+/// A height field from a file, and how the file was understood.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileField {
     /// The heights.
     pub field: HeightField,
     /// Title or number of the channel, for formats that have several.
     pub channel: Option<String>,
-    /// Number of points that the file has no height for, and that were filled.
+    /// Number of missing points that were filled.
     pub filled: usize,
-    /// Origin of size, unit, orientation, channel and holes; `None` for heights that come from no file.
+    /// Origin of size, unit, orientation, channel and holes; `None` for heights that are from no file.
     pub provenance: Option<Provenance>,
-    /// Properties that no relief has, and that do not prevent its use.
+    /// Implausible properties of the relief; they do not prevent its use.
     pub doubts: Vec<Doubt>,
 }
 
 impl FileField {
-    /// Heights that come from no file.
+    /// Wraps heights that are from no file.
     pub fn without_file(field: HeightField) -> Self {
         Self { field, channel: None, filled: 0, provenance: None, doubts: Vec::new() }
     }
 }
 
 impl Format {
-    /// The format that the extension of `path` says.
+    /// The format of a path, by its extension.
     fn of(path: &Path) -> Result<&'static Self, HeightFieldError> {
         let found = extension(path);
         let is_number = found.len() == 3 && found.bytes().all(|byte| byte.is_ascii_digit());
@@ -112,10 +118,10 @@ impl Format {
         })
     }
 
-    /// Reads the bytes of a file; its path is for messages.
+    /// Reads a file's bytes; `path` appears in messages.
     fn read(&self, path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         let malformed = |reason: String| {
-            // One line, whatever a library says in several.
+            // Messages of libraries may have several lines; errors have one.
             let reason = reason.split_whitespace().collect::<Vec<_>>().join(" ");
             HeightFieldError::Malformed { path: path.to_owned(), format: self.name, reason }
         };
@@ -126,25 +132,52 @@ impl Format {
 }
 
 impl HeightField {
-    /// Reads a height field; the extension (in either case) says the format, and [`FORMATS`] what each holds.
+    /// Reads a height field from a file. Its extension, in either case, tells the format; [`FORMATS`] describes each.
     ///
-    /// Rows from the top are turned over, since y points up: row 0 of [`HeightField::heights_um`] is the lowest y. A
-    /// `pHYs` chunk or a TIFF resolution of fewer than 100 000 pixels a metre (10 µm a pixel) is that of a printer, not
-    /// a measure, and is ignored. Rows and columns in messages count from 0 in the order of the file.
+    /// y points up: row 0 of [`HeightField::heights_um`] has the lowest y, so files that begin with the top row are
+    /// flipped. Rows and columns in messages count from 0 in the order of the file. A resolution of a PNG or TIFF below
+    /// 100 000 pixels a metre (10 µm a pixel) is that of a printer, and is ignored.
+    ///
+    /// ```
+    /// use sunbeam_height_field::{FileScale, HeightField, Preset};
+    ///
+    /// let folder = tempfile::tempdir()?;
+    /// let path = folder.path().join("blazed.gsf");
+    /// let blazed = Preset::Blazed.build(None, None)?;
+    /// blazed.write(&path)?;
+    /// // A .gsf file carries its scale.
+    /// let read = HeightField::read(&path, &FileScale::default())?;
+    /// assert!((read.extent_um().0 - 2.5).abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
-    /// A file that cannot be read, has an unknown extension, is truncated or not of its format; a scale that is
-    /// missing, out of range, or contradicts the file's own; a point without a height: NaN, infinite, or from ±1e30 on.
+    /// A file that cannot be read, has an unknown extension, or is damaged; a scale that is missing, out of range, or
+    /// contradicts the file's own; missing points (NaN, infinite, or of magnitude 1e30 or more).
     pub fn read(path: impl AsRef<Path>, scale: &FileScale) -> Result<Self, HeightFieldError> {
         let options = ReadOptions { scale: *scale, ..Default::default() };
         Ok(Self::read_with(path, &options)?.field)
     }
 
-    /// As [`HeightField::read`], with a choice of channel, and heights put where the file has none.
+    /// [`HeightField::read`] with a choice of channel and of heights for missing points.
+    ///
+    /// ```
+    /// use sunbeam_height_field::{FileScale, Fill, HeightField, ReadOptions, Source};
+    ///
+    /// let folder = tempfile::tempdir()?;
+    /// let path = folder.path().join("scan.txt");
+    /// std::fs::write(&path, "0.0 0.1 0.2 0.3\n0.1 nan 0.3 0.4\n0.2 0.3 0.4 0.5\n")?;
+    /// let scale = FileScale { pixel_size_um: Some(0.05), max_height_um: None };
+    /// let read = HeightField::read_with(&path, &ReadOptions { scale, fill: Fill::Laplace, channel: None })?;
+    /// assert_eq!((read.field.size(), read.filled), ((4, 3), 1));
+    /// assert!(read.doubts.is_empty());
+    /// assert_eq!(read.provenance.unwrap().pixel_size.source, Source::Option);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     ///
     /// # Errors
-    /// As [`HeightField::read`]; a channel that is not there, is not a height, or is chosen in a format that has but
-    /// one; missing heights where [`Fill::None`] is asked for, or nothing but missing heights.
+    /// As [`HeightField::read`]; a channel that does not exist, is not a height, or is given for a format with a single
+    /// channel; missing points with [`Fill::None`], or a file without any height.
     pub fn read_with(path: impl AsRef<Path>, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
         let path = path.as_ref();
         options.scale.check()?;
@@ -153,8 +186,7 @@ impl HeightField {
         format.read(path, &bytes, options)
     }
 
-    /// As [`HeightField::read_with`] of a file that is in memory; its name says the format, and nothing is read from
-    /// there.
+    /// [`HeightField::read_with`] for a file in memory. The extension of `name` tells the format; no file is opened.
     ///
     /// # Errors
     /// As [`HeightField::read_with`].
@@ -168,9 +200,13 @@ impl HeightField {
         Format::of(name)?.read(name, bytes, options)
     }
 
-    /// Writes `.exr` (32-bit floats in µm with the pixel size), `.gsf` (32-bit floats in metres) or `.png` (16-bit grey
-    /// from the lowest height, black, to the highest, white, with the scale in text chunks; the lowest height itself is
-    /// lost), or `.npy` (64-bit floats in µm without the pixel size).
+    /// Writes a file in the format of its extension:
+    ///
+    /// - `.exr`: 32-bit floats in µm, with the pixel size;
+    /// - `.gsf`: 32-bit floats in metres, with the pixel size;
+    /// - `.npy`: 64-bit floats in µm, without the pixel size;
+    /// - `.png`: 16-bit grey from the lowest height (black) to the highest (white), with range and pixel size in text
+    ///   chunks. The lowest height itself is not kept.
     ///
     /// # Errors
     /// An extension other than these, or a file that cannot be written.
@@ -191,12 +227,13 @@ impl HeightField {
             .map_err(|reason| HeightFieldError::Write { path: path.to_owned(), reason })
     }
 
-    /// Heights with the row of the largest y first, as pictures have them.
+    /// Heights row by row from the largest y, the order of pictures.
     fn rows_from_top(&self) -> impl Iterator<Item = f64> + '_ {
         self.heights_um.rows().into_iter().rev().flat_map(|row| row.into_iter().copied())
     }
 }
 
+/// Extension in lower case without the dot; empty where there is none.
 fn extension(path: &Path) -> String {
     path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }

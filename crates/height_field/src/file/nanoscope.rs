@@ -1,43 +1,46 @@
-//! Bruker (Veeco, Digital Instruments) Nanoscope, version 4.3 and later: a text header of lines that begin with a
-//! backslash, then the images, whose rows run from the bottom to the top.
+//! Bruker (Veeco, Digital Instruments) NanoScope, version 4.3 and later: a text header of lines that begin with a
+//! backslash, then the images, from the bottom row on.
 //!
-//! A height is `LSB · hard value / 256^(bytes per pixel) · soft scale`, where the line `@2:Z scale` gives the hard
-//! value in V and names the soft scale, a sensitivity in nm/V that stands elsewhere in the header. The bytes per pixel
-//! are the header's even where the file stores four bytes each.
+//! A height is `stored · hard value / 256^(bytes per pixel) · soft scale`. The line `@2:Z scale` holds the hard value
+//! in V and names the soft scale, a sensitivity in nm/V given elsewhere in the header. The bytes per pixel in the
+//! formula are the header's `Bytes/pixel`, even in files whose images store four bytes for each point. The bytes that
+//! are stored follow from the length of the data ([`layout`]).
 
 use super::bytes::{Bytes, Number};
 use super::channel::{self, Channel, Holds};
 use super::provenance::{Source, Understood};
-use super::raw::{First, Pixel};
+use super::raw::{FirstRow, Pixel};
 use super::units::micrometres;
-use super::{Parsed, Raw, Values, encoding};
+use super::{Meaning, Parsed, Raw, encoding};
 use ndarray::Array2;
 use std::collections::HashMap;
 
-/// A headline, with the lines under it up to the next one; keys in lower case.
+/// A section of the header: a headline and its lines `key: value`, with keys in lower case.
 pub(super) struct Section<'a> {
     title: &'a str,
     lines: HashMap<String, &'a str>,
 }
 
 impl<'a> Section<'a> {
-    /// Whether it describes an image, and not a force curve.
-    pub fn is_image(&self) -> bool {
+    /// Whether the section describes an image rather than a force curve.
+    pub(super) fn is_image(&self) -> bool {
         self.title.to_ascii_lowercase().ends_with("ciao image list")
     }
 
+    /// The value of a key, in any case.
     fn text(&self, key: &str) -> Result<&'a str, String> {
         let found = self.lines.get(&key.to_ascii_lowercase()).copied();
         found.ok_or_else(|| format!("the section \"{}\" has no {key}", self.title))
     }
 
-    pub fn count(&self, key: &str) -> Result<usize, String> {
+    /// The value of a key that is a positive integer.
+    pub(super) fn count(&self, key: &str) -> Result<usize, String> {
         let text = self.text(key)?;
         text.parse().ok().filter(|count| *count > 0).ok_or_else(|| format!("{key} is \"{text}\", not a count"))
     }
 }
 
-/// The header ends at its own mark, or at the first line that is none of it.
+/// Sections of a header, up to `*File list end` or the first line without a backslash.
 pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
     let mut sections: Vec<Section> = Vec::new();
     for line in header.lines().map(str::trim_end) {
@@ -48,7 +51,7 @@ pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
             }
             sections.push(Section { title, lines: HashMap::new() });
         } else if let Some(section) = sections.last_mut() {
-            // A group's number may stand before the key: `@2:Z scale: …`.
+            // The key may begin with a group's number and a colon: `@2:Z scale: …`.
             let start =
                 if line.starts_with('@') { line.find(':').filter(|at| *at <= 3).map_or(0, |at| at + 1) } else { 0 };
             if let Some(colon) = line[start..].find(':') {
@@ -60,31 +63,35 @@ pub(super) fn sections(header: &str) -> Vec<Section<'_>> {
     sections
 }
 
+/// A finite positive number.
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|value: &f64| value.is_finite() && *value > 0.0)
 }
 
-/// A number and what follows it.
+/// The first word as a number, and the text after it.
 fn leading_number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start();
     let end = text.find(char::is_whitespace).unwrap_or(text.len());
     Some((text[..end].parse().ok()?, text[end..].trim()))
 }
 
-/// What stands between the first of these brackets, and what follows it.
+/// Text between brackets at the beginning, and the text after them.
 fn bracketed(text: &str, open: char, close: char) -> Option<(&str, &str)> {
     let inner = text.trim_start().strip_prefix(open)?;
     let end = inner.find(close)?;
     Some((&inner[..end], &inner[end + close.len_utf8()..]))
 }
 
-/// The scale of an image's values: µm for the full range of the numbers, where they are heights, and the unit's name.
+/// Scale of an image's values: the height in µm of the full range of the stored numbers, and the unit's name. The
+/// height is `None` for a channel of another quantity.
+///
+/// The line is `V [soft scale] (hard scale) hard value`, where the soft scale names the key of a sensitivity.
 fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), String> {
     let text = image.text("@2:Z scale")?;
     let malformed = || format!("@2:Z scale is \"{text}\", not V [soft scale] (hard scale) hard value");
     let rest = text.strip_prefix('V').ok_or_else(malformed)?;
     let (soft_name, rest) = bracketed(rest, '[', ']').map_or((None, rest), |(name, rest)| (Some(name.trim()), rest));
-    // Units of the hard scale may hold brackets themselves: the hard value follows the last.
+    // The hard scale's unit may itself contain brackets: the hard value follows the last one.
     let rest = if rest.trim_start().starts_with('(') { rest.rsplit(')').next().unwrap_or_default() } else { rest };
     let (hard_value, hard_unit) = leading_number(rest).ok_or_else(malformed)?;
     let Some(soft_name) = soft_name.filter(|name| !name.is_empty()) else {
@@ -97,14 +104,15 @@ fn scale(image: &Section, all: &[Section]) -> Result<(Option<f64>, String), Stri
         .strip_prefix('V')
         .and_then(leading_number)
         .ok_or_else(|| format!("{soft_name} is \"{soft}\", not V and a number"))?;
-    // A length per volt times volts; anything else is not a height.
+    // Heights have a soft scale in length per volt and a hard value in volts.
     let length = unit.strip_suffix(&format!("/{hard_unit}")).filter(|_| !hard_unit.is_empty());
     let height = length.and_then(|length| micrometres(length).ok()).map(|unit| hard_value * sensitivity * unit);
     let name = length.map_or_else(|| format!("{unit} {hard_unit}").trim().to_owned(), str::to_owned);
     Ok((height, name))
 }
 
-/// The title in quotes of `@2:Image Data`, with the direction of the scan.
+/// Title of an image, and direction of the scan in lower case. The title is in quotes in `@2:Image Data`, or in
+/// brackets after an S.
 fn title(image: &Section) -> Result<(String, String), String> {
     let text = image.text("@2:Image Data").or_else(|_| image.text("@3:Image Data"))?;
     let quoted = text.split('"').nth(1);
@@ -113,8 +121,8 @@ fn title(image: &Section) -> Result<(String, String), String> {
     Ok((name.unwrap_or(text).trim().to_owned(), direction.to_ascii_lowercase()))
 }
 
-/// Rows, columns and type of the numbers that fill an image's bytes. A scan that was stopped has fewer valid rows than
-/// it was to have.
+/// Columns, rows and type of the numbers of an image: those whose size is the `length` of its data in bytes. A scan
+/// that was stopped stores its valid rows only.
 fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), String> {
     let (nx, ny) = (image.count("Samps/line")?, image.count("Number of lines")?);
     let valid = image.count("Valid data len Y").unwrap_or(ny).min(ny);
@@ -130,12 +138,16 @@ fn layout(image: &Section, length: usize) -> Result<(usize, usize, Number), Stri
 
 /// Pixel size in µm along x and y of an image of `nx` points in each of `ny` lines.
 ///
-/// Versions differ in the meaning of a `Scan Size` of one number where the aspect ratio is not 1:1. Pixels are taken
-/// for square where both meanings give that. Two numbers of the aspect ratio are the sizes along x and y.
+/// For an aspect ratio other than 1:1, versions of the program differ in the meaning of a `Scan Size` of one number.
+/// The pixel size is known in two cases only, and [`Pixel::Open`] otherwise:
+///
+/// - the `Scan Size` has two numbers in the aspect ratio, which are the sides of the scan;
+/// - the numbers of points have the aspect ratio, which makes the pixels square.
 ///
 /// # Errors
-/// A header without a scan size. An aspect ratio that leaves the pixel size open is [`Pixel::Open`].
+/// A header without a scan size.
 pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) -> Result<Pixel, String> {
+    // Images without a size have that of the whole scan, in a section of its own.
     let of_scan =
         || all.iter().find(|section| section.title.eq_ignore_ascii_case("Ciao scan list"))?.text("Scan size").ok();
     let text = image.text("Scan size").or_else(|missing| of_scan().ok_or(missing))?;
@@ -150,7 +162,7 @@ pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) 
     if across == down {
         return Ok(Pixel::Um(dx, dy));
     }
-    // To a point in the one case, and to the digits of the sizes in the other.
+    // The numbers of points have the aspect ratio to within one point, the sides to 1 %: they have few digits.
     let points_agree = (across * ny as f64 - down * nx as f64).abs() <= across.max(down);
     let sizes_agree = (across * y / (down * x) - 1.0).abs() < 1e-2;
     if sizes_agree {
@@ -158,13 +170,14 @@ pub(super) fn pixel(image: &Section, all: &[Section], (nx, ny): (usize, usize)) 
     }
     if !points_agree || x != y {
         return Ok(Pixel::Open(format!(
-            "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square pixels \
-             would be of {dx} µm)"
+            "pixel size plainly, by an Aspect Ratio of {ratio}, a Scan Size of {text} and {nx} × {ny} points (square \
+             pixels would be of {dx} µm)"
         )));
     }
     Ok(Pixel::Um(dx, dx))
 }
 
+/// Reads the channel `wanted` (its number or title), or the default one of channel.rs.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     if !bytes.starts_with(b"\\*") {
         return Err(
@@ -172,7 +185,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
                 .to_owned(),
         );
     }
-    // The header ends with a control character; its text is Latin-1 or UTF-8, and what matters of it ASCII.
+    // The header ends with Ctrl-Z. Its keys are ASCII; other text is Latin-1 or UTF-8.
     let end = bytes.iter().position(|b| *b == 0x1a).unwrap_or(bytes.len());
     let header = encoding::label(&bytes[..end]);
     let all = sections(&header);
@@ -180,7 +193,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let mut channels = Vec::new();
     for image in all.iter().filter(|section| section.is_image()) {
         let (name, direction) = title(image)?;
-        // A channel without a scale that can be read is no reason to refuse the others.
+        // An unreadable scale makes one channel unusable, not the file.
         let (height_um, unit) = scale(image, &all).unwrap_or((None, "unknown".to_owned()));
         let unit = if direction.is_empty() { unit } else { format!("{unit}, {direction}") };
         let holds = if height_um.is_some() { Holds::Lengths } else { Holds::Other };
@@ -194,6 +207,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let (nx, ny, number) = layout(image, length)?;
     let mut data = Bytes::new(bytes);
     data.take(offset)?;
+    // The bytes per pixel of the height's formula: 2 in files without the key.
     let declared = if image.text("Bytes/pixel").is_ok() { image.count("Bytes/pixel")? } else { 2 };
     if !(1..=8).contains(&declared) {
         return Err(format!("Bytes/pixel is {declared}, not 2 or 4"));
@@ -203,6 +217,6 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let lines = image.count("Number of lines")?;
     let pixel = pixel(image, &all, (nx, lines))?;
-    let meaning = Values::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
-    Ok(Raw::new(values, meaning, First::Bottom).pixel_or_reason(pixel).channel(channels[at].name(), wanted))
+    let meaning = Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
+    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[at].name(), wanted))
 }

@@ -1,19 +1,19 @@
-//! NumPy arrays: floats in µm, or integers whose largest value is full scale.
+//! NumPy arrays (`.npy`): floats in µm, or unsigned integers whose largest value is full scale; from the bottom row on.
 
-use super::raw::First;
-use super::{Parsed, Raw, Values, channel};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, channel};
 use crate::HeightField;
 use ndarray::Array2;
 use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement, WriteNpyExt};
 
-/// `None` if the file holds another type of element.
+/// Elements of type T as floats; `None` if the file holds another type.
 fn try_type<T>(bytes: &[u8], convert: fn(T) -> f64) -> Option<Result<Array2<f64>, String>>
 where
     T: ReadableElement,
 {
     match Array2::<T>::read_npy(bytes) {
         Ok(array) => {
-            // Fortran order is laid out anew, so that rows are contiguous for everyone downstream.
+            // Arrays in Fortran order are copied, so that rows are contiguous.
             let size = array.dim();
             let convert_all = |array: Array2<T>| array.into_iter().map(convert).collect();
             Some(Array2::from_shape_vec(size, convert_all(array)).map_err(|error| error.to_string()))
@@ -56,10 +56,10 @@ fn check_shape(bytes: &[u8]) -> Result<(), String> {
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     check_shape(bytes)?;
-    let raw = |values, meaning| Raw::new(values, meaning, First::Bottom);
-    let full = |full| Values::FullScale { full, max_height_um: None };
+    let raw = |values, meaning| Raw::new(values, meaning, FirstRow::Bottom);
+    let full = |full| Meaning::FullScale { full, max_height_um: None };
     if let Some(values) = try_type::<f64>(bytes, |v| v).or_else(|| try_type::<f32>(bytes, f64::from)) {
-        return Ok(raw(values?, Values::micrometres()));
+        return Ok(raw(values?, Meaning::micrometres()));
     }
     if let Some(values) = try_type::<u8>(bytes, f64::from) {
         return Ok(raw(values?, full(f64::from(u8::MAX))));

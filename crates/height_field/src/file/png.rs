@@ -1,18 +1,20 @@
-//! PNG: 8- or 16-bit grey.
+//! PNG: 8- or 16-bit grey, black at height 0 and white at full scale; from the top row on.
 
-use super::raw::First;
-use super::{Parsed, Raw, Values, channel};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, channel};
 use crate::HeightField;
 use ndarray::Array2;
 use png::{BitDepth, ColorType, PixelDimensions, Unit};
 use std::io::Cursor;
 
+/// Text chunk with the height of white in µm.
 const MAX_HEIGHT: &str = "max_height_um";
+/// Text chunks with the pixel size along x and y in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixel_size_x_um", "pixel_size_y_um"];
-/// Coarser than this is the resolution of a printer (10 µm a pixel is 2540 dots an inch).
-const FEWEST_PIXELS_PER_METRE: u32 = 100_000;
+/// Smallest resolution that is a measured pixel size rather than that of a printer: 10 µm a pixel, 2540 dots an inch.
+const PIXELS_PER_METRE_MIN: u32 = 100_000;
 
-/// Deflated data never grow by more than this when they are unpacked.
+/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
 const DEFLATE_RATIO_MAX: usize = 1040;
 
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
@@ -49,15 +51,15 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
             })
             .transpose()
     };
-    let printed = info
+    let resolution = info
         .pixel_dims
-        .filter(|dims| matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= FEWEST_PIXELS_PER_METRE);
+        .filter(|dims| matches!(dims.unit, Unit::Meter) && dims.xppu.min(dims.yppu) >= PIXELS_PER_METRE_MIN);
     let pixel_um = match (number(PIXEL_SIZE[0])?, number(PIXEL_SIZE[1])?) {
         (Some(dx), Some(dy)) => Some((dx, dy)),
-        _ => printed.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
+        _ => resolution.map(|dims| (1e6 / f64::from(dims.xppu), 1e6 / f64::from(dims.yppu))),
     };
-    let meaning = Values::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
-    Ok(Raw::new(values, meaning, First::Top).pixel(pixel_um))
+    let meaning = Meaning::FullScale { full, max_height_um: number(MAX_HEIGHT)? };
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um))
 }
 
 pub(super) fn encode(field: &HeightField) -> Result<Vec<u8>, String> {

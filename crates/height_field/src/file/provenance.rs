@@ -1,4 +1,4 @@
-//! Where the size, unit, orientation, channel and holes of a height field were taken from.
+//! Origin of a height field's size, unit, orientation, channel and missing points.
 
 use serde::Serialize;
 
@@ -6,19 +6,19 @@ use serde::Serialize;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
-    /// The file says it.
+    /// Said by the file.
     File,
-    /// The format fixes it for all of its files.
+    /// Fixed by the format for all files.
     Format,
-    /// An option of the reader: `pixel_size`, `max_height`, `channel` or `fill`.
+    /// Given by an option of the reader: `pixel_size`, `max_height`, `channel` or `fill`.
     Option,
-    /// Neither file nor option says it: the documented default.
+    /// The documented default, where neither file nor option says it.
     Default,
-    /// The values suggest it, and nothing else says it.
+    /// Inferred from the values.
     Guess,
 }
 
-/// A property as it was understood, in words, and its origin.
+/// A property as understood by the reader, and its origin.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Understood {
     /// The origin.
@@ -33,18 +33,18 @@ impl Understood {
     }
 }
 
-/// Everything that a reader had to know of a file beside its numbers.
+/// Everything that the reader needed besides the numbers of a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Provenance {
     /// Pixel size along x and y.
     pub pixel_size: Understood,
     /// Unit of the heights, or the scale that stands in for it.
     pub height_unit: Understood,
-    /// Row that comes first in the file: the top (largest y) or the bottom (y = 0).
+    /// First row of the file: the top (largest y) or the bottom (y = 0).
     pub rows: Understood,
     /// Channel that was read; `None` for formats with a single one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub channel: Option<Understood>,
-    /// Points without a height, and how they were filled.
+    /// Missing points, and how they were filled.
     pub holes: Understood,
 }

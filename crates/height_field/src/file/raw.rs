@@ -1,4 +1,9 @@
-//! The contents of a file as a parser found them, and the height field that follows.
+//! [`Raw`]: the contents of a file as a parser found them, and their conversion to a height field.
+//!
+//! Every format has a parser that returns a [`Raw`]. [`Raw::into_field`] then does the rest for all formats: it marks
+//! and fills missing points (*holes*, holes.rs), combines the file's scale with the caller's options, and collects
+//! warnings (*doubts*, doubts.rs). For each property it records the value and its [`Source`] (provenance.rs), as
+//! [`Understood`].
 
 use super::doubts::{self, Doubt};
 use super::provenance::{Provenance, Source, Understood};
@@ -8,66 +13,68 @@ use crate::{Fill, HeightField, HeightFieldError};
 use ndarray::{Array2, Axis};
 use std::path::Path;
 
-/// How far a given scale may be from the file's, relatively, before they disagree: decimal numbers of seven digits
-/// and the 32-bit pixels per metre of a PNG agree within this.
+/// Largest relative difference between the option's scale and the file's that counts as agreement. Chosen: the rounding
+/// of seven decimal digits, and of a PNG's whole pixels per metre, is smaller.
 const AGREEMENT: f64 = 1e-6;
 
-/// Meaning of the numbers of a file.
-pub(super) enum Values {
-    /// Lengths of `um` µm each, with the unit's origin.
+/// Meaning of the stored numbers.
+pub(super) enum Meaning {
+    /// Heights in a unit of `um` µm; `unit` is its name and origin.
     Lengths { um: f64, unit: Understood },
-    /// `full` stands for the largest height, 0 for height 0; the file may know the largest height in µm.
+    /// Fractions of full scale: 0 is height 0, `full` is the largest height, which the file may give in µm.
     FullScale { full: f64, max_height_um: Option<f64> },
-    /// Heights in an unknown unit: the lowest becomes 0, the highest the largest height.
+    /// Heights in an unknown unit: the lowest becomes 0, the highest the option `max_height`.
     Unknown,
 }
 
-impl Values {
-    /// Lengths in a unit that the file names.
-    pub fn in_unit(unit: &str, um: f64) -> Self {
+impl Meaning {
+    /// Heights in a unit named by the file, of `um` µm.
+    pub(super) fn in_unit(unit: &str, um: f64) -> Self {
         Self::Lengths { um, unit: Understood::new(Source::File, unit) }
     }
 
-    /// Heights in µm, because the format says so.
-    pub fn micrometres() -> Self {
+    /// Heights in µm by definition of the format.
+    pub(super) fn micrometres() -> Self {
         Self::Lengths { um: 1.0, unit: Understood::new(Source::Format, "µm") }
     }
 }
 
-/// Row that a file begins with.
+/// First row of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum First {
+pub(super) enum FirstRow {
     Top,
     Bottom,
 }
 
-/// Pixel size as a file tells it.
+/// Pixel size according to a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Pixel {
-    /// Along x and y, in µm.
+    /// Pixel size along x and y, in µm.
     Um(f64, f64),
-    /// Not told; the words complete "the file does not say its …".
+    /// Unknown. The text completes the message "the file does not say its …".
     Open(String),
 }
 
-/// A file as it is, in the order of its rows. NaN says that there is no height, whatever the format says it with.
+/// Contents of a file, in the order of its rows. Missing points are NaN, however the format marks them.
 pub(super) struct Raw {
     values: Array2<f64>,
-    meaning: Values,
-    first: (First, Source),
+    meaning: Meaning,
+    /// First row, and the origin of this property.
+    first: (FirstRow, Source),
     pixel: Pixel,
     pixel_source: Source,
     channel: Option<Understood>,
 }
 
-/// Result of a parser; its error says why the bytes are not of its format.
+/// Result of a parser. The error completes "not a usable … height field: ".
 pub(super) type Parsed = Result<Raw, String>;
 
+/// Equality to within [`AGREEMENT`].
 fn agree(a: f64, b: f64) -> bool {
     (a - b).abs() <= AGREEMENT * a.abs().max(b.abs())
 }
 
-/// A length to seven digits, for messages.
+/// A length rounded to seven digits, for messages.
 pub(super) fn rounded(value: f64) -> f64 {
     let factor = 10_f64.powi(6 - value.abs().log10().floor() as i32);
     let result = (value * factor).round() / factor;
@@ -75,43 +82,43 @@ pub(super) fn rounded(value: f64) -> f64 {
 }
 
 impl Raw {
-    /// Values in the order of the file's rows, of a format that fixes which row comes first.
-    pub fn new(values: Array2<f64>, meaning: Values, first: First) -> Self {
+    /// Contents of a file whose format fixes the first row, with an unknown pixel size and a single channel.
+    pub(super) fn new(values: Array2<f64>, meaning: Meaning, first: FirstRow) -> Self {
         let (first, pixel_source) = ((first, Source::Format), Source::File);
         Self { values, meaning, first, pixel: Pixel::Open("pixel size".to_owned()), pixel_source, channel: None }
     }
 
-    /// Sets the pixel size in µm along x and y, which the file says if it is not `None`.
-    pub fn pixel(self, pixel_um: Option<(f64, f64)>) -> Self {
+    /// Sets the pixel size in µm along x and y, if the file says it.
+    pub(super) fn pixel(self, pixel_um: Option<(f64, f64)>) -> Self {
         match pixel_um {
             Some((dx, dy)) => self.pixel_or_reason(Pixel::Um(dx, dy)),
             None => self,
         }
     }
 
-    /// Sets the pixel size, or the reason why it is open.
-    pub fn pixel_or_reason(self, pixel: Pixel) -> Self {
+    /// Sets the pixel size, or the reason why it is unknown.
+    pub(super) fn pixel_or_reason(self, pixel: Pixel) -> Self {
         Self { pixel, ..self }
     }
 
-    /// Sets the origin of the pixel size, where it is not plainly in the file.
-    pub fn pixel_from(self, pixel_source: Source) -> Self {
+    /// Sets the origin of the pixel size; the default is the file.
+    pub(super) fn pixel_from(self, pixel_source: Source) -> Self {
         Self { pixel_source, ..self }
     }
 
-    /// Sets the origin of the order of rows, where it is not fixed by the format.
-    pub fn rows_from(self, source: Source) -> Self {
+    /// Sets the origin of the order of rows; the default is the format.
+    pub(super) fn rows_from(self, source: Source) -> Self {
         Self { first: (self.first.0, source), ..self }
     }
 
-    /// Sets the name of the channel; `wanted` is the option that chose it, if any.
-    pub fn channel(self, name: impl Into<String>, wanted: Option<&str>) -> Self {
+    /// Sets the name of the channel; `wanted` is the option that chose it, or `None` for the default channel.
+    pub(super) fn channel(self, name: impl Into<String>, wanted: Option<&str>) -> Self {
         let source = if wanted.is_some() { Source::Option } else { Source::Default };
         Self { channel: Some(Understood::new(source, name)), ..self }
     }
 
-    /// Refuses what a file may say and no surface can be.
-    pub fn check(&self) -> Result<(), String> {
+    /// Refuses empty contents and impossible pixel sizes.
+    pub(super) fn check(&self) -> Result<(), String> {
         if self.values.is_empty() {
             return Err("it holds no points".to_owned());
         }
@@ -123,9 +130,10 @@ impl Raw {
         }
     }
 
-    /// The height field, scaled, filled, and with its first row at the bottom.
-    pub fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
-        let um = if let Values::Lengths { um, .. } = self.meaning { um } else { 1.0 };
+    /// Converts to a height field: scales to µm, puts the bottom row first, and fills missing points.
+    pub(super) fn into_field(mut self, path: &Path, options: &ReadOptions) -> Result<FileField, HeightFieldError> {
+        // µm for each unit of the values, for the detection of missing points.
+        let um = if let Meaning::Lengths { um, .. } = self.meaning { um } else { 1.0 };
         let holes = Holes::mark(&mut self.values, um);
         let total = self.values.len();
         let filled = holes.count;
@@ -136,12 +144,12 @@ impl Raw {
         }
         let (dx, dy) = self.pixel_size(path, &options.scale)?;
         let height_unit = self.scale_heights(path, &options.scale)?;
-        if self.first.0 == First::Top {
+        if self.first.0 == FirstRow::Top {
             self.values.invert_axis(Axis(0));
             self.values = self.values.as_standard_layout().into_owned();
         }
         options.fill.apply(&mut self.values, dx, dy);
-        let first = if self.first.0 == First::Top { "first row at the top" } else { "first row at the bottom" };
+        let first = if self.first.0 == FirstRow::Top { "first row at the top" } else { "first row at the bottom" };
         let pixel_source = if let Pixel::Um(..) = self.pixel { self.pixel_source } else { Source::Option };
         let provenance = Provenance {
             pixel_size: Understood::new(pixel_source, format!("{} × {} µm", rounded(dx), rounded(dy))),
@@ -157,6 +165,7 @@ impl Raw {
         Ok(FileField { field, channel, filled, provenance: Some(provenance), doubts })
     }
 
+    /// Pixel size along x and y in µm, from the file or the option.
     fn pixel_size(&self, path: &Path, scale: &FileScale) -> Result<(f64, f64), HeightFieldError> {
         let (parameter, path) = ("pixel_size", path.to_owned());
         match (&self.pixel, scale.pixel_size_um) {
@@ -170,13 +179,14 @@ impl Raw {
         }
     }
 
-    /// Turns the values into µm, and says which unit they were in.
+    /// Converts the values to µm; returns their unit and its origin.
     fn scale_heights(&mut self, path: &Path, scale: &FileScale) -> Result<Understood, HeightFieldError> {
         let parameter = "max_height";
         let missing = |what: &str| {
             let what = what.to_owned();
             HeightFieldError::MissingScale { path: path.to_owned(), parameter, what }
         };
+        // The option must agree with one of the file's candidates for the height of full scale, in µm.
         let check = |own: &[f64]| match scale.max_height_um {
             Some(given_um) if !own.iter().any(|value| agree(*value, given_um)) => {
                 Err(HeightFieldError::ScaleDisagrees { path: path.to_owned(), parameter, given_um, file_um: own[0] })
@@ -187,13 +197,14 @@ impl Raw {
             values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &v| (lo.min(v), hi.max(v)))
         };
         match &self.meaning {
-            Values::Lengths { um, unit } => {
+            Meaning::Lengths { um, unit } => {
                 self.values.mapv_inplace(|value| value * um);
                 let (low, high) = range(&self.values);
+                // `max_height` may be the highest value, or the range.
                 check(&[high, high - low])?;
                 Ok(unit.clone())
             }
-            Values::FullScale { full, max_height_um } => {
+            Meaning::FullScale { full, max_height_um } => {
                 if let Some(own) = max_height_um {
                     check(&[*own])?;
                 }
@@ -202,7 +213,7 @@ impl Raw {
                 self.values.mapv_inplace(|v| v / full * top);
                 Ok(Understood::new(source, format!("full scale is {top} µm")))
             }
-            Values::Unknown => {
+            Meaning::Unknown => {
                 let top = scale.max_height_um.ok_or_else(|| missing("unit of height"))?;
                 let (low, high) = range(&self.values);
                 let range = if high > low { high - low } else { 1.0 };
@@ -213,10 +224,12 @@ impl Raw {
     }
 }
 
+/// Description of the missing points.
 fn understood(holes: &Holes, total: usize, fill: Fill) -> Understood {
     if holes.count == 0 {
         return Understood::new(Source::File, "none");
     }
+    // Isolated numbers are recognised by their values alone (isolated.rs): a guess.
     let guessed: usize = holes.isolated.iter().map(|(_, count)| count).sum();
     let source = if guessed == holes.count { Source::Guess } else { Source::File };
     let isolated = holes.isolated_in_words();

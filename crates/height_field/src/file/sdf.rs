@@ -1,20 +1,21 @@
-//! Surface data files of ISO 25178-71 (versions 1.0 and 2.0) and of the BCR proposal before it, as text and in binary.
+//! Surface data files (`.sdf`) of ISO 25178-71, versions 1.0 and 2.0, and of the earlier BCR proposal; as text and in
+//! binary.
 //!
-//! ISO puts the first profile at y = 0, and marks points without a height by the least number of the type of data or,
-//! in text, by `BAD`. BCR left the direction open; its files are shown with the first profile at the top, and mark
-//! points by the largest number.
+//! ISO: the first profile lies at y = 0; missing points are the smallest number of the type or, in text, `BAD`. BCR:
+//! the direction of y is undefined, and files are shown with the first profile at the top; missing points are the
+//! largest number of the type.
 
 use super::bytes::{Bytes, Number, data_length};
-use super::raw::First;
-use super::{Parsed, Raw, Values, channel, encoding};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, channel, encoding};
 use crate::holes::known;
 use ndarray::Array2;
 use std::collections::HashMap;
 
 const UM_PER_M: f64 = 1e6;
-/// What BCR takes as the largest number of floats: anything from here on is no height.
-const BCR_LARGEST: (f64, f64) = (3.4e38, 1.7e308);
-/// Names that BCR's text headers may give instead of the codes of data types, in the order of the codes.
+/// Smallest 32- and 64-bit floats that BCR files use for missing points.
+const BCR_MISSING_MIN: (f64, f64) = (3.4e38, 1.7e308);
+/// Names of the data types in BCR's text headers, in the order of their codes.
 const TYPE_NAMES: [&str; 8] = ["UCHAR", "UINTEGER", "ULONGINT", "FLOAT", "CHAR", "INTEGER", "LONGINT", "DOUBLE"];
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -35,7 +36,7 @@ struct Header {
 }
 
 impl Header {
-    /// Whether a stored number says that there is no height.
+    /// Whether a stored number marks a missing point.
     fn is_missing(&self, value: f64) -> bool {
         let (low, high) = match self.number {
             Number::U8 => (0.0, f64::from(u8::MAX)),
@@ -44,32 +45,35 @@ impl Header {
             Number::I8 => (f64::from(i8::MIN), f64::from(i8::MAX)),
             Number::I16 => (f64::from(i16::MIN), f64::from(i16::MAX)),
             Number::I32 => (f64::from(i32::MIN), f64::from(i32::MAX)),
-            Number::F32 => (f64::from(f32::MIN), BCR_LARGEST.0),
-            Number::F64 => (f64::MIN, BCR_LARGEST.1),
+            Number::F32 => (f64::from(f32::MIN), BCR_MISSING_MIN.0),
+            Number::F64 => (f64::MIN, BCR_MISSING_MIN.1),
         };
         known(value).is_nan() || if self.revision == Revision::Bcr { value >= high } else { value == low }
     }
 
+    /// Contents from the stored numbers.
     fn raw(self, stored: Vec<f64>) -> Parsed {
         let unit = format!("{} m", self.z_m);
-        let meaning = Values::in_unit(&unit, self.z_m * UM_PER_M);
+        let meaning = Meaning::in_unit(&unit, self.z_m * UM_PER_M);
         let heights = stored.iter().map(|&value| if self.is_missing(value) { f64::NAN } else { value });
         let values =
             Array2::from_shape_vec((self.ny, self.nx), heights.collect()).map_err(|error| error.to_string())?;
-        // A single profile has no spacing across.
+        // A single profile has no spacing along y.
         let dy_m = if self.ny == 1 && self.dy_m == 0.0 { self.dx_m } else { self.dy_m };
         let pixel_um = Some((self.dx_m * UM_PER_M, dy_m * UM_PER_M));
-        let first = if self.revision == Revision::Bcr { First::Top } else { First::Bottom };
+        let first = if self.revision == Revision::Bcr { FirstRow::Top } else { FirstRow::Bottom };
         Ok(Raw::new(values, meaning, first).pixel(pixel_um))
     }
 }
 
+/// The type of a code from 0 to 7.
 fn number_of(code: u8) -> Result<Number, String> {
     let numbers =
         [Number::U8, Number::U16, Number::U32, Number::F32, Number::I8, Number::I16, Number::I32, Number::F64];
     numbers.get(usize::from(code)).copied().ok_or_else(|| format!("DataType is {code}; 0 to 7 are known"))
 }
 
+/// Refuses compression and checksums, whose code is not 0.
 fn plain(name: &str, code: u8) -> Result<(), String> {
     if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
 }
@@ -95,7 +99,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
 }
 
 fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
-    // Manufacturer, dates of creation and change.
+    // Manufacturer, date of creation, date of change.
     bytes.take(10 + 12 + 12)?;
     let mut count = || -> Result<usize, String> {
         Ok(if revision == Revision::Iso2 { bytes.u32()? as usize } else { usize::from(bytes.u16()?) })
@@ -111,10 +115,10 @@ fn parse_binary(mut bytes: Bytes, revision: Revision) -> Parsed {
 
 fn parse_text(mut rest: Bytes, revision: Revision) -> Parsed {
     let text = encoding::label(rest.take_all());
-    // Records end with an asterisk: header, heights, and a trailer that says nothing of heights.
+    // Three records end with an asterisk each: header, heights, trailer.
     let mut records = text.split('*');
     let (head, data) = (records.next().unwrap_or_default(), records.next().ok_or("its header does not end with *")?);
-    // In BCR files the rest of a line after a semicolon is a comment.
+    // In BCR files a semicolon begins a comment.
     let uncommented = |line: &'_ str| -> String {
         if revision == Revision::Bcr { line.split(';').next().unwrap_or_default().to_owned() } else { line.to_owned() }
     };

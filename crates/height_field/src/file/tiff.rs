@@ -1,10 +1,10 @@
-//! TIFF: grey pages of 8, 16 or 32 bits, or floats.
+//! TIFF: pages of grey in 8, 16 or 32 bits, or of floats in µm; ImageJ's calibration is honoured.
 
 use super::channel::{self, Channel, Holds};
 use super::provenance::{Source, Understood};
-use super::raw::First;
+use super::raw::FirstRow;
 use super::units::micrometres;
-use super::{Parsed, Raw, Values};
+use super::{Meaning, Parsed, Raw};
 use ndarray::Array2;
 use std::io::Cursor;
 use tiff::ColorType;
@@ -12,17 +12,18 @@ use tiff::decoder::ifd::Value;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
 
-/// Coarser than this is the resolution of a printer (10 µm a pixel is 2540 dots an inch).
-const FEWEST_PIXELS_PER_METRE: f64 = 100_000.0;
-/// Private tags in which instruments keep the heights, beside a picture of them in colours, and whose they are.
+/// Smallest resolution that is a measured pixel size rather than that of a printer: 10 µm a pixel, 2540 dots an inch.
+const PIXELS_PER_METRE_MIN: f64 = 100_000.0;
+/// Private tags of instruments that hold the heights, beside a preview in colours, with the manufacturer.
 const PRIVATE: [(u16, &str); 3] = [(50432, "Park Systems"), (50434, "Park Systems"), (50435, "Park Systems")];
-/// Most pages that are counted.
+/// Most pages that are searched.
 const PAGES_MAX: usize = 65_536;
-/// Packed data never grow by more than this when they are unpacked (LZW's and Deflate's limits are lower).
-const PACKING_MAX: usize = 2048;
+/// Upper bound on the compression ratio; those of LZW and Deflate are lower.
+const COMPRESSION_MAX: usize = 2048;
 
 type Pages<'a> = Decoder<Cursor<&'a [u8]>>;
 
+/// An unsigned integer tag.
 fn integer(pages: &mut Pages, tag: Tag) -> Result<Option<u32>, String> {
     pages.find_tag_unsigned(tag).map_err(|error| error.to_string())
 }
@@ -38,12 +39,12 @@ fn resolution(pages: &mut Pages, tag: Tag) -> Option<f64> {
     (value.is_finite() && value > 0.0).then_some(value)
 }
 
-/// The lines `key=value` of the description that ImageJ writes.
+/// The description that ImageJ writes, of lines `key=value`.
 struct Description(String);
 
 impl Description {
     fn of(pages: &mut Pages, length: usize) -> Option<Self> {
-        // Beyond the file there is no text, and the decoder would say so in its own way.
+        // A text longer than the file is damage, which is ignored here.
         let entry = pages.image_ifd().find_entry(Tag::ImageDescription)?;
         if entry.count() > length as u64 {
             return None;
@@ -59,13 +60,13 @@ impl Description {
         self.0.lines().find_map(|line| line.strip_prefix(key)?.strip_prefix('=')).map(str::trim)
     }
 
-    /// µm in one of the unit under this key, where it is a length.
+    /// µm in one of the unit given by this key; `None` where it is no length.
     fn unit(&self, key: &str) -> Option<f64> {
-        // ImageJ escapes the micro sign.
+        // ImageJ writes the micro sign as an escape sequence.
         micrometres(&self.get(key)?.replace("\\u00B5", "µ").replace("\\u00b5", "µ")).ok()
     }
 
-    /// The straight line `c0 + c1·value` in µm, where the values are calibrated as lengths.
+    /// Calibration `(c0, c1)` in µm, where a height is `c0 + c1·value`; `None` without a linear calibration of lengths.
     fn heights(&self) -> Option<(f64, f64)> {
         let unit = self.unit("vunit")?;
         let number = |key: &str| self.get(key)?.parse::<f64>().ok();
@@ -73,6 +74,7 @@ impl Description {
     }
 }
 
+/// Pixel size along x and y in µm, from ImageJ's unit or the resolution tags.
 fn pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result<Option<(f64, f64)>, String> {
     let (Some(x), Some(y)) = (resolution(pages, Tag::XResolution), resolution(pages, Tag::YResolution)) else {
         return Ok(None);
@@ -85,11 +87,11 @@ fn pixel_um(pages: &mut Pages, description: Option<&Description>) -> Result<Opti
         Some(3) => 100.0,
         _ => return Ok(None),
     };
-    let is_measure = x.min(y) * per_metre >= FEWEST_PIXELS_PER_METRE;
+    let is_measure = x.min(y) * per_metre >= PIXELS_PER_METRE_MIN;
     Ok(is_measure.then(|| (1e6 / (x * per_metre), 1e6 / (y * per_metre))))
 }
 
-/// The number that stands for no height, in the tag that geographers use.
+/// The number of missing points, from the tag `GDAL_NODATA` of geographic files.
 fn no_data(pages: &mut Pages, length: usize) -> Option<f64> {
     let entry = pages.image_ifd().find_entry(Tag::GdalNodata)?;
     if entry.count() > length as u64 {
@@ -101,8 +103,8 @@ fn no_data(pages: &mut Pages, length: usize) -> Option<f64> {
     }
 }
 
-/// Goes to the page that is wanted, by number from 0.
-fn turn(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
+/// Goes to the page `wanted` (from 0), and returns its number; without it, stays at the first page.
+fn go_to_page(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, String> {
     let Some(wanted) = wanted else { return Ok(None) };
     let page = wanted.trim().parse::<usize>().ok();
     for at in 0..PAGES_MAX {
@@ -120,7 +122,7 @@ fn turn(pages: &mut Pages, wanted: Option<&str>) -> Result<Option<String>, Strin
     Err(format!("`channel` is \"{wanted}\"; the first {PAGES_MAX} pages are counted"))
 }
 
-/// Bytes of one value of a type of tag.
+/// Size in bytes of one value of a tag's type.
 fn value_size(kind: u64) -> u64 {
     match kind {
         3 | 8 => 2,
@@ -130,8 +132,8 @@ fn value_size(kind: u64) -> u64 {
     }
 }
 
-/// Refuses a tag with more values than the file can hold, before the decoder asks for memory for them. Whatever else is
-/// wrong with the directories, the decoder says.
+/// Refuses a tag with more values than the file can hold, before the decoder allocates memory for them. The decoder
+/// reports other damage of the directories.
 fn check_tags(bytes: &[u8]) -> Result<(), String> {
     let is_little = bytes.starts_with(b"II");
     let number = |at: usize, size: usize| -> Option<u64> {
@@ -146,7 +148,7 @@ fn check_tags(bytes: &[u8]) -> Result<(), String> {
     while let Some(at) = next.and_then(|at| usize::try_from(at).ok()).filter(|at| *at != 0) {
         let Some(entries) = number(at, count_size).and_then(|count| usize::try_from(count).ok()) else { break };
         for entry in 0..entries {
-            // Directories that lead back to each other would never end.
+            // Bounds the loop where directories refer to each other in a circle.
             seen += entry_size;
             let place = at + count_size + entry * entry_size;
             let (Some(kind), Some(count)) = (number(place + 2, 2), number(place + 4, offset_size)) else { break };
@@ -165,7 +167,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     check_tags(bytes)?;
     let mut limits = Limits::unlimited();
     limits.ifd_value_size = bytes.len();
-    limits.decoding_buffer_size = bytes.len().saturating_mul(PACKING_MAX);
+    limits.decoding_buffer_size = bytes.len().saturating_mul(COMPRESSION_MAX);
     limits.intermediate_buffer_size = limits.decoding_buffer_size;
     let damaged = |error: tiff::TiffError| format!("it is cut short or damaged: {error}");
     let mut pages = Decoder::new(Cursor::new(bytes)).map_err(damaged)?.with_limits(limits);
@@ -176,7 +178,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
              `python -m sunbeam_mitsuba.convert` (with the extra \"formats\") or Gwyddion writes them as .gsf"
         ));
     }
-    let page = turn(&mut pages, wanted)?;
+    let page = go_to_page(&mut pages, wanted)?;
     let (width, height) = pages.dimensions().map_err(|error| error.to_string())?;
     let is_packed = integer(&mut pages, Tag::Compression)?.is_some_and(|method| method != 1);
     if !is_packed && u64::from(width) * u64::from(height) > bytes.len() as u64 {
@@ -190,15 +192,15 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         return Err(format!("it is {colour:?}; grey of 8, 16 or 32 bits, or floats, is needed"));
     }
     let (first, rows) = match integer(&mut pages, Tag::Orientation)? {
-        None => (First::Top, Source::Format),
-        Some(1) => (First::Top, Source::File),
-        Some(4) => (First::Bottom, Source::File),
+        None => (FirstRow::Top, Source::Format),
+        Some(1) => (FirstRow::Top, Source::File),
+        Some(4) => (FirstRow::Bottom, Source::File),
         Some(found) => return Err(format!("its Orientation is {found}; 1 and 4, rows from top or bottom, are read")),
     };
     let description = Description::of(&mut pages, bytes.len());
     let pixel_um = pixel_um(&mut pages, description.as_ref())?;
     let no_data = no_data(&mut pages, bytes.len());
-    // A negative of a picture, not heights.
+    // White at zero: a negative.
     if integer(&mut pages, Tag::PhotometricInterpretation)? == Some(0) {
         return Err("its white is zero; black has to be".to_owned());
     }
@@ -213,7 +215,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         }
     };
     let single = matches!(colour, ColorType::Gray(32)) && full.is_none();
-    // As a 32-bit float holds it, where the heights are such.
+    // Rounded to 32 bits, as the heights are.
     let no_data = no_data.map(|value| if single { f64::from(value as f32) } else { value });
     let values = values.into_iter().map(|value| if Some(value) == no_data { f64::NAN } else { value }).collect();
     let size = (height as usize, width as usize);
@@ -221,10 +223,10 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let meaning = match (description.and_then(|description| description.heights()), full) {
         (Some((c0, c1)), _) => {
             values.mapv_inplace(|value| c0 + c1 * value);
-            Values::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
+            Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "calibration of ImageJ") }
         }
-        (None, Some(full)) => Values::FullScale { full, max_height_um: None },
-        (None, None) => Values::micrometres(),
+        (None, Some(full)) => Meaning::FullScale { full, max_height_um: None },
+        (None, None) => Meaning::micrometres(),
     };
     let raw = Raw::new(values, meaning, first).pixel(pixel_um).rows_from(rows);
     Ok(match page {

@@ -1,13 +1,13 @@
 //! Units of length as files write them.
 
-/// Spellings of the prefix for 1e-6. Some are the micro sign of one encoding read as another: UTF-8 as Latin-1 (`Âµ`,
-/// `Î¼`), and the code page 850 of DOS as Latin-1 (`æ`). NanoScope writes `~`.
+/// Spellings of the prefix micro. Some are the micro sign in a wrong encoding: UTF-8 read as Latin-1 (`Âµ`, `Î¼`), and
+/// code page 850 of DOS read as Latin-1 (`æ`). NanoScope writes `~`.
 const MICRO: [&str; 7] = ["µ", "μ", "u", "~", "Âµ", "Î¼", "æ"];
-/// Spellings of the ångström: both characters, words, UTF-8 read as Latin-1 (whose second byte counts
-/// as a blank), and the code pages 850 and Mac Roman read so.
+/// Spellings of the ångström in lower case: both characters, words, UTF-8 read as Latin-1 (whose second byte may be
+/// trimmed as a blank), and the code pages 850 and Mac Roman read as Latin-1.
 const ANGSTROM: [&str; 9] = ["å", "\u{212b}", "ang", "angstrom", "ångström", "ã\u{85}", "ã", "\u{8f}", "\u{81}"];
 const UM_PER_ANGSTROM: f64 = 1e-4;
-/// Names of units that are written out, in the singular and lower case, with µm in each.
+/// Names of units in the singular and lower case, with their length in µm.
 const NAMES: [(&str, f64); 11] = [
     ("micron", 1.0),
     ("micrometer", 1.0),
@@ -22,7 +22,7 @@ const NAMES: [(&str, f64); 11] = [
     ("metre", 1e6),
 ];
 
-/// µm in one of `unit`: metres with an SI prefix, ångström, or either by name.
+/// Length of one `unit` in µm: metres with an SI prefix or ångström, as a symbol or a name.
 ///
 /// # Errors
 /// A unit that is not a length.

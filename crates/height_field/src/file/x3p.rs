@@ -1,12 +1,12 @@
-//! X3P of ISO 25178-72 (ISO 5436-2): a ZIP archive of an XML description and the heights in binary.
+//! X3P of ISO 25178-72 (ISO 5436-2): a ZIP archive of an XML description, `main.xml`, and the heights in binary.
 //!
-//! Columns run along x and rows along y, the first at y = 0; all lengths are in metres. The MD5 checksums are not
-//! verified, since the CRC of the archive is.
+//! Columns run along x and rows along y, from y = 0 on; all lengths are in metres. The CRC of the archive is verified,
+//! the MD5 checksums are not.
 
 use super::bytes::{Number, data_length};
 use super::channel::{self, Channel, Holds};
-use super::raw::First;
-use super::{Parsed, Raw, Values, encoding};
+use super::raw::FirstRow;
+use super::{Meaning, Parsed, Raw, encoding};
 use crate::holes::known;
 use ndarray::Array2;
 use roxmltree::{Document, Node};
@@ -15,16 +15,16 @@ use zip::ZipArchive;
 
 const UM_PER_M: f64 = 1e6;
 const DESCRIPTION: &str = "main.xml";
-/// Deflated data never grow by more than this when they are unpacked.
+/// Upper bound on the compression ratio of Deflate (1032), with a margin for headers.
 const DEFLATE_RATIO_MAX: u64 = 1040;
 
-/// The archive, and the folder in it that holds the description.
+/// The archive, and the folder in it that contains the description.
 struct Archive<'a> {
     zip: ZipArchive<Cursor<&'a [u8]>>,
     folder: String,
 }
 
-/// A name in an archive as most programs write it: slashes, and no `./` before it.
+/// A name in an archive in normal form: with slashes, without a leading `./`.
 fn plain(name: &str) -> String {
     let name = name.replace('\\', "/");
     let start = name.trim_start_matches("./").trim_start_matches('/');
@@ -32,7 +32,7 @@ fn plain(name: &str) -> String {
 }
 
 impl<'a> Archive<'a> {
-    /// Opens the archive and finds `main.xml`, at its top or in a folder: programs that zip a folder leave it there.
+    /// Opens the archive and finds `main.xml`, at the top level or in a folder.
     fn open(bytes: &'a [u8]) -> Result<Self, String> {
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|error| error.to_string())?;
         let names = zip.file_names().map(plain);
@@ -69,21 +69,23 @@ fn unpack(archive: &mut Archive, name: &str, expected: Option<usize>) -> Result<
     if bytes.len() as u64 == size { Ok(bytes) } else { Err(format!("{name} ends early")) }
 }
 
-/// The first descendant reached through elements of these names, whatever their namespace.
+/// First descendant by a path of element names, in any namespace.
 fn find<'a, 'input>(from: Node<'a, 'input>, path: &[&str]) -> Option<Node<'a, 'input>> {
     path.iter().try_fold(from, |node, name| node.children().find(|child| child.tag_name().name() == *name))
 }
 
+/// Text of the element at a path; `None` where it is missing or empty.
 fn text<'a>(from: Node<'a, '_>, path: &[&str]) -> Option<&'a str> {
     find(from, path).and_then(|node| node.text()).map(str::trim).filter(|text| !text.is_empty())
 }
 
+/// Number in the element at a path.
 fn real(from: Node, path: &[&str]) -> Result<Option<f64>, String> {
     let Some(text) = text(from, path) else { return Ok(None) };
     text.parse().map(Some).map_err(|_| format!("{} is \"{text}\", not a number", path.join("/")))
 }
 
-/// The spacing of an axis in metres.
+/// Spacing of an axis in metres.
 fn increment(root: Node, axis: &str) -> Result<f64, String> {
     let base = ["Record1", "Axes", axis];
     let node = find(root, &base).ok_or_else(|| format!("it has no axis {axis}"))?;
@@ -97,6 +99,7 @@ fn increment(root: Node, axis: &str) -> Result<f64, String> {
     real(node, &["Increment"])?.ok_or_else(|| format!("axis {axis} has no Increment"))
 }
 
+/// A positive count of the matrix's dimensions.
 fn count(root: Node, name: &str) -> Result<usize, String> {
     let found = text(root, &["Record3", "MatrixDimension", name]);
     found.and_then(|text| text.parse().ok()).filter(|count| *count > 0).ok_or_else(|| {
@@ -111,7 +114,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let root = document.root_element();
     let (nx, ny, nz) = (count(root, "SizeX")?, count(root, "SizeY")?, count(root, "SizeZ")?);
     let dx = increment(root, "CX")?;
-    // A profile may leave out the axis across.
+    // The description of a single profile may omit the y axis.
     let dy = if ny == 1 { increment(root, "CY").unwrap_or(dx) } else { increment(root, "CY")? };
     let axis = find(root, &["Record1", "Axes", "CZ"]).ok_or("it has no axis CZ")?;
     let number = match text(axis, &["DataType"]) {
@@ -149,17 +152,17 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         .collect();
     let layer = channel::choose(&layers, wanted)?;
     let first = layer * points;
-    // One bit a point, the lowest of each byte first.
+    // One bit for each point, from the lowest bit of each byte.
     let is_valid = |at: usize| valid.as_ref().is_none_or(|bits| bits[at / 8] >> (at % 8) & 1 == 1);
     let heights =
         (first..first + points).map(|at| if is_valid(at) { known(stored[at]) * scale_m + offset_m } else { f64::NAN });
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let raw =
-        Raw::new(values, Values::in_unit("m", UM_PER_M), First::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
+        Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));
     Ok(if nz > 1 { raw.channel(layer.to_string(), wanted) } else { raw })
 }
 
-/// Heights written into the XML itself; where x and y are written too, the last number of a point is its height.
+/// Heights written in the XML itself, as `z` or `x;y;z`. Empty elements are missing points.
 fn listed(list: Node) -> Result<Vec<f64>, String> {
     let datums = list.children().filter(|child| child.tag_name().name() == "Datum");
     datums

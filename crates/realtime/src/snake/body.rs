@@ -1,4 +1,6 @@
-//! The smooth body: an S-shaped centreline with a rotation-minimising frame, swept by a flattened section.
+//! The smooth body: an S-shaped centreline with a rotation-minimising frame, swept by a flattened cross-section.
+//!
+//! The section consists of two half ellipses, the back and the belly. Its angle is 0 on top of the back.
 
 use std::f64::consts::{PI, TAU};
 
@@ -6,14 +8,16 @@ use glam::DVec3;
 
 use super::SnakeOptions;
 
-/// Half heights of the section above and below its widest line, against the half width.
+/// Half height of the section above its widest line, relative to the half width.
 const BACK: f64 = 0.92;
+/// Half height of the section below its widest line, relative to the half width.
 const BELLY: f64 = 0.70;
-/// The part of the girth that the sheet covers, from rim to rim.
+/// Fraction of the girth that the sheet covers, from rim to rim.
 const COVERAGE: f64 = 0.76;
-/// Steps of the tables of centreline and section.
+/// Number of steps of the tables of centreline and section.
 const STEPS: usize = 2048;
 
+/// A point of the centreline with its frame.
 struct Station {
     centre: DVec3,
     forward: DVec3,
@@ -32,7 +36,8 @@ pub(super) struct Body {
 }
 
 impl Body {
-    /// `centre_row` is where the top of the back lies between the rims, as a fraction of the sheet.
+    /// The body of these options. `centre_row` is the position of the top of the back between the rims, as a fraction
+    /// of the sheet's width.
     pub(super) fn new(options: &SnakeOptions, centre_row: f64) -> Self {
         let arcs = section_arcs(options.radius_cm);
         let width = COVERAGE * (arcs[STEPS] - arcs[0]);
@@ -63,6 +68,7 @@ impl Body {
         (centre + offset, normal)
     }
 
+    /// Centre, direction and upward axis of the section at `u`.
     fn frame(&self, u: f64) -> (DVec3, DVec3, DVec3) {
         let position = u.clamp(0.0, 1.0) * (STEPS as f64);
         let index = (position as usize).min(STEPS - 1);
@@ -70,7 +76,7 @@ impl Body {
         let (a, b) = (&self.stations[index], &self.stations[index + 1]);
         let forward = a.forward.lerp(b.forward, t).normalize();
         let up = a.up.lerp(b.up, t).reject_from_normalized(forward).normalize();
-        // Hermite, so that the positions are as smooth as the directions.
+        // Hermite interpolation, so that positions are as smooth as directions.
         let h = self.length_cm / STEPS as f64;
         let (t2, t3) = (t * t, t * t * t);
         let centre = a.centre * (2.0 * t3 - 3.0 * t2 + 1.0)
@@ -95,6 +101,7 @@ fn heading(options: &SnakeOptions, u: f64) -> DVec3 {
     DVec3::new(turn.cos(), turn.sin(), slope).normalize()
 }
 
+/// The centreline with its frames, centred over the origin.
 fn stations(options: &SnakeOptions) -> Vec<Station> {
     let step = options.length_cm / STEPS as f64;
     let ground = options.radius_cm * BELLY;
@@ -127,6 +134,7 @@ fn carry(up: DVec3, forward: DVec3, next: DVec3, chord: DVec3) -> DVec3 {
     if axis.length_squared() < 1e-24 { carried } else { reflect(carried, axis) }
 }
 
+/// Arc length in cm at every step of the section's angle, measured from the top of the back.
 fn section_arcs(radius: f64) -> Vec<f64> {
     let mut arcs = Vec::with_capacity(STEPS + 1);
     let mut total = 0.0;

@@ -2,7 +2,7 @@ use std::{io, path::PathBuf};
 
 use thiserror::Error;
 
-/// Why a snake could not be made or written. Every message names what is wrong and what is accepted.
+/// Reason why a snake could not be built or written. Every message names the wrong value and the accepted ones.
 #[derive(Debug, Error)]
 pub enum SnakeError {
     /// A count out of range.
@@ -31,7 +31,8 @@ pub enum SnakeError {
     },
     /// The bend is so sharp that the body would run into itself.
     #[error(
-        "the body bends with a radius of {radius_cm:.2} cm; it must be at least {least_cm:.2} cm: use a smaller bend or a longer body"
+        "the body bends with a radius of {radius_cm:.2} cm; it must be at least {least_cm:.2} cm: use a smaller bend \
+         or a longer body"
     )]
     Bend {
         /// The sharpest radius of the centreline, in cm.
@@ -44,7 +45,7 @@ pub enum SnakeError {
     Write {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// The PNG encoder failed.
@@ -52,7 +53,7 @@ pub enum SnakeError {
     Png {
         /// The file.
         path: PathBuf,
-        /// What the encoder said.
+        /// The error of the encoder.
         source: png::EncodingError,
     },
 }

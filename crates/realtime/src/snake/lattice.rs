@@ -1,8 +1,12 @@
-//! The lattice of scales: where the corners of each scale lie, and the curves along which it ends.
+//! The lattice of scales: the corners of each scale, and the curves along which it ends.
 //!
-//! Lengths are in half scales: centres of scales are the points (i, j) of even sum, i along the body and j around it.
-//! Points of odd sum are *nodes*: at each the tip of the scale before it lies between the flanks of the two beside it,
-//! over the root of the one behind it.
+//! Lengths are in half scales. The centres of scales are the points (i, j) of even sum, i along the body (towards the
+//! tail) and j around it. Points of odd sum are *nodes*. At a node the tip of the scale before it lies between the
+//! flanks of its two neighbours, over the root of the scale behind it.
+//!
+//! A scale has coordinates of its own, [`Local`]: `along` is 1 at the node of its tip, `across` is ±1 at the nodes of
+//! its flanks. The *gauge* `(along^p + |across|^p)^(1/p)` with p = [`OUTLINE`] is 1 on the foot of the free edge, and
+//! grows outward. The free edge itself lies at a gauge of 1 less the width of the [`wall`] below it.
 
 use glam::DVec2;
 use rand::{Rng, RngExt, SeedableRng};
@@ -10,42 +14,46 @@ use rand_pcg::Pcg64;
 
 use super::SnakeOptions;
 
-/// Exponent of a free edge: 1 is the edge of a rhombus, 2 that of an ellipse.
+/// Exponent p of the free edges: 1 for a rhombus, 2 for an ellipse; chosen by eye.
 const OUTLINE: f64 = 1.4;
-/// Greatest width of the wall below a free edge, as a share of the distance from the scale's centre. Wider walls lie in
-/// the light of a low sun, with triangles that are lit and in shadow by turns; steeper ones turn away from their shading
+/// Greatest width of the wall below a free edge, as a fraction of the distance from the scale's centre.
+///
+/// Under a low sun, triangles of wider walls are lit and in shadow by turns. Steeper walls turn away from their shading
 /// normals, which are those of the scales above and below.
 const WALL: f64 = 0.012;
 
-/// A half of a scale, seen from the head: towards smaller or larger j.
+/// A half of a scale seen from the head: towards smaller j (left) or larger j (right).
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Side {
     Left,
     Right,
 }
 
-/// What differs from scale to scale; around 1, but for `lean` and `shade`, which are around 0.
+/// Random properties of one scale. `height`, `keel` and `reach` are near 1, `shade` and `lean` near 0.
 #[derive(Clone, Copy)]
 pub(super) struct Traits {
+    /// Factor on the height of the dome.
     pub(super) height: f64,
+    /// Factor on the height of the keel.
     pub(super) keel: f64,
+    /// Lightness, −1 to 1.
     pub(super) shade: f64,
-    /// Length from the centre to the tip.
+    /// Distance of the tip from the centre.
     reach: f64,
-    /// How far the tip lies to the right.
+    /// Displacement of the tip to the right.
     lean: f64,
 }
 
-/// The nodes of one scale, seen from its centre. Halves are those of [`Side`], in its order.
+/// The nodes of one scale relative to its centre; arrays are in the order of [`Side`].
 #[derive(Clone, Copy)]
 struct Frame {
     tip: DVec2,
     flanks: [DVec2; 2],
-    /// Of the parallelograms of tip and flank.
+    /// Signed areas of the parallelograms of tip and flank.
     areas: [f64; 2],
 }
 
-/// Scales beyond the sheet whose frames are kept too, on each side: pixels at the rim ask for them.
+/// Rows of scales beyond each side of the sheet whose frames are kept: pixels at the rim need them.
 const MARGIN: i64 = 3;
 
 /// A point in the frame of one scale.
@@ -58,12 +66,12 @@ pub(super) struct Local {
 }
 
 impl Local {
-    /// 0 on the axis behind the centre, 1 on the foot of the scale's edge, growing outward.
+    /// The gauge: 0 on the axis behind the centre, 1 on the foot of the scale's edge.
     pub(super) fn gauge(self) -> f64 {
         gauge(self.along, self.across)
     }
 
-    /// Whether the gauge is at most 1: powers are dear, and most points are far from an edge.
+    /// Whether the gauge is at most 1, without powers for points far from the edge.
     fn is_within(self) -> bool {
         let (along, across) = (self.along, self.across.abs());
         if along > 1.0 || across > 1.0 {
@@ -72,14 +80,14 @@ impl Local {
         along <= 0.0 || along + across <= 1.0 || along.powf(OUTLINE) + across.powf(OUTLINE) <= 1.0
     }
 
-    /// The gauge on the edge itself, in this direction: at most `WALL` below 1.
+    /// The gauge of the free edge in the direction of this point: at most [`WALL`] below 1.
     pub(super) fn edge(self) -> f64 {
         let (along, across) = (self.along.max(0.0), self.across.abs());
         if along > 0.0 { 1.0 - wall(along / (along + across)) } else { 1.0 }
     }
 }
 
-/// 1 on the foot of an edge: a rounded rhombus before the centre, straight flanks behind it.
+/// The gauge: 1 on the foot of an edge, which is a rounded rhombus before the centre and straight flanks behind it.
 pub(super) fn gauge(along: f64, across: f64) -> f64 {
     if along <= 0.0 {
         return across.abs();
@@ -87,7 +95,8 @@ pub(super) fn gauge(along: f64, across: f64) -> f64 {
     (along.powf(OUTLINE) + across.abs().powf(OUTLINE)).powf(1.0 / OUTLINE)
 }
 
-/// Width of the wall from the node at the flank (`t` = 0) to the tip (1): as the step, it grows fast at first.
+/// Width of the wall from the node at the flank (`t` = 0) to the tip (1). It grows fastest at the flank, as the step
+/// does.
 fn wall(t: f64) -> f64 {
     WALL * (1.0 - (1.0 - t).powi(3))
 }
@@ -101,7 +110,7 @@ pub(super) struct Lattice {
 }
 
 impl Lattice {
-    /// The scales that the options describe, each with traits of its own.
+    /// The scales that the options describe, with random traits.
     pub(super) fn new(options: &SnakeOptions) -> Self {
         let mut random = Pcg64::seed_from_u64(options.seed);
         let count = (options.rows_along + 5) * (options.rows_around + 5);
@@ -112,8 +121,8 @@ impl Lattice {
             rows_along: along,
             rows_around: around,
         };
-        let places = (-MARGIN..=along + MARGIN).flat_map(|i| (-MARGIN..=around + MARGIN).map(move |j| (i, j)));
-        lattice.frames = places.map(|scale| lattice.frame(scale)).collect();
+        let scales = (-MARGIN..=along + MARGIN).flat_map(|i| (-MARGIN..=around + MARGIN).map(move |j| (i, j)));
+        lattice.frames = scales.map(|scale| lattice.frame(scale)).collect();
         lattice
     }
 
@@ -130,12 +139,13 @@ impl Lattice {
         is_kept.then(|| self.frames.get((row * columns + column) as usize)).flatten()
     }
 
-    /// The traits of scale (i, j). Beyond the sides of the sheet scales are mirror images, so that the sides are straight.
+    /// The traits of scale (i, j). Scales beyond the sides of the sheet are mirror images, so that the sides are
+    /// straight.
     pub(super) fn traits(&self, i: i64, j: i64) -> Traits {
         let inside = if j < 0 { -j } else { j.min(2 * self.rows_around - j) };
-        let place = |k: i64, rows: i64| (k + 2).clamp(0, rows + 4) as usize;
+        let index = |k: i64, rows: i64| (k + 2).clamp(0, rows + 4) as usize;
         let columns = self.rows_around as usize + 5;
-        let mut found = self.traits[place(i, self.rows_along) * columns + place(inside, self.rows_around)];
+        let mut found = self.traits[index(i, self.rows_along) * columns + index(inside, self.rows_around)];
         if inside != j {
             found.lean = -found.lean;
         } else if j == 0 || j == self.rows_around {
@@ -144,14 +154,14 @@ impl Lattice {
         found
     }
 
-    /// Where node (i, j) lies. Those on the ends of the sheet stay there.
+    /// Position of node (i, j). Nodes on the ends of the sheet stay there.
     pub(super) fn node(&self, i: i64, j: i64) -> DVec2 {
         let before = self.traits(i - 1, j);
         let reach = if i == 0 || i == self.rows_along { 1.0 } else { before.reach };
         DVec2::new((i - 1) as f64 + reach, j as f64 + before.lean)
     }
 
-    /// The point in the frame of scale (i, j).
+    /// A point of the lattice in the coordinates of scale (i, j).
     pub(super) fn local(&self, scale: (i64, i64), point: DVec2) -> Local {
         let from_centre = point - centre(scale.0, scale.1);
         let Frame { tip, flanks, areas } = self.kept_frame(scale).copied().unwrap_or_else(|| self.frame(scale));
@@ -166,12 +176,13 @@ impl Lattice {
         self.on_edge(scale, side, t, 1.0 - wall(t))
     }
 
-    /// The point below it on the skin, where the next scale comes out: from the node at the flank to the node at the tip.
+    /// A point of the foot of a free edge, where the next scale comes out: from the node at the flank to the node at
+    /// the tip.
     pub(super) fn foot(&self, scale: (i64, i64), side: Side, t: f64) -> DVec2 {
         self.on_edge(scale, side, t, 1.0)
     }
 
-    /// The point at which a ray from the scale's centre has this gauge; rays from flank to tip are `t` in [0, 1].
+    /// The point with this gauge on a ray from the scale's centre; `t` in [0, 1] turns the ray from flank to tip.
     fn on_edge(&self, (i, j): (i64, i64), side: Side, t: f64, level: f64) -> DVec2 {
         let centre = centre(i, j);
         let (tip, flank) = (self.node(i + 1, j) - centre, self.flank((i, j), side) - centre);
@@ -183,7 +194,7 @@ impl Lattice {
         self.node(i, if side == Side::Left { j - 1 } else { j + 1 })
     }
 
-    /// The scale that is seen at a point of the sheet: the one nearest to the head that reaches there.
+    /// The visible scale at a point of the sheet: of those that reach the point, the one nearest to the head.
     pub(super) fn on_top(&self, point: DVec2) -> (i64, i64) {
         let (first, middle) = (point.x.floor() as i64 - 1, point.y.round() as i64);
         let around = || {
@@ -195,7 +206,7 @@ impl Lattice {
         let beyond = |scale: &(i64, i64)| self.local(*scale, point).gauge();
         around()
             .find(reaches)
-            // Where rounding leaves a gap, the nearest; of equals the first.
+            // Rounding may leave a gap, which the nearest scale closes.
             .or_else(|| around().min_by(|one, other| beyond(one).total_cmp(&beyond(other))))
             .unwrap_or((first, middle))
     }
@@ -206,7 +217,7 @@ pub(super) fn centre(i: i64, j: i64) -> DVec2 {
     DVec2::new(i as f64, j as f64)
 }
 
-/// Traits by chance, as far from the mean as `variation` (0 to 1) allows.
+/// Random traits; `variation` in [0, 1] is their relative spread.
 fn traits(random: &mut impl Rng, variation: f64) -> Traits {
     let mut vary = |amount: f64| variation * amount * random.random_range(-1.0..1.0);
     Traits {

@@ -6,13 +6,13 @@ use super::{SnakeError, SnakeOptions, body::Body, lattice::centre, patch::Patch,
 
 /// The snake as an indexed triangle mesh; one entry per vertex in the first four vectors.
 ///
-/// Each scale is a grid of its own, down to the skin at its root; a wall joins its free edge to the scales below. See the
-/// module's page for orientation and units.
+/// Each scale is a grid of its own. A wall joins its free edge to the scales below it. [`crate::snake`] states
+/// orientation and units.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SnakeMesh {
     /// Positions in cm; the ground is z = 0.
     pub positions: Vec<[f32; 3]>,
-    /// Unit shading normals, outward: those of the scale, not smeared over the steps between scales.
+    /// Unit shading normals, outward. They are those of the scale, not averaged over the steps between scales.
     pub normals: Vec<[f32; 3]>,
     /// Unit tangents along the body towards the tail, orthogonal to the normals.
     pub tangents: Vec<[f32; 3]>,
@@ -23,7 +23,17 @@ pub struct SnakeMesh {
 }
 
 impl SnakeMesh {
-    /// Builds the mesh: two triangles for each of `n²` cells of a scale, and `4n − 2` of a wall below it (`n = 2·half_cells`).
+    /// Builds the mesh. With `n = 2·half_cells`, a scale has two triangles in each of `n²` cells, and `4n − 2`
+    /// triangles in the walls below it.
+    ///
+    /// ```
+    /// use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions};
+    ///
+    /// let mesh = SnakeMesh::build(&SnakeOptions { half_cells: 1, ..SnakeOptions::default() })?;
+    /// assert_eq!(mesh.positions.len(), mesh.normals.len());
+    /// assert!(mesh.positions.iter().all(|[_, _, z]| *z > -0.01));
+    /// # Ok::<(), sunbeam_realtime::snake::SnakeError>(())
+    /// ```
     ///
     /// # Errors
     /// [`SnakeError::Count`], [`SnakeError::Number`] or [`SnakeError::Bend`] for options out of range.
@@ -57,25 +67,26 @@ impl SnakeMesh {
         (self.positions.len() - 1) as u32
     }
 
-    /// Covers three or four corners, counter-clockwise. Four are cut from the first to the third.
-    fn join(&mut self, corners: &[u32]) {
+    /// Adds a triangle, or a quadrilateral cut from the first to the third corner; corners are counter-clockwise.
+    fn add_polygon(&mut self, corners: &[u32]) {
         self.triangles.extend(corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]]));
     }
 }
 
-/// A mesh in the making.
+/// A mesh being built.
 struct Builder {
     surface: Surface,
+    /// Cells along each side of a scale, n.
     cells: usize,
     mesh: SnakeMesh,
-    /// Vertices that three scales share.
+    /// Vertices at nodes, which three scales share.
     nodes: HashMap<(i64, i64), u32>,
     /// The vertex at `x · (cells + 1) + y` of each scale; `None` beyond the sheet.
     scales: HashMap<(i64, i64), Vec<Option<u32>>>,
 }
 
 impl Builder {
-    /// Makes the vertices of a scale that others have not made.
+    /// Adds the vertices of a scale, except those that another scale has added.
     fn vertices(&mut self, (i, j): (i64, i64)) {
         let n = self.cells;
         let mut indices = Vec::with_capacity((n + 1) * (n + 1));
@@ -109,20 +120,20 @@ impl Builder {
         self.scales.get(&scale)?[x * (self.cells + 1) + y]
     }
 
-    /// The triangles of a scale. On the rim of the sheet, cells are cut in half.
+    /// Adds the triangles of a scale. On the rim of the sheet, cells are cut in half.
     fn cover(&mut self, scale: (i64, i64)) {
         for x in 0..self.cells {
             for y in 0..self.cells {
                 let corners = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| self.vertex(scale, x, y));
-                // Scales bend across more than along. The root is too narrow a corner to be halved.
+                // Cut along the axis, across which scales bend more; but not through the root, a narrow corner.
                 let first = usize::from((x, y) == (0, 0));
                 let corners: Vec<u32> = corners.into_iter().cycle().skip(first).take(4).flatten().collect();
-                self.mesh.join(&corners);
+                self.mesh.add_polygon(&corners);
             }
         }
     }
 
-    /// The walls below the two free edges of a scale, from the flanks, where edge and foot are one, to the tip.
+    /// Adds the walls below the two free edges of a scale, from the flanks, where edge and foot coincide, to the tip.
     fn walls(&mut self, (i, j): (i64, i64)) {
         let n = self.cells;
         for t in 0..n {
@@ -132,7 +143,7 @@ impl Builder {
                 let corners: Option<Vec<u32>> = [near[0], near[1], far[1], far[0]].into_iter().collect();
                 if let Some(mut corners) = corners {
                     corners.dedup();
-                    self.mesh.join(&corners);
+                    self.mesh.add_polygon(&corners);
                 }
             }
         }
@@ -143,9 +154,9 @@ impl Builder {
 pub(super) struct Surface {
     body: Body,
     pub(super) scales: Scales,
-    /// Points of the lattice from one end of the sheet to the other.
+    /// Extent of the sheet along and around the body, in half scales (`lattice.rs`).
     size: DVec2,
-    /// Size of a cell of the mesh in points of the lattice.
+    /// Size of a cell of the mesh in half scales.
     cell: f64,
 }
 
@@ -168,8 +179,8 @@ impl Surface {
 
     /// The vertex of a scale at a point of the lattice, with its normal and tangent.
     ///
-    /// The frame is that of the scale, continued beyond its edges: a mean over the triangles around the vertex would smear
-    /// the step at each free edge over both scales.
+    /// The frame is that of the scale, continued beyond its edges. A mean over the triangles around the vertex would
+    /// average over the step at each free edge.
     fn vertex(&self, scale: (i64, i64), point: DVec2) -> Vertex {
         let at = |point: DVec2| {
             let inside = point.clamp(DVec2::ZERO, self.size);
@@ -177,7 +188,7 @@ impl Surface {
             let (skin, normal) = self.body.point(uv.x, uv.y);
             skin + normal * self.scales.height_cm(scale, inside)
         };
-        // Over a cell in all, so that a keel narrower than a cell is smoothed, not sampled.
+        // Differences over a whole cell: a keel narrower than a cell is smoothed.
         let difference = |step: DVec2| at(point + step) - at(point - step);
         let along = difference(DVec2::new(0.5 * self.cell, 0.0));
         let around = difference(DVec2::new(0.0, 0.5 * self.cell));

@@ -1,4 +1,4 @@
-//! A procedural section of a snake: the surface that Single 2014 shows as a 3D scan.
+//! A procedural piece of a snake, like the 3D scan in Single 2014.
 //!
 //! A bent body lies on the ground plane z = 0 (z is up, **1 unit = 1 cm**), covered with overlapping,
 //! keeled scales in diamond packing. The mesh is one open sheet over the back and the flanks; its rim is

@@ -1,13 +1,13 @@
 use super::SnakeError;
 
-/// Shape and resolution of the snake. The defaults give 10 933 vertices and 21 573 faces; the snake of
-/// Single 2014 has 11 696 and 22 950.
+/// Shape and resolution of the snake; comments give range and default. The default mesh has 10 933 vertices and 21 573
+/// faces; the snake of Single 2014 has 11 696 and 22 950.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
-    /// Half the cells of the mesh along each of the four edges of a scale, 1 to 128 (3): a scale in the corner of the
-    /// sheet is cut through its middle, where there must be a vertex.
+    /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number is even because a scale in the
+    /// corner of the sheet is cut through its middle, where there must be a vertex.
     pub half_cells: usize,
-    /// Half scale lengths along the body: every second row of scales begins half a scale later; 4 to 400 (27).
+    /// Length of the body in half scales, 4 to 400 (27): every second row of scales begins half a scale later.
     pub rows_along: usize,
     /// Rows of scales around the sheet, 4 to 100 (17).
     pub rows_around: usize,
@@ -15,18 +15,18 @@ pub struct SnakeOptions {
     pub length_cm: f64,
     /// Half width of the body in cm, 0.1 to 10 (1.2). The height follows from it.
     pub radius_cm: f64,
-    /// Greatest turn of the centreline away from its chord in radians, 0 to 1.5 (0.5); one S.
+    /// Largest angle of the S-shaped centreline with its chord in radians, 0 to 1.5 (0.5).
     pub bend_rad: f64,
     /// Height in cm by which the middle of the body is raised from the ground, 0 to 5 (0.25).
     pub lift_cm: f64,
-    /// Relief of the scales, 0 (smooth skin) to 3 (1).
+    /// Factor on the relief of the scales, 0 (smooth skin) to 3 (1).
     pub relief: f64,
-    /// Height of the keels, 0 (smooth scales, as the sunbeam snake's) to 3 (1).
+    /// Factor on the height of the keels, 0 (smooth scales, like the sunbeam snake's) to 3 (1).
     pub keel: f64,
-    /// How much scales differ from one another, 0 to 1 (0.35).
+    /// Spread of the scales' random properties, 0 to 1 (0.35).
     pub variation: f64,
-    /// Seed of that variation. Equal options give equal meshes on every machine, bit for bit but for
-    /// the platform's sine and cosine.
+    /// Seed of the random properties. Equal options give equal meshes on every machine, up to the rounding of the
+    /// platform's sine and cosine.
     pub seed: u64,
 }
 
@@ -49,8 +49,8 @@ impl Default for SnakeOptions {
 }
 
 impl SnakeOptions {
-    /// The same snake with `factor` times the cells in each direction (so about `factor²` the faces), to the next even
-    /// number. 1 is the default mesh. Factors that are not positive numbers leave the options as they are.
+    /// The snake with `factor` times the cells in each direction, rounded to an even number. Factors that are not
+    /// positive numbers change nothing.
     pub fn with_resolution(mut self, factor: f64) -> Self {
         if factor.is_finite() && factor > 0.0 {
             self.half_cells = ((self.half_cells as f64 * factor).round() as usize).max(1);
@@ -58,6 +58,7 @@ impl SnakeOptions {
         self
     }
 
+    /// Refuses options out of range.
     pub(super) fn check(&self) -> Result<(), SnakeError> {
         let counts = [
             ("half_cells", self.half_cells, 1, 128),
@@ -83,7 +84,7 @@ impl SnakeOptions {
                 return Err(SnakeError::Number { field, found, least, most });
             }
         }
-        // The S turns fastest in its middle and at its ends, see `body`.
+        // The curvature of the S is largest in its middle and at its ends (`body.rs`).
         let radius_cm = self.length_cm / (self.bend_rad * std::f64::consts::TAU).max(1e-9);
         let least_cm = 1.3 * self.radius_cm;
         if radius_cm < least_cm {

@@ -1,11 +1,11 @@
-//! Where the vertices of one scale lie: a grid over the part of it that is seen, whose sides are the edges of scales.
+//! The vertices of one scale: a grid over its visible part, bounded by the edges of scales.
 
 use glam::DVec2;
 
 use super::lattice::{Lattice, Side};
 
-/// The part of scale (i, j) that is seen, over coordinates `x`, `y` in [0, 1]: the root at (0, 0), the node at the left
-/// flank at (1, 0), that at the right one at (0, 1), the tip at (1, 1). The free edges are `x` = 1 and `y` = 1.
+/// The visible part of scale (i, j), over coordinates `x`, `y` in [0, 1]. The root is at (0, 0), the node of the left
+/// flank at (1, 0), that of the right flank at (0, 1), and the tip at (1, 1). The free edges are `x` = 1 and `y` = 1.
 pub(super) struct Patch<'a> {
     lattice: &'a Lattice,
     scale: (i64, i64),
@@ -17,7 +17,8 @@ impl<'a> Patch<'a> {
         Self { lattice, scale }
     }
 
-    /// Whether the sheet, which ends in the middle of the scales on its rim, has the point `x`, `y` of so many cells.
+    /// Whether the sheet contains the vertex `x`, `y` of a grid of `cells`²; it ends in the middle of the scales on its
+    /// rim.
     pub(super) fn covers(&self, x: usize, y: usize, cells: usize) -> bool {
         let (i, j) = self.scale;
         (i > 0 || x + y >= cells)
@@ -26,7 +27,7 @@ impl<'a> Patch<'a> {
             && (j < self.lattice.rows_around || x >= y)
     }
 
-    /// The point of the lattice: Coons' patch, which blends the four edges.
+    /// The point of the lattice at `x`, `y`: a Coons patch of the four edges.
     pub(super) fn point(&self, x: f64, y: f64) -> DVec2 {
         let [root_left, root_right, free_left, free_right] =
             [Edge::RootLeft, Edge::RootRight, Edge::FreeLeft, Edge::FreeRight]
@@ -36,8 +37,8 @@ impl<'a> Patch<'a> {
         between - corners
     }
 
-    /// A point of an edge, 0 at its end nearer to the root. At the ends of the sheet, scales end in a straight line across
-    /// because the edges that are cut off there are mirror images of the others.
+    /// A point of an edge; `t` is 0 at the end nearer to the root. At the ends of the sheet the missing edges are
+    /// mirror images of the others, so that scales end there in a straight line.
     fn edge(&self, edge: Edge, t: f64) -> DVec2 {
         let (i, j) = self.scale;
         let rows = self.lattice.rows_along;
@@ -58,6 +59,7 @@ impl<'a> Patch<'a> {
     }
 }
 
+/// The sides of the grid: two at the root, two free ones.
 #[derive(Clone, Copy)]
 enum Edge {
     RootLeft,

@@ -8,12 +8,14 @@ use super::{
 use rayon::prelude::*;
 use sunbeam::colour::srgb_bytes;
 
-/// Pixels of a texture along and around the body: twice as long as wide, as the skin is.
+/// Default size of a pigment texture in pixels along and around the body; the skin is twice as long as wide.
 pub const PIGMENT_SIZE: (usize, usize) = (2048, 1024);
 
-/// Linear reflectances: the back, the rim of a scale, the flanks towards the belly.
+/// Linear reflectance of the back.
 const BACK: [f64; 3] = [0.022, 0.017, 0.014];
+/// Linear reflectance of the rim of a scale.
 const RIM: [f64; 3] = [0.050, 0.041, 0.034];
+/// Linear reflectance of the flanks towards the belly.
 const FLANK: [f64; 3] = [0.080, 0.068, 0.057];
 
 /// An 8-bit sRGB image of the skin's pigment, aligned with the mesh's texture coordinates.
@@ -33,7 +35,7 @@ pub struct PigmentTexture {
 /// The top row of the image is v = 0: Mitsuba 3 puts it there, and so does a texture uploaded row by row to a GPU.
 ///
 /// # Errors
-/// As [`super::SnakeMesh::build`], and [`SnakeError::Count`] unless each side has 1 to 16 384 pixels.
+/// The errors of [`super::SnakeMesh::build`], and [`SnakeError::Count`] unless each side has 1 to 16 384 pixels.
 pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> Result<PigmentTexture, SnakeError> {
     options.check()?;
     for (field, found) in [("width", width), ("height", height)] {
@@ -53,6 +55,7 @@ pub fn pigment_texture(options: &SnakeOptions, width: usize, height: usize) -> R
     Ok(PigmentTexture { width, height, pixels })
 }
 
+/// Linear reflectance of a point of a scale at `v` around the body.
 fn reflectance(spot: &Spot, v: f64) -> [f64; 3] {
     let rim = smooth(((spot.edge - 0.72) / 0.28).clamp(0.0, 1.0)) * if spot.along > 0.0 { 1.0 } else { 0.5 };
     let flank = smooth((((v - 0.5).abs() - 0.30) / 0.20).clamp(0.0, 1.0));

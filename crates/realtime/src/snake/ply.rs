@@ -7,10 +7,11 @@ use ply_rs_bw::{
 
 use super::{SnakeError, SnakeMesh};
 
-/// Mitsuba reads `tangent_x`, `_y`, `_z` of a vertex as the mesh attribute `vertex_tangent`.
+/// Names of a vertex's numbers. Mitsuba reads `tangent_x`, `_y`, `_z` as the mesh attribute `vertex_tangent`.
 const VERTEX_PROPERTIES: [&str; 11] =
     ["x", "y", "z", "nx", "ny", "nz", "u", "v", "tangent_x", "tangent_y", "tangent_z"];
 
+/// The numbers of a vertex, in the order of [`VERTEX_PROPERTIES`].
 struct Vertex([f32; VERTEX_PROPERTIES.len()]);
 
 impl PropertyAccess for Vertex {
@@ -23,6 +24,7 @@ impl PropertyAccess for Vertex {
     }
 }
 
+/// Vertex indices of a triangle.
 struct Face([i32; 3]);
 
 impl PropertyAccess for Face {
@@ -77,7 +79,7 @@ impl SnakeMesh {
         }
         let faces = Writer::<Face>::new();
         for triangle in &self.triangles {
-            // At most 8193² vertices: an index fits.
+            // The options allow at most 1.34·10⁹ vertices, below 2³¹.
             let record = Face(triangle.map(|index| index as i32));
             faces.write_little_endian_element(&mut bytes, &record, &face)?;
         }

@@ -7,7 +7,7 @@ use super::*;
 
 const VERTICES: usize = 10_933;
 const FACES: usize = 21_573;
-/// Those of Single 2014's scan of a snake, which the default mesh has within a tenth.
+/// Counts of Single 2014's scan of a snake; the default mesh agrees within a tenth.
 const VERTICES_OF_THE_SCAN: usize = 11_696;
 const FACES_OF_THE_SCAN: usize = 22_950;
 /// Single precision, unit vectors.
@@ -47,7 +47,7 @@ fn scales(lattice: &Lattice) -> impl Iterator<Item = (i64, i64)> {
 }
 
 #[test]
-fn the_default_has_about_the_counts_of_the_scan() {
+fn default_counts_are_near_those_of_the_scan() {
     let mesh = default_mesh();
     for count in [mesh.positions.len(), mesh.normals.len(), mesh.tangents.len(), mesh.uvs.len()] {
         assert_eq!(count, VERTICES);
@@ -101,7 +101,7 @@ fn the_texture_is_covered_once_without_gaps() {
 }
 
 #[test]
-fn scales_come_out_from_under_the_edges_of_those_before() {
+fn scales_begin_under_the_edges_of_the_scales_before() {
     let options = SnakeOptions { variation: 1.0, ..SnakeOptions::default() };
     let surface = super::mesh::Surface::new(&options);
     let lattice = &surface.scales.lattice;
@@ -124,7 +124,7 @@ fn scales_come_out_from_under_the_edges_of_those_before() {
 }
 
 #[test]
-fn what_is_on_top_is_what_the_mesh_shows() {
+fn the_visible_scale_agrees_with_the_mesh() {
     let options = SnakeOptions { variation: 1.0, ..SnakeOptions::default() };
     let lattice = Lattice::new(&options);
     for scale in scales(&lattice) {
@@ -155,7 +155,7 @@ fn frames_are_orthonormal_and_outward() {
 }
 
 #[test]
-fn triangles_are_sound_and_keep_the_orientation_of_the_texture() {
+fn triangles_are_not_degenerate_and_keep_the_orientation_of_the_texture() {
     for factor in [1.0, 2.5] {
         let mesh = SnakeMesh::build(&SnakeOptions::default().with_resolution(factor)).unwrap();
         let mut areas = Vec::new();
@@ -175,8 +175,9 @@ fn triangles_are_sound_and_keep_the_orientation_of_the_texture() {
     }
 }
 
-/// Largest accepted angle in degrees between the stored tangent and what Mitsuba derives from the UVs: half of all corners
-/// on scales, 90 % of them, and all. On walls, whose normals are those of scales, the relief has no meaning: half of them.
+/// Largest accepted angle in degrees between the stored tangent and what Mitsuba derives from the UVs: half of all
+/// corners on scales, 90 % of them, and all. On walls, whose normals are those of scales, the relief has no meaning:
+/// half of them.
 const TANGENT_MEDIAN_DEG: f64 = 0.6;
 const TANGENT_MOST_DEG: f64 = 2.0;
 const TANGENT_WORST_DEG: f64 = 7.0;
@@ -184,7 +185,7 @@ const TANGENT_WALL_DEG: f64 = 12.0;
 
 #[test]
 fn the_tangent_is_the_texture_derivative() {
-    // As Mitsuba: dp_du of the triangle, made orthogonal to the interpolated normal.
+    // Mitsuba's tangent: dp_du of the triangle, made orthogonal to the interpolated normal.
     let mesh = default_mesh();
     let mut angles = Vec::new();
     let mut walls = Vec::new();
@@ -234,7 +235,7 @@ fn textures_are_hardly_stretched() {
 }
 
 #[test]
-fn it_lies_on_the_ground_and_has_the_size_asked_for() {
+fn the_snake_lies_on_the_ground_and_has_its_size() {
     let mesh = default_mesh();
     let (low, high) =
         mesh.positions.iter().fold((f32::MAX, f32::MIN), |(low, high), p| (low.min(p[2]), high.max(p[2])));
@@ -289,7 +290,7 @@ fn extreme_options_give_finite_meshes_and_bad_ones_are_refused() {
 }
 
 #[test]
-fn ply_says_what_mitsuba_expects_and_has_every_byte() {
+fn ply_has_mitsubas_header_and_every_byte() {
     let mesh = default_mesh();
     let path = std::env::temp_dir().join(format!("sunbeam-snake-{}.ply", std::process::id()));
     mesh.write_ply(&path).unwrap();
@@ -310,7 +311,7 @@ fn ply_says_what_mitsuba_expects_and_has_every_byte() {
 }
 
 #[test]
-fn the_pigment_is_dark_and_survives_its_png() {
+fn the_pigment_is_dark_and_its_png_is_read_back() {
     let texture = pigment_texture(&SnakeOptions::default(), 256, 128).unwrap();
     for pixel in &texture.pixels {
         let linear = sunbeam::colour::srgb_decode(pixel.map(|x| f64::from(x) / 255.0));

@@ -1,7 +1,7 @@
-// Unpolarised Fresnel reflectance at a plane interface; twin of reflectance/fresnel.rs.
+// Unpolarised Fresnel reflectance at a plane interface; twin of scattering/fresnel.rs. Complex numbers are (re, im).
 
-// The principal root; the imaginary part of `z` is not negative. The larger part comes from the sum that does not
-// cancel, the other from the product of both.
+// The principal square root of z, whose imaginary part is not negative. The larger part comes from a sum without
+// cancellation, the smaller one from the product of both.
 fn fresnel_sqrt(z: vec2<f32>) -> vec2<f32> {
     let larger = sqrt(0.5 * (length(z) + abs(z.x)));
     if larger == 0.0 {
@@ -16,7 +16,7 @@ fn fresnel_ratio(a: vec2<f32>, b: vec2<f32>) -> f32 {
     return dot(a - b, a - b) / dot(a + b, a + b);
 }
 
-// For the cosine of the angle of incidence and the index `eta + i k`; k = 0 is a dielectric.
+// Reflectance for the cosine of the angle of incidence and the index eta + i k; k = 0 is a dielectric.
 fn fresnel_unpolarised(cos_theta: f32, eta: f32, k: f32) -> f32 {
     if eta == 1.0 && k == 0.0 {
         return 0.0;

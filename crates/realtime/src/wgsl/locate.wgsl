@@ -1,118 +1,142 @@
-// From the triangles that the rasteriser found to queries: the place on the triangle, the shading frame there, the
-// directions in it, and whether the sun is seen from there. Pixels are listed first, those with a triangle and the others,
-// and then those that take a ray through the tree, and each list has a pass of its own: adapters that run several pixels in
-// step would otherwise make all of them wait for those that need more.
+// Deferred shading, first half: for each pixel, finds the point that its ray meets, the directions in the shading frame
+// there, and the visibility of the sun. The result is a query (query.wgsl) that the method's shader answers later.
 //
-// The conventions are those of Mitsuba 3 for a mesh with normals and texture coordinates, so that pictures can be
-// compared pixel by pixel.
+// The rasteriser has written the triangle of each pixel into the texture `seen`. Passes, in this order:
+//
+// 1. locate_sort: sorts pixels into the lists `skin` (with a triangle) and `bare` (without one);
+// 2. locate_bare, locate_found: queries of either list. Pixels that need a ray are added to the list `rest`: the ray
+//    missed the rasteriser's triangle, or the sun's depth map does not decide the visibility;
+// 3. locate_rest: queries of `rest` by rays through the tree of boxes (trace.wgsl);
+// 4. locate_choose: lists the queries of sunlit skin in `chosen`.
+//
+// Each list has a pass of its own: adapters run several pixels in lockstep, and all wait for the slowest one.
+//
+// Symbols: p a point; n, s, t the shading frame (normal, tangent along u, bitangent); wi and wo unit vectors to the sun
+// and to the viewer. `frame` (frame.wgsl) is the uniform of the picture: camera, sun and ground. The shading frame has
+// Mitsuba 3's conventions for a mesh with normals and texture coordinates, so pictures agree pixel by pixel.
 
-// Lists of pixels, and how many there are in each. A pixel is a word: its column, and its row in the upper half.
+// Lists of pixels. A pixel is a u32 with the column in the lower 16 bits and the row in the upper 16.
 struct Lists {
-    // Of `chosen`.
+    // Number of entries of `chosen`, the queries that need an answer.
     chosen: atomic<u32>,
-    // Those that take a ray through the tree.
+    // Number of pixels that need a ray through the tree.
     rest: atomic<u32>,
-    // Those where the rasteriser found a triangle.
+    // Number of pixels with a triangle of the rasteriser.
     skin: atomic<u32>,
-    // The others.
+    // Number of pixels without a triangle.
     bare: atomic<u32>,
-    // The skin from the first entry on, the bare backwards from the last of so many entries as there are pixels, and the
-    // rest after that.
+    // With n pixels in the picture: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from entry n on.
     entries: array<u32>,
 }
 
+// The rasteriser's triangle of each pixel plus 1; 0 for none.
 @group(0) @binding(4) var seen: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read_write> queries: array<Query>;
-// The indices of the queries that need an answer.
+// Indices of the queries that need an answer.
 @group(0) @binding(6) var<storage, read_write> chosen: array<u32>;
 @group(0) @binding(7) var<storage, read_write> lists: Lists;
-// The sum over the samples so far, rows from the top.
+// Radiance summed over the samples so far, rows from the top.
 @group(0) @binding(8) var<storage, read_write> picture: array<vec4<f32>>;
 @group(0) @binding(9) var<uniform> sunlight: Sunlight;
-// Its depths, rows from the top.
+// Depths of the sun's map (sunlight.wgsl), rows from the top: 1 at the side of the map's box that faces the sun, 0
+// where there is no mesh. A depth d is the position 2d - 1 along the direction to the sun.
 @group(0) @binding(10) var<storage, read> sunlit: array<f32>;
 
-// Half the edge of the ground.
+// Half the side of the square ground in cm, as in the Mitsuba scene.
 const LOCATE_GROUND: f32 = 200.0;
-// Mitsuba's RayEpsilon: 1500 times the spacing of single precision.
+// Mitsuba's RayEpsilon: 1500 times half the machine epsilon of single precision.
 const LOCATE_EPSILON: f32 = 8.940697e-5;
 
-// Starts a ray so far off the surface that it does not meet it again.
+// Start of a ray from the point p in a direction, moved off the surface with normal n so that the ray does not meet the
+// surface again (Mitsuba's `offset_p`).
 fn locate_offset(p: vec3<f32>, n: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     let largest = max(abs(p.x), max(abs(p.y), abs(p.z)));
     let distance = (1.0 + largest) * LOCATE_EPSILON;
     return p + n * select(-distance, distance, dot(n, direction) >= 0.0);
 }
 
-// Some tangent, for triangles without texture coordinates of their own (Duff et al., Building an Orthonormal Basis,
-// Revisited, JCGT 6(1), 2017).
+// A unit vector orthogonal to n, the tangent of triangles with degenerate texture coordinates (Duff et al., Building an
+// Orthonormal Basis, Revisited, JCGT 6(1), 2017).
 fn locate_tangent(n: vec3<f32>) -> vec3<f32> {
     let side = select(-1.0, 1.0, n.z >= 0.0);
     let a = -1.0 / (side + n.z);
     return vec3<f32>(1.0 + side * n.x * n.x * a, side * n.x * n.y * a, -side * n.x);
 }
 
+// A direction w of the shading frame in the grating's frame, which is rotated about the normal.
 fn locate_to_grating(w: vec3<f32>) -> vec3<f32> {
     let r = frame.rotation;
     return vec3<f32>(r.x * w.x + r.y * w.y, r.x * w.y - r.y * w.x, w.z);
 }
 
-// How far a curved surface may leave its tangent plane within a texel, and how far from the plane what throws a shadow on
-// all of a texel has to be; in texels.
+// Largest height in texels above the plane at which a depth is no occluder. Chosen: a curved surface leaves its tangent
+// plane by less within a texel.
 const LOCATE_SAME: f32 = 0.5;
+// Smallest height in texels above the plane at which a depth counts as an occluder. Chosen: the occluder then shadows
+// the whole texel.
 const LOCATE_APART: f32 = 2.0;
-// Less of the sun's light than this share falls on a plane of which a texel shows too much.
+// Smallest cosine between the normal and the sun at which the map decides. Chosen: below it a texel covers more than
+// ten times its width of the plane.
 const LOCATE_GRAZING: f32 = 0.1;
 
-// Whether the sun is seen from a place: LOCATE_DARK, LOCATE_LIT, LOCATE_UNSURE.
+// Visibility of the sun: hidden, visible, or undecided by the map.
 const LOCATE_DARK: u32 = 0u;
 const LOCATE_LIT: u32 = 1u;
 const LOCATE_UNSURE: u32 = 2u;
 
-// Whether the sun is seen from a place on a plane with this normal. The depths around it either continue the plane, or
-// lie far in front of it, or it takes a ray to tell.
+// Visibility of the sun from the point p of a plane with the normal n, by the sun's depth map. The sun is visible where
+// the four depths around the point continue the plane, and hidden where all four lie far in front of the plane.
+// Otherwise only a ray can decide.
 fn locate_light(p: vec3<f32>, n: vec3<f32>) -> u32 {
-    let place = sunlight_place(sunlight, p);
-    let texel = (0.5 * place.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
+    let position = sunlight_position(sunlight, p);
+    let texel = (0.5 * position.xy * vec2<f32>(1.0, -1.0) + 0.5) * sunlight.side - 0.5;
     if any(texel < vec2<f32>(0.0)) || any(texel >= vec2<f32>(sunlight.side - 1.0)) {
-        // The box has a margin, so the ray passes the mesh.
+        // The map has a margin around the mesh, so a ray to the sun outside the map misses the mesh.
         return LOCATE_LIT;
     }
     let cosine = dot(n, sunlight.to_sun);
     if abs(cosine) < LOCATE_GRAZING {
         return LOCATE_UNSURE;
     }
+    // Size of a texel along the map's columns and rows; rows run downwards. The plane dot(n, x) = 0 rises towards the
+    // sun by `slope` for each texel: -dot(n, axis)/cosine for each unit of length along an axis of the map.
     let size = 2.0 * vec2<f32>(sunlight.half_width, -sunlight.half_height) / sunlight.side;
-    let slope = -vec2<f32>(dot(n, sunlight.across), dot(n, sunlight.up)) * size / cosine;
+    let slope = -vec2<f32>(dot(n, sunlight.right), dot(n, sunlight.up)) * size / cosine;
     let corner = floor(texel);
-    let t = texel - corner;
+    // Position of the point between the four texels, 0 to 1.
+    let offset = texel - corner;
     let side = u32(sunlight.side);
     let at = u32(corner.y) * side + u32(corner.x);
     let depths = vec4<f32>(sunlit[at], sunlit[at + 1u], sunlit[at + side], sunlit[at + side + 1u]);
-    let plane = vec4<f32>(-t.x, 1.0 - t.x, -t.x, 1.0 - t.x) * slope.x + vec4<f32>(-t.y, -t.y, 1.0 - t.y, 1.0 - t.y) * slope.y;
-    // How far what the sun sees is in front of the plane, in texels. Where it sees no mesh, nothing is in front of
-    // anything; the margin of the box keeps the depths of the mesh above 0.
-    let along = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
-    let in_front = ((along - place.z) * sunlight.half_depth - plane) / size.x;
+    // Heights of the plane above the point p at the four texels.
+    let plane = vec4<f32>(-offset.x, 1.0 - offset.x, -offset.x, 1.0 - offset.x) * slope.x
+        + vec4<f32>(-offset.y, -offset.y, 1.0 - offset.y, 1.0 - offset.y) * slope.y;
+    // Heights of the depths above the plane, in texels. A depth of 0 is no mesh and no occluder: it is moved far
+    // behind. The margin of the box keeps depths of the mesh above 0.
+    let towards_sun = select(2.0 * depths - 1.0, vec4<f32>(-1e9), depths == vec4<f32>(0.0));
+    let in_front = ((towards_sun - position.z) * sunlight.half_depth - plane) / size.x;
     if all(in_front <= vec4<f32>(LOCATE_SAME)) {
         return LOCATE_LIT;
     }
     return select(LOCATE_UNSURE, LOCATE_DARK, all(in_front >= vec4<f32>(LOCATE_APART)));
 }
 
-// A query, and where it is asked: the place, and the normal of the plane there.
-struct Seen {
+// A query with the point p that the ray meets.
+struct Located {
     query: Query,
     p: vec3<f32>,
+    // Unit normal of the triangle or of the ground at p.
     face: vec3<f32>,
 }
 
-fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Seen {
+// The query at the barycentric coordinates b (of c1 and c2) of the triangle with the corners c0, c1, c2.
+fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3<f32>) -> Located {
     let b0 = 1.0 - b.x - b.y;
     let e1 = c1.position - c0.position;
     let e2 = c2.position - c0.position;
     let face = normalize(cross(e1, e2));
 
+    // Partial derivative of the position by u, from both edges (Pharr et al., Physically Based Rendering, triangles).
     let uv0 = vec2<f32>(c0.u, c0.v);
     let d1 = vec2<f32>(c1.u, c1.v) - uv0;
     let d2 = vec2<f32>(c2.u, c2.v) - uv0;
@@ -127,12 +151,12 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
 
     var wi = vec3<f32>(dot(frame.to_sun, s), dot(frame.to_sun, t), dot(frame.to_sun, n));
     var wo = vec3<f32>(dot(to_viewer, s), dot(to_viewer, t), dot(to_viewer, n));
-    // The same skin on both sides: seen from behind, behind is in front.
+    // Both sides of the skin are equal: seen from behind, the normal is reversed.
     if wo.z < 0.0 {
         wi.z = -wi.z;
         wo.z = -wo.z;
     }
-    var found: Seen;
+    var found: Located;
     found.query.wi = locate_to_grating(wi);
     found.query.wo = locate_to_grating(wo);
     found.query.kind = QUERY_SKIN;
@@ -142,9 +166,9 @@ fn locate_skin(c0: Vertex, c1: Vertex, c2: Vertex, b: vec2<f32>, to_viewer: vec3
     return found;
 }
 
-// What is seen along a ray where it meets no mesh nearer than `farthest`: the ground, or nothing.
-fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Seen {
-    var found: Seen;
+// The query of a ray that meets no mesh nearer than `farthest`: the ground z = 0, or nothing.
+fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Located {
+    var found: Located;
     let ground = -frame.origin.z / ray.z;
     let p = frame.origin + ground * ray;
     let in_front = frame.ground != 0u && ray.z < 0.0 && frame.origin.z > 0.0;
@@ -158,8 +182,8 @@ fn locate_beyond(ray: vec3<f32>, farthest: f32) -> Seen {
     return found;
 }
 
-// What is seen along a ray that meets the mesh as `hit` says, at a triangle with these corners.
-fn locate_seen(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Seen {
+// The query of a ray that meets the triangle with the corners c0, c1, c2 at `hit`, or the ground before it.
+fn locate_hit(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> Located {
     var found = locate_beyond(ray, hit.distance);
     if found.query.kind == QUERY_NOTHING && hit.triangle != TRACE_NONE {
         found = locate_skin(c0, c1, c2, hit.b, -ray);
@@ -167,30 +191,34 @@ fn locate_seen(ray: vec3<f32>, hit: Hit, c0: Vertex, c1: Vertex, c2: Vertex) -> 
     return found;
 }
 
+// Index of a pixel in the buffers of queries and of the picture, rows from the top.
 fn locate_index(pixel: vec2<u32>) -> u32 {
     return pixel.y * frame.width + pixel.x;
 }
 
+// A pixel as an entry of the lists.
 fn locate_packed(pixel: vec2<u32>) -> u32 {
     return (pixel.y << 16u) | pixel.x;
 }
 
+// The pixel of an entry of the lists.
 fn locate_unpacked(packed: u32) -> vec2<u32> {
     return vec2<u32>(packed & 0xffffu, packed >> 16u);
 }
 
-// How many pixels there are, which is also where the entries of the rest begin.
+// Number of pixels n; the entries of `rest` begin there.
 fn locate_area() -> u32 {
     return frame.width * frame.height;
 }
 
-// What a sample adds to its pixel as yet: the ground's radiance is known, the skin's is the method's to answer.
+// Radiance that a sample adds before the method's answer: that of the sunlit ground, 0 for skin.
 fn locate_radiance(query: Query) -> vec3<f32> {
-    return select(vec3<f32>(0.0), frame.weight * frame.to_sun.z * frame.soil, query.kind == QUERY_GROUND && query.lit != 0u);
+    let is_lit_ground = query.kind == QUERY_GROUND && query.lit != 0u;
+    return select(vec3<f32>(0.0), frame.weight * frame.to_sun.z * frame.soil, is_lit_ground);
 }
 
-// Whether the sun is seen from what is seen at a pixel.
-fn locate_light_at(found: Seen) -> u32 {
+// Visibility of the sun from the point of a query.
+fn locate_light_at(found: Located) -> u32 {
     let query = found.query;
     if query.kind == QUERY_NOTHING || query.wi.z <= 0.0 || query.wo.z <= 0.0 {
         return LOCATE_DARK;
@@ -198,9 +226,9 @@ fn locate_light_at(found: Seen) -> u32 {
     return locate_light(found.p, found.face);
 }
 
-// Stores what is seen at a pixel, or with `missed` that it takes a ray to tell, and what that adds to the pixel as yet. The
-// first sample replaces the previous picture.
-fn locate_store(pixel: vec2<u32>, found: Seen, missed: bool) {
+// Stores the query of a pixel and adds its radiance to the picture; the first sample replaces the previous picture. A
+// pixel whose ray missed its triangle, or with an undecided sun, goes to `rest`.
+fn locate_store(pixel: vec2<u32>, found: Located, missed: bool) {
     let index = locate_index(pixel);
     var query = found.query;
     let light = locate_light_at(found);
@@ -216,21 +244,23 @@ fn locate_store(pixel: vec2<u32>, found: Seen, missed: bool) {
     picture[index] = sum;
 }
 
+// Unit direction of the ray of a pixel.
 fn locate_ray(pixel: vec2<u32>) -> vec3<f32> {
     let size = vec2<f32>(f32(frame.width), f32(frame.height));
-    let place = 2.0 * (vec2<f32>(pixel) + frame.place) / size - 1.0;
-    return normalize(frame.forward + place.x * frame.across + place.y * frame.down);
+    let position = 2.0 * (vec2<f32>(pixel) + frame.subpixel) / size - 1.0;
+    return normalize(frame.forward + position.x * frame.right + position.y * frame.down);
 }
 
-// The number of an invocation in a dispatch over a list.
+// Number of an invocation in a dispatch over a list. Workgroups of 64 are dispatched in two dimensions.
 fn locate_number(id: vec3<u32>, groups: vec3<u32>) -> u32 {
     return id.y * groups.x * 64u + id.x;
 }
 
-// Pixels or entries that an invocation sorts, one bit for each, so that invocations seldom have to wait for each other.
+// Length of a run: pixels or entries that an invocation sorts, one bit of a u32 each. One atomic operation then
+// reserves the entries of a whole run.
 const LOCATE_RUN: u32 = 32u;
 
-// Sorts runs of pixels along rows.
+// Sorts runs of pixels along rows into `skin` and `bare`.
 @compute @workgroup_size(64)
 fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -241,13 +271,14 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
     let column = LOCATE_RUN * (number - row * columns);
     let count = min(LOCATE_RUN, frame.width - column);
+    // Bit i is set if pixel i of the run has a triangle.
     var skin = 0u;
     for (var i = 0u; i < count; i++) {
         skin |= u32(textureLoad(seen, vec2<u32>(column + i, row), 0).x != 0u) << i;
     }
-    let skins = countOneBits(skin);
-    var to_skin = atomicAdd(&lists.skin, skins);
-    var to_bare = locate_area() - atomicAdd(&lists.bare, count - skins);
+    let skin_count = countOneBits(skin);
+    var to_skin = atomicAdd(&lists.skin, skin_count);
+    var to_bare = locate_area() - atomicAdd(&lists.bare, count - skin_count);
     for (var i = 0u; i < count; i++) {
         let is_skin = ((skin >> i) & 1u) != 0u;
         to_bare -= u32(!is_skin);
@@ -256,7 +287,7 @@ fn locate_sort(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
 }
 
-// The bare, as far as it goes without the tree.
+// Queries of `bare`: ground or nothing.
 @compute @workgroup_size(64)
 fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -267,7 +298,7 @@ fn locate_bare(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     locate_store(pixel, locate_beyond(locate_ray(pixel), TRACE_FAR), false);
 }
 
-// The skin, likewise.
+// Queries of `skin`, by intersection with the rasteriser's triangle alone.
 @compute @workgroup_size(64)
 fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -281,16 +312,16 @@ fn locate_found(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workg
     let c2 = mesh_vertex(triangle, 2u);
     let ray = locate_ray(pixel);
     let hit = trace_corners(frame.origin, ray, triangle, c0.position, c1.position, c2.position);
-    // The rasteriser rounds corners to fractions of a pixel, so it now and then names a neighbour.
+    // The rasteriser rounds corners to fractions of a pixel and sometimes names a neighbouring triangle.
     let missed = hit.triangle == TRACE_NONE;
-    var found: Seen;
+    var found: Located;
     if !missed {
-        found = locate_seen(ray, hit, c0, c1, c2);
+        found = locate_hit(ray, hit, c0, c1, c2);
     }
     locate_store(pixel, found, missed);
 }
 
-// The rest.
+// Queries of `rest`, with rays through the tree. The radiance is added to the sample that locate_store has begun.
 @compute @workgroup_size(64)
 fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let number = locate_number(id, groups);
@@ -299,18 +330,18 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     }
     let pixel = locate_unpacked(lists.entries[locate_area() + number]);
     let ray = locate_ray(pixel);
-    // Where there is no triangle, any will do: what it gives is not used.
-    let named = textureLoad(seen, pixel, 0).x;
-    var triangle = max(named, 1u) - 1u;
+    // The texture holds the triangle plus 1. Without a triangle, the corners of triangle 0 are read but not used.
+    let seen_triangle = textureLoad(seen, pixel, 0).x;
+    var triangle = max(seen_triangle, 1u) - 1u;
     var hit = Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
-    if named != 0u {
+    if seen_triangle != 0u {
         hit = trace_triangle(frame.origin, ray, triangle);
         if hit.triangle == TRACE_NONE {
             hit = trace(frame.origin, ray, TRACE_FAR, false);
             triangle = select(hit.triangle, triangle, hit.triangle == TRACE_NONE);
         }
     }
-    let found = locate_seen(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
+    let found = locate_hit(ray, hit, mesh_vertex(triangle, 0u), mesh_vertex(triangle, 1u), mesh_vertex(triangle, 2u));
     var light = locate_light_at(found);
     if light == LOCATE_UNSURE {
         let start = locate_offset(found.p, found.face, frame.to_sun);
@@ -324,7 +355,7 @@ fn locate_rest(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgr
     picture[index] += vec4<f32>(locate_radiance(query), 0.0);
 }
 
-// Chooses among runs of the skin.
+// Lists the lit queries of `skin` in `chosen`, by runs.
 @compute @workgroup_size(64)
 fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let first = LOCATE_RUN * locate_number(id, groups);
@@ -333,6 +364,7 @@ fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_work
         return;
     }
     let count = min(LOCATE_RUN, end - first);
+    // Bit i is set if entry i of the run is lit.
     var lit = 0u;
     for (var i = 0u; i < count; i++) {
         let index = locate_index(locate_unpacked(lists.entries[first + i]));
@@ -343,6 +375,7 @@ fn locate_choose(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_work
         let entry = lists.entries[first + firstTrailingBit(lit)];
         chosen[to] = locate_index(locate_unpacked(entry));
         to += 1u;
+        // Clears the lowest bit.
         lit &= lit - 1u;
     }
 }

@@ -1,5 +1,6 @@
-// The triangles.
+// The mesh.
 
+// Position, shading normal and texture coordinates.
 struct Vertex {
     position: vec3<f32>,
     u: f32,
@@ -8,7 +9,7 @@ struct Vertex {
 }
 
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
-// Three indices of vertices for each triangle.
+// Three vertex indices for each triangle.
 @group(0) @binding(2) var<storage, read> triangles: array<u32>;
 
 fn mesh_vertex(triangle: u32, corner: u32) -> Vertex {

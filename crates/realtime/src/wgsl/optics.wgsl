@@ -12,10 +12,11 @@ struct Optics {
     obliquity: u32,
     // 1: V-cavity shadowing and masking.
     shadowing: u32,
-    // What the method answers: 0 what the relief alone does, 1 the whole reflectance.
+    // Meaning of the method's answer: 0 the relief's part, 1 the whole reflectance.
     answers: u32,
 }
 
+// Fresnel reflectance R at an angle of incidence.
 fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
     if optics.reflects_all != 0u {
         return 1.0;
@@ -23,12 +24,12 @@ fn optics_reflectance(optics: Optics, cos_theta: f32) -> f32 {
     return fresnel_unpolarised(cos_theta, optics.eta, optics.k);
 }
 
-// What a facet under this angle leaves for the pigment below.
+// Fraction of the light that passes to the pigment below.
 fn optics_remainder(optics: Optics, cos_theta: f32) -> f32 {
     return max(1.0 - optics_reflectance(optics, cos_theta), 0.0);
 }
 
-// What the interface makes of unpolarised light: R, or Q of the small slope.
+// Factor of the interface for unpolarised light: R, or Q of the small slope.
 fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     if optics.obliquity != PAIR_OBLIQUITY_SMALL_SLOPE {
         return optics_reflectance(optics, pair_cos_half(pair));
@@ -39,7 +40,7 @@ fn optics_interface(optics: Optics, pair: Pair) -> f32 {
     return small_slope(pair, optics.eta, optics.k);
 }
 
-// What the method's answer is multiplied by: R·O·M (or Q·M), or 1 where it is the whole reflectance.
+// Factor on the method's answer: R·O·M (Q·M for small slope), or 1 where the answer is the whole reflectance.
 fn optics_factor(optics: Optics, pair: Pair) -> f32 {
     if optics.answers == OPTICS_ANSWERS_REFLECTANCE {
         return 1.0;

@@ -1,19 +1,21 @@
-// A pair of directions above the surface and what the model needs of it; twin of `Pair` in reflectance/geometry.rs.
+// A pair of directions above the surface with its factors; twin of `Pair` in scattering/geometry.rs.
 
 struct Pair {
-    // (wi + wo).xy and cosθi + cosθo
+    // q = wi + wo
     q: vec3<f32>,
     cos_i: f32,
     cos_o: f32,
-    // Both directions lie above the surface and are finite; otherwise nothing else here means anything.
+    // Whether both directions are finite and above the surface. Otherwise the other members are meaningless.
     valid: bool,
 }
 
+// Smallest cosine to divide by.
 const PAIR_COSINE_MIN: f32 = 1e-7;
+// Obliquity factors of `Optics`.
 const PAIR_OBLIQUITY_STAM: u32 = 0u;
 const PAIR_OBLIQUITY_SMALL_SLOPE: u32 = 2u;
 
-// A comparison of the bits, since compilers may assume that there is no NaN.
+// Compares bits, because compilers may assume that there is no NaN.
 fn pair_is_finite(v: vec3<f32>) -> bool {
     return all((bitcast<vec3<u32>>(v) & vec3<u32>(0x7f800000u)) != vec3<u32>(0x7f800000u));
 }
@@ -25,7 +27,7 @@ fn pair_of(wi: vec3<f32>, wo: vec3<f32>) -> Pair {
     return Pair(vec3<f32>(wi.xy + wo.xy, cos_i + cos_o), cos_i, cos_o, valid);
 }
 
-// |wi + wo|² = 2(1 + wi·wo); summed this way nothing cancels at grazing forward directions.
+// |wi + wo|² = 2(1 + wi·wo), as a sum of squares: nothing cancels at grazing forward directions.
 fn pair_sum_squared(pair: Pair) -> f32 {
     return dot(pair.q, pair.q);
 }
@@ -35,6 +37,7 @@ fn pair_cos_half(pair: Pair) -> f32 {
     return min(0.5 * sqrt(pair_sum_squared(pair)), 1.0);
 }
 
+// The obliquity factor O: (1 + wi·wo)²/(cosθi cosθo w²) for stam, else 1.
 fn pair_obliquity(pair: Pair, kind: u32) -> f32 {
     if kind != PAIR_OBLIQUITY_STAM {
         return 1.0;
@@ -43,7 +46,7 @@ fn pair_obliquity(pair: Pair, kind: u32) -> f32 {
     return ratio * ratio / (pair.cos_i * pair.cos_o);
 }
 
-// V-cavity shadowing and masking.
+// V-cavity shadowing and masking, M.
 fn pair_shadowing(pair: Pair) -> f32 {
     return min(4.0 * pair.q.z * min(pair.cos_i, pair.cos_o) / pair_sum_squared(pair), 1.0);
 }

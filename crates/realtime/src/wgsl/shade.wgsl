@@ -1,26 +1,28 @@
-// The reflectance of an array of queries, linear sRGB in 1/sr. Compiled after a method, which defines `answer_rgb`.
+// Reflectances of an array of queries, linear sRGB in 1/sr. Compiled after a method, which defines `answer_rgb`.
 
-// Which part of `chosen` one submission works off, and which part of each answer.
+// The part of the work that one submission does; twin of `RangeUniform` in layout.rs.
 struct Range {
+    // First entry of `chosen`, and number of entries.
     first: u32,
     count: u32,
+    // Part of each answer, and number of parts.
     part: u32,
     parts: u32,
-    // 2, which the compiler must not know.
+    // 2: a value that the compiler does not know.
     two: u32,
 }
 
 @group(0) @binding(0) var<uniform> range: Range;
 @group(0) @binding(1) var<uniform> optics: Optics;
 @group(0) @binding(2) var<storage, read> queries: array<Query>;
-// Indices of the queries to be answered.
+// Indices of the queries to answer.
 @group(0) @binding(3) var<storage, read> chosen: array<u32>;
 @group(0) @binding(4) var<storage, read_write> reflectances: array<vec4<f32>>;
-// How many answers are wrong because their loops were cut short.
+// Number of answers that are wrong because loops were cut short.
 @group(0) @binding(5) var<storage, read_write> cut_short: atomic<u32>;
 
-// Mesa's llvmpipe ends every loop of an invocation once its loops have turned 65 535 times in all, and goes on. Then
-// this one ends too early as well.
+// Whether loops end early: Mesa's llvmpipe leaves every loop of an invocation after 65 535 turns in total, and goes on.
+// This loop then ends early, too.
 fn loops_are_cut_short() -> bool {
     var turns = 0u;
     while turns < range.two {

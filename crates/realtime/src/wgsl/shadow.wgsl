@@ -1,10 +1,10 @@
-// Draws the depth map of sunlight.wgsl.
+// Draws the mesh into the sun's depth map (sunlight.wgsl).
 
 @group(0) @binding(0) var<uniform> sunlight: Sunlight;
 
-// Depth is 1 at the sun's end of the box and 0 at the other.
+// The depth is 1 on the sun's side of the box and 0 on the other side.
 @vertex
 fn sunlit_corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let place = sunlight_place(sunlight, mesh_vertex(index / 3u, index % 3u).position);
-    return vec4<f32>(place.xy, 0.5 * place.z + 0.5, 1.0);
+    let position = sunlight_position(sunlight, mesh_vertex(index / 3u, index % 3u).position);
+    return vec4<f32>(position.xy, 0.5 * position.z + 0.5, 1.0);
 }

@@ -1,10 +1,13 @@
-// The small-slope factor Q for unpolarised light; twin of reflectance/small_slope.rs.
+// The small-slope factor Q for unpolarised light; twin of scattering/small_slope.rs, which has the formulas.
+//
+// Complex numbers are (re, im). s and p are the polarisations; `straight` keeps the polarisation and `crossed` changes
+// it.
 
 const SMALL_SLOPE_SINES_MIN: f32 = 1e-6;
 const SMALL_SLOPE_TINY: f32 = 1e-18;
 
-// Of two directions: the cosine of the azimuth between where light comes from and where it goes to, and the product of the
-// sines of their angles with the normal.
+// The cosine of the azimuth between incoming and outgoing light, and the product of the sines of their angles with the
+// normal.
 fn small_slope_azimuth(pair: Pair) -> vec2<f32> {
     let q = vec2<f32>(pair.cos_i, pair.cos_o);
     let squared = 1.0 - q * q;
@@ -13,7 +16,8 @@ fn small_slope_azimuth(pair: Pair) -> vec2<f32> {
     return vec2<f32>(clamp(cos, -1.0, 1.0), sines);
 }
 
-// Of one direction, by its cosine: the transmitted normal component, and reciprocal squares of the denominators of s and p.
+// Of the direction with the cosine q: the normal component of the transmitted wave (x, y), and the reciprocal squared
+// denominators of s (z) and p (w).
 fn small_slope_direction(q: f32, eps: vec2<f32>) -> vec4<f32> {
     let transmitted = fresnel_sqrt(eps - vec2<f32>(1.0 - q * q, 0.0));
     let s = vec2<f32>(q, 0.0) + transmitted;
@@ -21,7 +25,7 @@ fn small_slope_direction(q: f32, eps: vec2<f32>) -> vec4<f32> {
     return vec4<f32>(transmitted, 1.0 / max(dot(s, s), SMALL_SLOPE_TINY), 1.0 / max(dot(p, p), SMALL_SLOPE_TINY));
 }
 
-// For the index `eta + i k`.
+// Q for the index eta + i k.
 fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     let eps = vec2<f32>((eta - k) * (eta + k), 2.0 * eta * k);
     let azimuth = small_slope_azimuth(pair);
@@ -37,14 +41,14 @@ fn small_slope(pair: Pair, eta: f32, k: f32) -> f32 {
     return 2.0 * dot(contrast, contrast) * pair.cos_i * pair.cos_o / (w * w) * (straight + crossed);
 }
 
-// For a perfect conductor.
+// Q for a perfect conductor.
 fn small_slope_conductor(pair: Pair) -> f32 {
     let azimuth = small_slope_azimuth(pair);
     let cos_squared = azimuth.x * azimuth.x;
     let q = vec2<f32>(pair.cos_i, pair.cos_o);
     let squared = q * q;
     let product = q.x * q.y;
-    // The cosine less the sines. Where both directions graze the surface these cancel, and nothing does in the other form.
+    // The cosine less the product of sines. They cancel for two grazing directions, where the second form does not.
     var difference = azimuth.x - azimuth.y;
     if azimuth.y >= 0.5 {
         difference =

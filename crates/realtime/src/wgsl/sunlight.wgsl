@@ -1,24 +1,26 @@
-// The mesh as the sun sees it: a depth map, which tells for nearly every place whether the sun is seen from there.
+// The sun's depth map of the mesh: it decides for nearly every point whether the sun is visible. Twin of sunlight.rs.
 
 struct Sunlight {
-    // The middle of the mesh's box, texels along each side of the map.
+    // Centre of the map's box, which bounds the mesh.
     centre: vec3<f32>,
+    // Texels along each side of the map.
     side: f32,
-    // Unit vectors along the map's rows, along its columns from the bottom, and to the sun; with half the extent of the
-    // mesh's box along each.
-    across: vec3<f32>,
+    // Unit vector along the map's rows, and half the box's extent along it.
+    right: vec3<f32>,
     half_width: f32,
+    // Unit vector along the map's columns from the bottom, and half the box's extent along it.
     up: vec3<f32>,
     half_height: f32,
+    // Unit vector to the sun, and half the box's extent along it.
     to_sun: vec3<f32>,
     half_depth: f32,
 }
 
-// The place in the map's box, −1 to 1 along each axis.
-fn sunlight_place(sunlight: Sunlight, p: vec3<f32>) -> vec3<f32> {
+// The position of a point in the map's box, -1 to 1 along each axis.
+fn sunlight_position(sunlight: Sunlight, p: vec3<f32>) -> vec3<f32> {
     let offset = p - sunlight.centre;
     return vec3<f32>(
-        dot(offset, sunlight.across) / sunlight.half_width,
+        dot(offset, sunlight.right) / sunlight.half_width,
         dot(offset, sunlight.up) / sunlight.half_height,
         dot(offset, sunlight.to_sun) / sunlight.half_depth,
     );

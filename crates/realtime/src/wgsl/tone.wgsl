@@ -1,26 +1,29 @@
-// From linear radiance to what a screen shows; twin of `colour::tone_map` and `colour::srgb_encode`.
+// Maps linear radiance to encoded sRGB for the screen; twin of `colour::tone_map` and `colour::srgb_encode`.
 
 struct Tone {
-    // What radiance is multiplied by.
+    // Factor on the radiance.
     gain: f32,
-    // Pixels along a row.
+    // Pixels of a row.
     width: u32,
 }
 
+// Radiance up to which the tone curve is the identity.
 const TONE_KNEE: f32 = 0.8;
+// Excess over the knee at which half of the remaining range is used.
 const TONE_SHOULDER: f32 = 0.6;
 
 @group(0) @binding(0) var<uniform> tone: Tone;
-// Rows from the top.
+// Linear radiance, rows from the top.
 @group(0) @binding(1) var<storage, read> picture: array<vec4<f32>>;
 
-// A triangle that covers the picture.
+// Corners of a triangle that covers the picture.
 @vertex
 fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let place = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
-    return vec4<f32>(2.0 * place - 1.0, 0.0, 1.0);
+    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
+    return vec4<f32>(2.0 * corner - 1.0, 0.0, 1.0);
 }
 
+// The exposed radiance, compressed above the knee without a change of hue.
 fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
     let exposed = max(tone.gain * linear, vec3<f32>(0.0));
     let peak = max(exposed.r, max(exposed.g, exposed.b));
@@ -31,6 +34,7 @@ fn tone_mapped(linear: vec3<f32>) -> vec3<f32> {
     return exposed * ((TONE_KNEE + (1.0 - TONE_KNEE) * excess / (excess + TONE_SHOULDER)) / peak);
 }
 
+// sRGB encoding.
 fn tone_encoded(linear: vec3<f32>) -> vec3<f32> {
     let value = clamp(linear, vec3<f32>(0.0), vec3<f32>(1.0));
     return select(1.055 * pow(value, vec3<f32>(1.0 / 2.4)) - 0.055, 12.92 * value, value <= vec3<f32>(0.0031308));

@@ -1,18 +1,20 @@
-// Rays against the triangles and the tree over them.
+// Intersection of rays with the triangles, by the tree of boxes over them (tree.rs).
 
 struct Node {
-    // The box that bounds what is below.
+    // Opposite corners, with `high`, of the box around the node's triangles.
     low: vec3<f32>,
-    // The triangle of a leaf, TRACE_NONE for a node with children, the first of which follows it.
+    // The triangle of a leaf. TRACE_NONE for an inner node, whose first child follows it.
     triangle: u32,
     high: vec3<f32>,
-    // The node to go on with when nothing below this one is hit.
+    // The node after this one's subtree.
     next: u32,
 }
 
 @group(0) @binding(3) var<storage, read> nodes: array<Node>;
 
+// Number of no triangle.
 const TRACE_NONE: u32 = 0xffffffffu;
+// A distance beyond every triangle.
 const TRACE_FAR: f32 = 3e38;
 
 struct Hit {
@@ -23,25 +25,33 @@ struct Hit {
     b: vec2<f32>,
 }
 
-// Möller and Trumbore, for the triangle of this number with these corners.
-fn trace_corners(origin: vec3<f32>, direction: vec3<f32>, triangle: u32, p0: vec3<f32>, p1: vec3<f32>, p2: vec3<f32>) -> Hit {
+// Intersection with the triangle of this number and these corners (Möller and Trumbore 1997).
+fn trace_corners(
+    origin: vec3<f32>,
+    direction: vec3<f32>,
+    triangle: u32,
+    p0: vec3<f32>,
+    p1: vec3<f32>,
+    p2: vec3<f32>,
+) -> Hit {
     let e1 = p1 - p0;
     let e2 = p2 - p0;
-    let across = cross(direction, e2);
-    let determinant = dot(e1, across);
+    let direction_e2 = cross(direction, e2);
+    let determinant = dot(e1, direction_e2);
     if determinant == 0.0 {
         return Hit(TRACE_NONE, TRACE_FAR, vec2<f32>(0.0));
     }
     let offset = origin - p0;
-    let second = cross(offset, e1);
-    let b = vec2<f32>(dot(offset, across), dot(direction, second)) / determinant;
-    let distance = dot(e2, second) / determinant;
+    let offset_e1 = cross(offset, e1);
+    let b = vec2<f32>(dot(offset, direction_e2), dot(direction, offset_e1)) / determinant;
+    let distance = dot(e2, offset_e1) / determinant;
     if b.x < 0.0 || b.y < 0.0 || b.x + b.y > 1.0 || distance <= 0.0 {
         return Hit(TRACE_NONE, TRACE_FAR, b);
     }
     return Hit(triangle, distance, b);
 }
 
+// Intersection with the triangle of this number.
 fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit {
     let p0 = mesh_vertex(triangle, 0u).position;
     let p1 = mesh_vertex(triangle, 1u).position;
@@ -49,24 +59,25 @@ fn trace_triangle(origin: vec3<f32>, direction: vec3<f32>, triangle: u32) -> Hit
     return trace_corners(origin, direction, triangle, p0, p1, p2);
 }
 
-// A component of zero becomes so small that the products below neither are NaN nor cut a box off.
+// Reciprocal direction. Components of zero become tiny, so that products with it are no NaN and miss no box.
 fn trace_inverse(direction: vec3<f32>) -> vec3<f32> {
     let small = vec3<f32>(1e-20);
     return 1.0 / select(direction, small, abs(direction) < small);
 }
 
+// Whether a ray meets a box nearer than `farthest`.
 fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f32>, farthest: f32) -> bool {
     let a = (low - origin) * inverse;
     let b = (high - origin) * inverse;
     let enter = min(a, b);
     let leave = max(a, b);
     let first = max(max(enter.x, enter.y), max(enter.z, 0.0));
-    // Two more than the roundings of the interval (Ize, Robust BVH Ray Traversal, JCGT 2(2), 2013).
+    // The factor covers the rounding of the interval (Ize, Robust BVH Ray Traversal, JCGT 2(2), 2013).
     let last = min(min(leave.x, leave.y), min(leave.z, farthest)) * 1.0000004;
     return first <= last;
 }
 
-// The nearest triangle, or with `any` some triangle, nearer than `farthest`.
+// The nearest triangle within `farthest`; with `any`, any triangle within it.
 fn trace(origin: vec3<f32>, direction: vec3<f32>, farthest: f32, any: bool) -> Hit {
     let inverse = trace_inverse(direction);
     var best = Hit(TRACE_NONE, farthest, vec2<f32>(0.0));

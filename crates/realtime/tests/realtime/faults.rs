@@ -1,4 +1,4 @@
-//! What users see when the GPU does not do what it should: errors with what to do about them, never a panic.
+//! Faults of the GPU: errors with advice, never a panic.
 
 use super::support::{White, gpu, query};
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use sunbeam::methods::{MethodShader, Relief};
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Mesh, Optics, Scene, Shader, Target};
 
-/// Asks for WGSL that is not what the contract says.
+/// A method whose WGSL breaks the contract of [`MethodShader`].
 struct Wrong(&'static str);
 
 impl Relief for Wrong {
@@ -34,7 +34,7 @@ fn a_machine_without_an_adapter_is_told_what_to_install() {
 }
 
 #[test]
-fn the_choice_of_an_adapter_has_two_names() {
+fn adapter_choices_are_any_and_software() {
     assert_eq!("software".parse::<AdapterChoice>().unwrap(), AdapterChoice::Software);
     let message = "gpu".parse::<AdapterChoice>().unwrap_err().to_string();
     assert!(message.contains("\"gpu\"") && message.contains("\"software\""), "{message}");
@@ -44,7 +44,7 @@ fn the_choice_of_an_adapter_has_two_names() {
 }
 
 #[test]
-fn work_stops_when_it_is_told_to_and_goes_on_afterwards() {
+fn the_stop_flag_ends_work_until_it_is_cleared() {
     let Some(gpu) = gpu() else { return };
     let mut shader = Shader::new(&gpu, &White, &Optics::default()).unwrap();
     let stop = Arc::new(AtomicBool::new(true));
@@ -56,14 +56,15 @@ fn work_stops_when_it_is_told_to_and_goes_on_afterwards() {
 }
 
 #[test]
-fn refused_work_is_an_error_and_the_device_goes_on() {
+fn refused_work_is_an_error_and_the_device_stays_usable() {
     let Some(gpu) = gpu() else { return };
     let optics = Optics::default();
     for (wgsl, said) in [
         ("fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return q.xy; }", "return"),
         ("fn other() {}", "relief_rgb"),
         (
-            "@group(1) @binding(5) var<storage, read> a: array<f32>; fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return q * a[0]; }",
+            "@group(1) @binding(5) var<storage, read> a: array<f32>;
+             fn relief_rgb(q: vec3<f32>) -> vec3<f32> { return q * a[0]; }",
             "",
         ),
     ] {
@@ -89,7 +90,7 @@ fn a_lost_device_is_an_error() {
 }
 
 #[test]
-fn what_does_not_fit_is_named() {
+fn errors_of_size_name_the_data() {
     let Some(gpu) = gpu() else { return };
     for (width, height) in [(0, 10), (10, 20_000)] {
         assert!(matches!(Target::new(&gpu, width, height), Err(GpuError::Parameter { .. })));
@@ -99,7 +100,7 @@ fn what_does_not_fit_is_named() {
 }
 
 #[test]
-fn what_a_window_keeps_between_frames_may_move_between_threads() {
+fn gpu_objects_are_send_and_sync() {
     fn keeps<T: Send + Sync>() {}
     keeps::<(Gpu, Scene, Shader, Target, sunbeam_realtime::Renderer)>();
 }

@@ -1,4 +1,5 @@
-//! `table` of gratings by Maxwell's equations: its WGSL against the library, on the same pairs of directions and in a picture.
+//! The method `table` of gratings by Maxwell's equations: WGSL against the library, on pairs of directions and in a
+//! picture.
 
 use super::common::{Random, cache, direction};
 use super::support::{gpu, query};
@@ -13,28 +14,30 @@ use sunbeam::table::Progress;
 use sunbeam_realtime::snake::{SnakeMesh, SnakeOptions, pigment_texture};
 use sunbeam_realtime::{Blend, Gpu, Mesh, Optics, Query, Renderer, Scene, Shader, Target, View};
 
-/// Of the brightest channel of a pair, or of the mean where that is more: both sides have directions, and the wavelengths that orders
-/// meet, in single precision, and the flank of an order at five deviations changes by 25 times the relative error of its place.
+/// Tolerance relative to the brightest channel of a pair, or to the mean if that is larger. Directions and wavelengths
+/// of orders are single precision on both sides. At five standard deviations, the flank of an order changes by 25 times
+/// the relative error of its position.
 const TOLERANCE: f32 = 1e-3;
-/// The same where an order passes off, to a millionth. There efficiencies go with the square root of how far off that is in orders,
-/// `t ± a` of some units, which one side rounds to 1e-6 and the other does not: 1e-3, times the slope of an efficiency in that
-/// root, which beside an anomaly is ten.
+/// Tolerance within a millionth of the passing-off of an order. Efficiencies change with the square root of the
+/// distance from it in orders, `t ± a`. The shader rounds the distance to 1e-6, whose root is 1e-3; the slope near an
+/// anomaly is ten.
 const PASSING_OFF: f32 = 2e-2;
-/// How far off, in units of the horizon.
+/// Distances from the passing-off of an order, as sines.
 const OFF: [f64; 7] = [0.0, 1e-7, -1e-7, 1e-6, -1e-6, 1e-3, -1e-3];
-/// From which of these on rounding does not matter.
+/// Index of the first distance at which rounding does not matter.
 const CLEAR: usize = 5;
 
-/// A grating whose table is kept, since solving it takes a while.
+/// A grating; its tables are cached, because solving takes seconds.
 fn grating(json: &str) -> Arc<(GratingColourSurface, Origin)> {
     let config = SurfaceConfig::from_json(json).unwrap();
     let index = config.index().map(SpectralIndex::Constant);
     config.build_shared_grating_colours(index.as_ref(), &cache(), &Progress::none()).unwrap()
 }
 
-/// Aluminium with a few orders and narrow ones; and a perfect conductor's, with wide ones.
+/// Aluminium with a few narrow orders: configuration, and period in µm.
 const ALUMINIUM: (&str, f64) =
     (r#"{"preset":"blazed","period":0.6,"height":0.08,"theory":"rigorous","eta":1.0,"k":6.9}"#, 0.6);
+/// A perfect conductor with wide orders: configuration, and period in µm.
 const PERFECT: (&str, f64) =
     (r#"{"preset":"sinusoidal","period":0.7,"height":0.15,"theory":"rigorous","coherence_length":8.0}"#, 0.7);
 
@@ -44,7 +47,7 @@ fn above(x: f64, y: f64) -> Option<[f64; 3]> {
     (squared > 0.0).then(|| [x, y, squared.sqrt()])
 }
 
-/// Pairs anywhere, and where one looks along an order of some wavelength, conical mounts included; both also reversed.
+/// Random pairs, and pairs along an order of some wavelength, conical mounts included; all also reversed.
 fn pairs(period_um: f64, count: usize) -> Vec<Query> {
     let mut random = Random::new(23);
     let mut pairs = Vec::new();
@@ -64,7 +67,7 @@ fn pairs(period_um: f64, count: usize) -> Vec<Query> {
     pairs
 }
 
-/// Pairs on the horizon, returned, mirrored, along either axis and along none.
+/// Grazing, retro-reflected and mirrored pairs, along the axes and elsewhere.
 fn hard_pairs() -> Vec<Query> {
     let mut pairs = Vec::new();
     for theta in [0.0, 30.0, 75.0, 89.0, 89.99, 89.9999] {
@@ -78,7 +81,7 @@ fn hard_pairs() -> Vec<Query> {
     pairs
 }
 
-/// Pairs along an order at a wavelength and incidence at which another one passes off, or nearly.
+/// Pairs along an order, near a wavelength and incidence at which another order passes off.
 fn pairs_where_orders_pass_off(period_um: f64) -> Vec<Query> {
     let mut random = Random::new(29);
     let mut pairs = Vec::new();
@@ -105,7 +108,7 @@ fn mean_of(expected: &[[f32; 3]]) -> f32 {
     expected.as_flattened().iter().map(|value| value.abs()).sum::<f32>() / (3 * expected.len()) as f32
 }
 
-/// The largest difference of a channel, of the brightest channel of its pair.
+/// The largest difference of a channel, relative to the brightest channel of its pair.
 fn worst(found: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) -> f32 {
     let brightest = |rgb: &[f32; 3]| rgb.iter().fold(floor, |most, value| most.max(value.abs()));
     let error = |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max) / brightest(b);
@@ -121,7 +124,7 @@ fn answers(gpu: &Gpu, shader: &Shader, queries: &[Query]) -> Vec<[f32; 3]> {
 }
 
 #[test]
-fn a_grating_is_its_twin() {
+fn wgsl_of_gratings_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     for (json, period_um) in [ALUMINIUM, PERFECT] {
         let grating = grating(json);
@@ -173,7 +176,7 @@ fn a_grating_is_its_twin() {
 }
 
 #[test]
-fn pairs_that_are_none_answer_zero() {
+fn invalid_pairs_answer_zero() {
     let Some(gpu) = gpu() else { return };
     let grating = grating(PERFECT.0);
     let shader = Shader::new(&gpu, &grating.0, &Optics::default()).unwrap();
@@ -183,9 +186,9 @@ fn pairs_that_are_none_answer_zero() {
     assert_eq!(answers(&gpu, &shader, &queries), vec![[0.0; 3]; queries.len()]);
 }
 
-/// A picture of the snake, pixel by pixel: what its ray met, answered by the library in double precision.
+/// A picture of the snake against the library's double-precision answers for the query of each pixel.
 #[test]
-fn a_picture_is_what_the_library_answers_for_its_pixels() {
+fn a_picture_agrees_with_the_library_pixel_by_pixel() {
     let Some(gpu) = gpu() else { return };
     let grating = grating(PERFECT.0);
     let options = SnakeOptions::default();
@@ -214,6 +217,6 @@ fn a_picture_is_what_the_library_answers_for_its_pixels() {
     eprintln!("{bright} bright pixels, largest difference {error:.1e}");
     assert!(bright > 300, "{bright}");
     assert!(error < PASSING_OFF, "{error}");
-    // Another grating is seen.
+    // Negative control: another grating.
     assert!(worst(&picture, &radiance(&self::grating(ALUMINIUM.0).0), mean) > 0.1);
 }

@@ -1,6 +1,6 @@
-//! The realtime renderer, on whatever adapter there is.
+//! The realtime renderer on the available adapter.
 
-#![allow(clippy::unwrap_used)] // As tests do, outside of `#[test]` functions too.
+#![allow(clippy::unwrap_used, reason = "also outside `#[test]` functions")]
 
 #[path = "../../../../tests/core/common.rs"]
 mod common;
@@ -10,4 +10,5 @@ mod faults;
 mod gratings;
 mod methods;
 mod pictures;
+mod progressive;
 mod twins;

@@ -1,4 +1,4 @@
-//! Every method's WGSL against its Rust twin, on the same pairs of directions.
+//! Every method's WGSL against its Rust twin, on pairs of directions.
 
 use super::common::{Random, cache, preset};
 use super::support::{gpu, query, worst};
@@ -9,13 +9,13 @@ use sunbeam::table::{Model, Progress};
 use sunbeam::transform::Series;
 use sunbeam_realtime::{Gpu, Optics, Query, Shader};
 
-/// Of the response, or of the floor where that is more. Both sides are single precision, in which the place among up to
-/// 200 orders is known to some 1e-5, and contributions of many orders partly cancel in dark directions.
+/// Tolerance relative to the response plus the floor. Both sides are single precision: the position among up to 200
+/// orders is known to some 1e-5, and contributions of many orders partly cancel in dark directions.
 const TOLERANCE: f32 = 1e-3;
-/// Responses below this share of the mean are dark, and only their difference matters.
+/// Floor of the relative error, as a fraction of the mean response.
 const FLOOR: f32 = 1e-3;
 
-/// Pairs all over the hemisphere, half of them around a mirror direction, where most of the light goes.
+/// Pairs over the hemisphere, half of them near the mirror direction, where most of the light goes.
 fn pairs(count: usize) -> Vec<Query> {
     let mut random = Random::new(11);
     let mut pairs = Vec::new();
@@ -69,7 +69,7 @@ fn compare_twins(gpu: &Gpu, name: &str, method: &dyn Method, count: usize) {
         answers.gpu_ms, answers.submissions
     );
     assert!(error < TOLERANCE, "{name}: {error}");
-    // Directions a thousandth further along the tangent are others.
+    // Negative control: directions shifted by a thousandth along the tangent.
     let moved = |query: &Query| Query::new([query.wi[0] + 1e-3, query.wi[1], query.wi[2]], query.wo);
     let moved: Vec<Query> = queries.iter().map(moved).collect();
     let error = worst(&answers.reflectances, &twin(method, &moved), floor);
@@ -77,7 +77,7 @@ fn compare_twins(gpu: &Gpu, name: &str, method: &dyn Method, count: usize) {
 }
 
 #[test]
-fn flss_is_its_twin() {
+fn wgsl_of_flss_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     let default = MethodOptions::default();
     compare(&gpu, MethodKind::Flss, Preset::Blazed, &default, 3000);
@@ -89,7 +89,7 @@ fn flss_is_its_twin() {
 }
 
 #[test]
-fn nmm_is_its_twin() {
+fn wgsl_of_nmm_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     for weighted in [false, true] {
         let options = MethodOptions { weighted, ..MethodOptions::default() };
@@ -100,7 +100,7 @@ fn nmm_is_its_twin() {
 }
 
 #[test]
-fn pq_is_its_twin() {
+fn wgsl_of_pq_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     let options = MethodOptions { lambda_step_nm: 10.0, ..MethodOptions::default() };
     compare(&gpu, MethodKind::Pq, Preset::Blazed, &options, 2000);
@@ -109,7 +109,7 @@ fn pq_is_its_twin() {
 }
 
 #[test]
-fn stam_is_its_twin() {
+fn wgsl_of_stam_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     for name in [Preset::Blazed, Preset::Elaphe] {
         compare(&gpu, MethodKind::Stam, name, &MethodOptions::default(), 4000);
@@ -117,7 +117,7 @@ fn stam_is_its_twin() {
 }
 
 #[test]
-fn stam_of_gpu_gems_is_its_twin() {
+fn wgsl_of_gpu_gems_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     let default = MethodOptions { stam_form: StamForm::Gems, ..MethodOptions::default() };
     let own = MethodOptions { period_um: Some(10.0), gems_highlight: [0.2, 3.0, 0.5], ..default.clone() };
@@ -128,7 +128,7 @@ fn stam_of_gpu_gems_is_its_twin() {
 }
 
 #[test]
-fn the_colours_of_gpu_gems_are_multiplied_by_no_optics() {
+fn optics_do_not_change_the_colours_of_gpu_gems() {
     let Some(gpu) = gpu() else { return };
     let (field, queries) = (preset(Preset::Blazed), pairs(500));
     let surface = Options { model: Model::Patch, conserve_energy: false, ..Options::default() };
@@ -144,7 +144,7 @@ fn the_colours_of_gpu_gems_are_multiplied_by_no_optics() {
 }
 
 #[test]
-fn the_colour_table_is_its_twin() {
+fn wgsl_of_the_colour_table_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     let options = MethodOptions { resolution: 0.7, ..MethodOptions::default() };
     for name in [Preset::Flat, Preset::Blazed, Preset::Elaphe] {
@@ -153,13 +153,13 @@ fn the_colour_table_is_its_twin() {
 }
 
 #[test]
-fn the_table_conserves_energy_as_its_twin() {
+fn wgsl_of_the_conserving_table_agrees_with_rust() {
     let Some(gpu) = gpu() else { return };
     for name in [Preset::Blazed, Preset::Elaphe] {
         let (field, options) = (preset(name), MethodOptions::default());
         let method = build(MethodKind::Table, &field, &Options::default(), &options).unwrap();
         compare_twins(&gpu, &format!("table of {name}, energy conserved,"), &*method, 2000);
-        // As the path tracer has it, whose albedo is built of the same lobes.
+        // The path tracer's albedo is built from the same lobes.
         let kept = cache().shared_colours(&field, &Options::default(), None, &Progress::none()).unwrap();
         let view = kept.0.albedo().unwrap().view::<f32>();
         let plain =
@@ -177,7 +177,7 @@ fn the_table_conserves_energy_as_its_twin() {
 }
 
 #[test]
-fn what_has_no_albedo_conserves_no_energy() {
+fn methods_without_albedo_refuse_to_conserve_energy() {
     let (field, options) = (preset(Preset::Blazed), MethodOptions::default());
     let patch = Options { model: Model::Patch, conserve_energy: true, ..Options::default() };
     for kind in MethodKind::ALL {

@@ -1,4 +1,4 @@
-//! Pictures: rays, frames and shadows against Mitsuba's, radiance against its formulas, and what must hold of any.
+//! Pictures: rays, frames and shadows against Mitsuba's, radiance against its formulas, and general properties.
 
 use super::support::{Lobe, White, gpu, worst};
 use glam::DVec3;
@@ -15,11 +15,12 @@ use sunbeam_realtime::{
 
 const KERATIN: ComplexIndex = ComplexIndex { eta: 1.56, k: 0.0 };
 
-/// Mitsuba's rays, in single precision, meet the curved normals a few roundings of the camera's distance elsewhere.
+/// Tolerance of directions: Mitsuba's single-precision rays meet curved normals a few roundings of the camera's
+/// distance away.
 const DIRECTION_TOLERANCE: f64 = 2e-5;
-/// Share of the pixels whose ray may pass an edge on the other side: of a triangle, of the body, or of a shadow.
-const EDGE_SHARE: f64 = 0.005;
-/// Single precision, summed over a dozen factors.
+/// Fraction of pixels whose ray may pass an edge (of a triangle, the body or a shadow) on the other side.
+const EDGE_FRACTION: f64 = 0.005;
+/// Relative tolerance of radiance: single precision over a dozen factors.
 const RADIANCE_TOLERANCE: f32 = 1e-4;
 
 struct Studio {
@@ -58,14 +59,14 @@ impl Studio {
 }
 
 #[test]
-fn rays_frames_and_shadows_are_mitsubas() {
+fn rays_frames_and_shadows_agree_with_mitsuba() {
     let Some(studio) = Studio::new() else { return };
     let recorded: Value = serde_json::from_str(include_str!("data/mitsuba_hits.json")).unwrap();
     let side = |name: &str| recorded[name].as_u64().unwrap() as u32;
     let (_, queries) = studio.picture(&studio.shader(&White), (side("width"), side("height")), &View::default());
     let pixels = recorded["pixels"].as_array().unwrap();
     assert_eq!(pixels.len(), queries.len());
-    // Pixels that agree when our directions are turned about the normal by so many degrees first.
+    // Number of pixels that agree after a turn of our directions about the normal, in degrees.
     let agreeing = |turn_deg: f64| {
         let (sin, cos) = turn_deg.to_radians().sin_cos();
         let agrees = |(query, pixel): (&Query, &Value)| {
@@ -89,14 +90,13 @@ fn rays_frames_and_shadows_are_mitsubas() {
         };
         queries.iter().zip(pixels).filter(|pair| agrees(*pair)).count() as f64 / pixels.len() as f64
     };
-    assert!(agreeing(0.0) >= 1.0 - EDGE_SHARE, "only {} of the pixels agree", agreeing(0.0));
-    // A hundredth of a degree is seen.
+    assert!(agreeing(0.0) >= 1.0 - EDGE_FRACTION, "only {} of the pixels agree", agreeing(0.0));
+    // Negative control: a turn by a hundredth of a degree.
     assert!(agreeing(0.01) < 0.9, "{}", agreeing(0.01));
 }
 
-/// A draft differs from its scene at edges of shadows alone.
 #[test]
-fn a_draft_has_the_same_shadows_but_for_their_edges() {
+fn a_draft_differs_from_its_scene_at_edges_of_shadows_only() {
     let Some(studio) = Studio::new() else { return };
     let mesh = Mesh::from(&SnakeMesh::build(&SnakeOptions::default()).unwrap());
     let data = SceneData::new(&mesh, &studio.pigment).unwrap();
@@ -126,14 +126,14 @@ fn rotation_turns_the_grating_against_the_tangent() {
     let (_, straight) = studio.picture(&shader, (30, 20), &View::default());
     let (_, turned) = studio.picture(&shader, (30, 20), &View { rotation_deg: 90.0, ..View::default() });
     for (a, b) in straight.iter().zip(&turned).filter(|(a, _)| a.kind == Query::SKIN) {
-        // What lay along the tangent lies along −y of the grating.
+        // The tangent becomes −y of the grating.
         for (a, b) in [(a.wi, b.wi), (a.wo, b.wo)] {
             assert!((a[0] + b[1]).abs() < 1e-6 && (a[1] - b[0]).abs() < 1e-6 && (a[2] - b[2]).abs() < 1e-6);
         }
     }
 }
 
-/// The pigment's reflectance by the textbook.
+/// The pigment's reflectance, bilinear in linear light.
 fn pigment_at(pigment: &PigmentTexture, [u, v]: [f32; 2]) -> DVec3 {
     let texel = |x: f64, y: f64| {
         let (x, y) = (x.rem_euclid(pigment.width as f64), y.rem_euclid(pigment.height as f64));
@@ -145,7 +145,7 @@ fn pigment_at(pigment: &PigmentTexture, [u, v]: [f32; 2]) -> DVec3 {
     f64::from(PIGMENT_SCALE) * row(top).lerp(row(top + 1.0), y - top)
 }
 
-/// Radiance by the formulas, from what the ray met.
+/// Radiance of a query by the formulas.
 fn radiance(query: &Query, method: &dyn Method, pigment: &PigmentTexture, blend: Blend) -> [f32; 3] {
     if query.lit == 0 {
         return [0.0; 3];
@@ -169,7 +169,7 @@ fn radiance(query: &Query, method: &dyn Method, pigment: &PigmentTexture, blend:
 }
 
 #[test]
-fn radiance_follows_from_what_the_rays_met() {
+fn radiance_agrees_with_the_formulas() {
     let Some(studio) = Studio::new() else { return };
     let lobe = Lobe::default();
     let shader = studio.shader(&lobe);
@@ -201,7 +201,7 @@ fn pictures_are_finite_not_black_and_follow_the_light() {
     let share = |kind| queries.iter().filter(|query| query.kind == kind).count() as f64 / queries.len() as f64;
     assert!(share(Query::SKIN) > 0.4 && share(Query::GROUND) > 0.1, "{}, {}", share(Query::SKIN), share(Query::GROUND));
     assert!(queries.iter().any(|query| query.kind == Query::GROUND && query.lit == 0), "the snake throws no shadow");
-    // The same picture twice, into the same buffers, whatever was there before.
+    // A second picture into the same buffers is equal.
     let target = Target::new(&studio.gpu, 60, 40).unwrap();
     for azimuth in [-60.0, -150.0] {
         studio.renderer.draw(&studio.gpu, &studio.scene, &shader, &target, &view(azimuth)).unwrap();
@@ -221,14 +221,14 @@ fn supersampling_is_the_mean_of_a_larger_picture() {
         std::array::from_fn(|c| sum(c) / 9.0)
     };
     let means: Vec<[f32; 3]> = (0..small.len()).map(mean).collect();
-    // The two round their rays differently, which an edge now and then turns into another triangle.
+    // Rays are rounded differently, which at an edge may give another triangle.
     let pixels = small.iter().zip(&means);
     let differing = pixels.filter(|(a, b)| worst(&[**a], &[**b], 1e-2) > 1e-3).count();
     assert!(differing <= small.len() / 50, "{differing} of {} pixels differ", small.len());
 }
 
 #[test]
-fn views_that_show_nothing_are_refused_by_name() {
+fn errors_of_views_name_the_parameter() {
     let Some(studio) = Studio::new() else { return };
     let shader = studio.shader(&White);
     let target = Target::new(&studio.gpu, 8, 8).unwrap();
@@ -249,10 +249,10 @@ fn views_that_show_nothing_are_refused_by_name() {
     }
 }
 
-/// A level square above the ground throws its outline along the sun's rays, and everything else on the ground is lit,
-/// also far outside the square's own box.
+/// The shadow of a level square is its outline moved along the sun's rays. The rest of the ground is lit, also far
+/// outside the square's box.
 #[test]
-fn a_square_throws_its_outline_on_the_ground() {
+fn the_shadow_of_a_square_has_its_outline() {
     let Some(gpu) = gpu() else { return };
     let corner = |x: f32, y: f32| [x, y, 1.0];
     let mesh = Mesh {
@@ -281,7 +281,7 @@ fn a_square_throws_its_outline_on_the_ground() {
         for (i, query) in target.read_queries(&gpu).unwrap().iter().enumerate() {
             let across = |cell: usize| ((cell as f64 + 0.5) / f64::from(side) - 0.5) * 2.0 * half_view;
             let (x, y) = (across(i % side as usize), -across(i / side as usize));
-            // Where the ray to the sun passes the square's height.
+            // The point of the ray to the sun at the square's height.
             let outline = f64::max((x + sun[0] / sun[2]).abs(), (y + sun[1] / sun[2]).abs());
             // The camera is not straight above, and the square hides what is below it.
             if query.kind != Query::GROUND || (outline - 1.0).abs() < 0.05 {

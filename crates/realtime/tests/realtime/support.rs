@@ -1,12 +1,12 @@
 //! Helpers of the realtime renderer's tests: the adapter to test on, and methods without a height field.
-#![allow(dead_code)] // Each binary uses some of them.
+#![allow(dead_code, reason = "each binary uses some of them")]
 
 use std::borrow::Cow;
 use sunbeam::methods::{MethodShader, Relief};
 use sunbeam_realtime::{AdapterChoice, Gpu, GpuError, Query};
 
-/// The adapter to test on, as `SUNBEAM_ADAPTER` says; `None` only where there is none at all.
-pub fn gpu() -> Option<Gpu> {
+/// The adapter that `SUNBEAM_ADAPTER` chooses; `None` without any adapter.
+pub(crate) fn gpu() -> Option<Gpu> {
     match Gpu::open(AdapterChoice::from_env().unwrap()) {
         Ok(gpu) => Some(gpu),
         Err(error @ GpuError::NoAdapter { .. }) => {
@@ -17,8 +17,8 @@ pub fn gpu() -> Option<Gpu> {
     }
 }
 
-/// A response that does not depend on the directions.
-pub struct White;
+/// A method whose response is 1 for all directions.
+pub(crate) struct White;
 
 impl Relief for White {
     fn relief_rgb(&self, _: [f32; 3]) -> [f32; 3] {
@@ -39,8 +39,8 @@ impl Relief for White {
     }
 }
 
-/// A glossy lobe around the mirror direction whose colour changes along u, out of a uniform and two buffers.
-pub struct Lobe {
+/// A method with a uniform and two buffers: a glossy lobe around the mirror direction, whose colour depends on u.
+pub(crate) struct Lobe {
     pub sharpness: f32,
     pub colours: Vec<[f32; 4]>,
     pub heights: Vec<f32>,
@@ -89,12 +89,12 @@ fn bytes_of(numbers: &[f32]) -> Vec<u8> {
 }
 
 /// Single-precision directions of a pair.
-pub fn query(wi: [f64; 3], wo: [f64; 3]) -> Query {
+pub(crate) fn query(wi: [f64; 3], wo: [f64; 3]) -> Query {
     Query::new(wi.map(|c| c as f32), wo.map(|c| c as f32))
 }
 
 /// The largest of `|a − b| / (|b| + floor)` over all components; NaN anywhere gives infinity.
-pub fn worst(found: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) -> f32 {
+pub(crate) fn worst(found: &[[f32; 3]], expected: &[[f32; 3]], floor: f32) -> f32 {
     assert_eq!(found.len(), expected.len());
     let error = |(a, b): (&f32, &f32)| {
         let error = (a - b).abs() / (b.abs() + floor);

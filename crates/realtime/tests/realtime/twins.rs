@@ -1,4 +1,4 @@
-//! The GPU against the same functions in Rust, on the same pairs of directions.
+//! Functions in WGSL against their Rust twins, on pairs of directions.
 
 use super::common::{Random, direction};
 use super::support::{Lobe, White, gpu, query, worst};
@@ -6,14 +6,15 @@ use sunbeam::methods::{MethodShader, Relief};
 use sunbeam::scattering::{ComplexIndex, Obliquity, Pair};
 use sunbeam_realtime::{Optics, Query, Shader};
 
-/// Some twenty roundings of single precision, and the freedom that graphics interfaces take with division and roots.
+/// Tolerance: some twenty roundings of single precision, and the inexact division and roots of graphics interfaces.
 const TOLERANCE: f32 = 1e-5;
-/// The small slope's azimuth is a difference of cosines that nearly cancel, by which some of its digits go: in proportion to |ε|,
-/// and for a perfect conductor to 1/cos²θ, so that nothing is judged below this cosine.
+/// Tolerance of the small-slope factor. Its azimuth is a difference of cosines that nearly cancel; the error grows with
+/// |ε|, and for a perfect conductor with 1/cos²θ.
 const SMALL_SLOPE: f32 = 2e-3;
+/// Cosine below which the small-slope factor is not compared.
 const SMALL_SLOPE_COSINE_MIN: f32 = 0.01;
 
-/// Random pairs, and the hard ones: grazing, retro-reflected, mirrored, along an axis.
+/// Random pairs, and grazing, retro-reflected, mirrored and axial ones.
 fn pairs() -> Vec<Query> {
     let mut random = Random::new(7);
     let mut pairs: Vec<Query> = (0..4000).map(|_| query(random.direction(), random.direction())).collect();
@@ -52,7 +53,7 @@ fn all_optics() -> Vec<Optics> {
 }
 
 #[test]
-fn the_factors_of_a_pair_are_those_of_the_library() {
+fn optics_of_a_pair_agree_with_the_library() {
     let Some(gpu) = gpu() else { return };
     let all = pairs();
     let low = |query: &Query| query.wi[2].min(query.wo[2]) < SMALL_SLOPE_COSINE_MIN;
@@ -80,7 +81,7 @@ fn the_factors_of_a_pair_are_those_of_the_library() {
 }
 
 #[test]
-fn pairs_that_are_none_answer_zero() {
+fn invalid_pairs_answer_zero() {
     let Some(gpu) = gpu() else { return };
     let up = [0.0, 0.0, 1.0];
     let bad =
@@ -92,7 +93,7 @@ fn pairs_that_are_none_answer_zero() {
 }
 
 #[test]
-fn a_methods_data_arrives_and_can_be_changed() {
+fn data_of_a_method_are_uploaded_and_can_be_changed() {
     let Some(gpu) = gpu() else { return };
     let mut random = Random::new(3);
     let queries: Vec<Query> = (0..3000).map(|_| query(random.direction(), random.direction())).collect();
@@ -111,7 +112,7 @@ fn a_methods_data_arrives_and_can_be_changed() {
     assert!(worst(&shader.evaluate(&gpu, &queries).unwrap().reflectances, &twin(&other), 1e-6) < TOLERANCE);
 }
 
-/// Counts to a number that is too large for loops of llvmpipe, in a loop in a loop.
+/// A method with nested loops that llvmpipe cuts short.
 struct Count;
 
 impl Relief for Count {
@@ -147,7 +148,7 @@ impl Relief for Count {
 }
 
 #[test]
-fn long_loops_are_whole_on_adapters_that_cut_them_short() {
+fn long_loops_are_complete_on_adapters_that_cut_them_short() {
     let Some(gpu) = gpu() else { return };
     let shader = Shader::new(&gpu, &Count, &Optics::default()).unwrap();
     let up = [0.0, 0.0, 1.0];

@@ -1,15 +1,20 @@
 //! Hankel and Bessel functions of kr for one wave number k, tabulated over the distance r as Chebyshev series.
+//!
+//! - Hankel: one series for each panel r ∈ [2^e, 2^{e+1}], in the variable x = 2r/2^e − 3 ∈ [−1, 1]. The series is that
+//!   of `e^{−ikr} H(kr)`, which neither oscillates nor decays exponentially.
+//! - Bessel: one series over r ∈ [0, R], in the variable x = 2(r/R)² − 1, since J₀(z) and J₁(z)/z are even in z.
 
 use super::{chebyshev_coefficients, chebyshev_nodes};
 use crate::Error;
 use complex_bessel::{Scaling, besselj_seq, hankel1_seq};
 use num_complex::Complex64;
 
-/// Chebyshev terms on a panel [2^e, 2^{e+1}] of distances. `e^{−iz} H(z)` is singular at 0 only, three half-lengths
-/// from the panel's centre, so n terms converge as (3 + √8)^−n: here 2e-14.
+/// Chebyshev terms on a panel. `e^{−iz} H(z)` is singular at z = 0 only, which is x = −3. The remainder of n terms
+/// therefore falls as (3 + √8)^−n: here 2e-14.
 const PANEL_TERMS: usize = 18;
 
-/// Chebyshev terms of the Bessel functions in addition to their largest argument |kr|. Chosen for 1e-12.
+/// Chebyshev terms of the Bessel functions beyond their largest argument |kR|. Chosen for a relative error of 1e-12
+/// (`RELATIVE` of the tests).
 const BESSEL_TERMS: usize = 14;
 
 /// Chebyshev coefficients of `e^{−ikr} H₀⁽¹⁾(kr)` and `e^{−ikr} H₁⁽¹⁾(kr)` on one panel.
@@ -17,12 +22,14 @@ struct Panel([[Complex64; 2]; PANEL_TERMS]);
 
 /// Hankel functions H₀⁽¹⁾, H₁⁽¹⁾ and Bessel functions J₀, J₁ of kr for one complex wave number k and many distances r.
 pub(crate) struct Radial {
+    /// k in 1/µm.
     wave_number: Complex64,
-    /// Binary exponent of the first panel.
+    /// Binary exponent e of the first panel.
     exponent_min: i32,
     panels: Vec<Panel>,
     /// Chebyshev coefficients of J₀(kr) and J₁(kr)/(kr) over r² in [0, `bessel_range`²].
     bessel: Vec<[Complex64; 2]>,
+    /// Largest distance R of the Bessel functions in µm.
     bessel_range: f64,
 }
 
@@ -47,6 +54,7 @@ impl Radial {
     /// `[H₀⁽¹⁾(kr), H₁⁽¹⁾(kr)]` for r in the range of the table.
     pub(crate) fn hankel(&self, r: f64) -> [Complex64; 2] {
         let last = self.panels.len() - 1;
+        // Distances outside the table take the nearest panel.
         let index = usize::try_from(exponent(r) - self.exponent_min).unwrap_or(0).min(last);
         let scale = two_to(-(self.exponent_min + index as i32));
         let phase = (Complex64::I * self.wave_number * r).exp();
@@ -55,14 +63,15 @@ impl Radial {
 
     /// `[J₀(kr), J₁(kr)/(kr)]` for r up to `bessel_range`.
     pub(crate) fn bessel(&self, r: f64) -> [Complex64; 2] {
-        let along = r / self.bessel_range;
-        clenshaw(&self.bessel, 2.0 * along * along - 1.0)
+        let fraction = r / self.bessel_range;
+        clenshaw(&self.bessel, 2.0 * fraction * fraction - 1.0)
     }
 }
 
+/// Error of the Bessel and Hankel routines: the imaginary part of kr is too large for double precision.
 const OVERFLOW: Error = Error::NotFinite { what: "a Bessel function" };
 
-/// Tabulates the Hankel functions on [2^exponent, 2^{exponent+1}].
+/// Tabulates the Hankel functions on [2^exponent, 2^{exponent+1}]. `Scaling::Exponential` is the factor `e^{−ikr}`.
 fn panel(wave_number: Complex64, exponent: i32) -> Result<Panel, Error> {
     let mut values = Vec::with_capacity(PANEL_TERMS);
     for x in chebyshev_nodes(PANEL_TERMS) {
@@ -83,30 +92,31 @@ fn coefficients(values: &[[Complex64; 2]]) -> Vec<[Complex64; 2]> {
 
 /// Sums of two Chebyshev series of at least two terms at x.
 ///
-/// Clenshaw's recurrence runs separately over even and odd terms, so that the processor can overlap both: with y =
-/// T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`.
+/// Clenshaw's recurrence runs separately over even and odd terms, so that the processor can overlap both. With
+/// y = T₂(x), `T_{n+2} = 2y·T_n − T_{n−2}`, so either half obeys `b_n = c_n + 2y·b_{n+2} − b_{n+4}`. The sums are
+/// `c₀ + y·b₂ − b₄` (even) and `c₁·x + T₃(x)·b₃ − x·b₅` (odd).
 // Inlining makes its callers up to a tenth slower.
 #[inline(never)]
 fn clenshaw(coefficients: &[[Complex64; 2]], x: f64) -> [Complex64; 2] {
     let y = 2.0 * x * x - 1.0;
-    // The last two values of the recurrence, of even and of odd terms.
-    let mut last = [[[Complex64::ZERO; 2]; 2]; 2];
-    for both in coefficients[2..].chunks(2).rev() {
-        for ([one_on, two_on], c) in last.iter_mut().zip(both) {
-            let next = [0, 1].map(|i| c[i] + one_on[i] * (2.0 * y) - two_on[i]);
-            *two_on = std::mem::replace(one_on, next);
+    // [b_{n+2}, b_{n+4}] of the even and of the odd terms, for both functions.
+    let mut recurrence = [[[Complex64::ZERO; 2]; 2]; 2];
+    for even_and_odd in coefficients[2..].chunks(2).rev() {
+        for ([b2, b4], c) in recurrence.iter_mut().zip(even_and_odd) {
+            let b = [0, 1].map(|i| c[i] + b2[i] * (2.0 * y) - b4[i]);
+            *b4 = std::mem::replace(b2, b);
         }
     }
-    // T₃ = (2y − 1)·x.
-    let [even, odd] = [y, 2.0 * y - 1.0];
+    // T₃(x) = (2y − 1)·x.
+    let t3_over_x = 2.0 * y - 1.0;
     [0, 1].map(|i| {
-        let [[even_one, even_two], [odd_one, odd_two]] = last.map(|last| last.map(|pair| pair[i]));
-        let odd = coefficients[1][i] - odd_two + odd_one * odd;
-        coefficients[0][i] - even_two + even_one * even + odd * x
+        let [[b2, b4], [b3, b5]] = recurrence.map(|values| values.map(|pair| pair[i]));
+        let odd_over_x = coefficients[1][i] - b5 + b3 * t3_over_x;
+        coefficients[0][i] - b4 + b2 * y + odd_over_x * x
     })
 }
 
-/// Binary exponent e with 2^e ≤ x < 2^{e+1}, for positive normal x.
+/// Binary exponent e with 2^e ≤ x < 2^{e+1}, for positive normal x: the exponent bits of the IEEE 754 format.
 fn exponent(x: f64) -> i32 {
     ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }

@@ -1,4 +1,4 @@
-//! What draws.
+//! The artist: draws with WebGPU on a canvas. `README.md` documents its calls.
 
 use super::quick::read;
 use super::report::thrown;
@@ -16,10 +16,11 @@ use wasm_bindgen::JsValue;
 use wasm_bindgen::prelude::wasm_bindgen;
 use web_time::Instant;
 
-/// A first picture after a change should not take longer than this: with the messages about it, two frames of a screen.
+/// Time in ms that the first picture after a change may take. With its messages it follows a drag within two frames of
+/// 1/60 s.
 const PREVIEW_MS: f64 = 25.0;
 
-/// Where pictures are shown.
+/// The canvas that shows pictures.
 struct Screen {
     surface: wgpu::Surface<'static>,
     config: RefCell<wgpu::SurfaceConfiguration>,
@@ -61,18 +62,18 @@ impl Artist {
         Self::opened(canvas).await.map_err(thrown)
     }
 
-    /// What draws, as JSON.
+    /// The graphics adapter, as JSON.
     pub fn adapter(&self) -> String {
         json!({ "name": self.gpu.adapter(), "backend": self.gpu.backend(), "software": self.gpu.is_software() })
             .to_string()
     }
 
-    /// Has a function called with a line of text when the device is lost.
+    /// Registers a function that is called with a line of text when the device is lost.
     pub fn on_lost(&self, callback: js_sys::Function) {
         LOST.with_borrow_mut(|listener| *listener = Some(callback));
     }
 
-    /// Uploads what `make_scene` made. A draft comes before the scene that it is of, and instead of the one before.
+    /// Uploads the bytes of `make_scene`. A draft replaces the scene before and precedes its own full scene.
     pub async fn set_scene(&self, bytes: Vec<u8>, is_draft: bool) -> Result<(), JsValue> {
         let upload = if is_draft { Scene::draft } else { Scene::of };
         let scene = SceneData::from_bytes(bytes).and_then(|data| upload(&self.gpu, &data)).map_err(thrown)?;
@@ -86,7 +87,7 @@ impl Artist {
         Ok(())
     }
 
-    /// Compiles and uploads a method; its bytes on the GPU.
+    /// Compiles and uploads a method; returns its bytes on the GPU.
     pub async fn set_method(&self, bytes: Vec<u8>) -> Result<f64, JsValue> {
         let data = MethodData::from_bytes(bytes).map_err(thrown)?;
         let shader = Shader::of_async(&self.gpu, &data.shader(), data.answers(), &Optics::default()).await;
@@ -98,7 +99,7 @@ impl Artist {
         Ok(bytes)
     }
 
-    /// Says what is to be seen from now on.
+    /// Orders a view; pictures of the view before end early.
     pub fn set_view(&self, json: &str, width: u32, height: u32, supersample: u32) -> Result<(), JsValue> {
         let settings = read(json)?;
         let view = settings.view(supersample).map_err(thrown)?;
@@ -112,12 +113,12 @@ impl Artist {
         Ok(())
     }
 
-    /// Draws the next finer picture and shows it; its report, or nothing.
+    /// Draws the next finer picture and shows it; returns its report, or nothing after the finest.
     pub async fn step(&self) -> Result<Option<String>, JsValue> {
         self.stepped().await.map_err(thrown)
     }
 
-    /// Draws the finest picture and shows it; its report.
+    /// Draws the finest picture and shows it; returns its report.
     pub async fn draw(&self) -> Result<String, JsValue> {
         let missing = || thrown(WebError::Internal("there is no scene, method or view yet".to_owned()));
         let finest = self.state.borrow().progressive.job().map(|job| Level::finest(job.view.supersample));
@@ -145,19 +146,19 @@ impl Artist {
         image::picture_png(&picture, size, stops).map_err(thrown)
     }
 
-    /// What a place of the picture, 0 to 1 from the upper left, sees of the skin.
+    /// The skin at a point of the picture, each coordinate in [0, 1) from the upper left.
     pub async fn query(&self, x: f64, y: f64) -> Result<Option<String>, JsValue> {
         self.queried(x, y).await.map_err(thrown)
     }
 
-    /// Linear sRGB over the hemisphere for light from `wi`.
+    /// The BRDF map for light from `wi`, linear sRGB in 1/sr.
     pub async fn map(&self, wi: &[f32], side: usize) -> Result<Vec<f32>, JsValue> {
         let refused = || thrown(WebError::Internal("a direction is three numbers".to_owned()));
         let wi: [f32; 3] = wi.try_into().map_err(|_| refused())?;
         self.mapped(wi, side).await.map_err(thrown)
     }
 
-    /// Destroys the device.
+    /// Destroys the device, for tests.
     pub fn lose(&self) {
         self.gpu.device().destroy();
     }
@@ -180,7 +181,7 @@ impl Artist {
         gpu.when_lost(|reason| {
             let listener = LOST.with_borrow_mut(Option::take);
             if let Some(listener) = listener {
-                // What a listener throws is its own affair.
+                // Errors of the listener are ignored.
                 let _ = listener.call1(&JsValue::NULL, &format!("the GPU's device is lost: {reason}").into());
             }
         });
@@ -262,7 +263,7 @@ impl Artist {
         Ok(Some(report(&frame.target, level, frame.is_finest, start, &drawn)))
     }
 
-    /// Puts a picture on the canvas, and waits until that is done.
+    /// Puts a picture on the canvas, and waits until it is there.
     async fn show(&self, target: &Target) -> Result<(), WebError> {
         let stops = {
             let mut state = self.state.borrow_mut();
@@ -331,9 +332,9 @@ impl Screen {
     fn new(gpu: &Gpu, adapter: &wgpu::Adapter, surface: wgpu::Surface<'static>) -> Result<Self, WebError> {
         let config = surface.get_default_config(adapter, 1, 1);
         let mut config = config.ok_or_else(|| WebError::NoWebGpu("the canvas takes no WebGPU".to_owned()))?;
-        // What is shown is encoded already.
+        // The tone pass encodes sRGB itself.
         config.format = config.format.remove_srgb_suffix();
-        // The canvas is configured when there is a picture.
+        // The first picture configures the canvas.
         config.width = 0;
         let tone = TonePass::new(gpu.device(), config.format);
         Ok(Self { surface, config: RefCell::new(config), tone })

@@ -1,4 +1,13 @@
-//! What a worker makes.
+//! Calls of the page that read files and build tables: the exports for its *makers*, Web Workers that may block.
+//!
+//! `README.md` of this package documents every call, the makers, and the *artist*, the worker that draws with WebGPU.
+//! Arguments that several calls share:
+//!
+//! - `json`: the page's settings as a JSON object ([`Settings`](crate::Settings)), which [`read`] checks;
+//! - `listener`: a JavaScript function that receives the progress, a fraction from 0 to 1, or any other value for none.
+//!   It is called while the second value of [`progress`] lives, which is why a call keeps `_listening`.
+//!
+//! Errors are JavaScript `Error`s with a `kind` ([`thrown`]).
 
 use super::quick::read;
 use super::report::{progress, thrown};
@@ -15,40 +24,40 @@ pub struct JsRelief(Relief);
 
 #[wasm_bindgen(js_class = Relief)]
 impl JsRelief {
-    /// Reads and levels it.
+    /// Reads and levels the relief of the settings: a preset, or the file with the contents `bytes`.
     #[wasm_bindgen(constructor)]
     pub fn new(json: &str, bytes: Option<Vec<u8>>) -> Result<JsRelief, JsValue> {
         Ok(Self(Relief::new(&read(json)?, bytes.as_deref()).map_err(thrown)?))
     }
 
-    /// What there is to say about it; its level and tiling are those of the settings.
+    /// Size, range, roughness and periods of the relief ([`Relief::facts`]), as JSON.
     pub fn facts(&self, json: &str) -> Result<String, JsValue> {
         Ok(serde_json::to_string(&self.0.facts(&read(json)?)).unwrap_or_default())
     }
 
-    /// A grey picture of it.
+    /// A grey picture of the relief with at most `side_max` pixels along each side.
     pub fn picture(&self, side_max: usize) -> JsReliefPicture {
         JsReliefPicture(image::relief_picture(self.0.field(), side_max))
     }
 
-    /// What making the method's data takes.
+    /// Estimated bytes and seconds of [`JsRelief::method`], as JSON.
     pub fn estimate(&self, json: &str) -> Result<String, JsValue> {
         Ok(serde_json::to_string(&self.0.estimate(&read(json)?)).unwrap_or_default())
     }
 
-    /// The method's data for the artist.
+    /// Builds the data of the settings' method, such as a colour table, and packs it into bytes for the artist.
     pub fn method(&self, json: &str, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
         let (progress, _listening) = progress(listener);
         self.0.method_data(&read(json)?, &progress).map_err(thrown)
     }
 
-    /// What answers on the processor.
+    /// Builds an evaluator of the settings' method on the CPU.
     pub fn reflectance(&self, json: &str, listener: &JsValue) -> Result<JsReflectance, JsValue> {
         let (progress, _listening) = progress(listener);
         Ok(JsReflectance(self.0.reflectance(&read(json)?, &progress).map_err(thrown)?))
     }
 
-    /// What spectra are read from.
+    /// Builds an evaluator of spectra on the CPU.
     pub fn spectra(&self, json: &str, listener: &JsValue) -> Result<JsSpectra, JsValue> {
         let (progress, _listening) = progress(listener);
         Ok(JsSpectra(self.0.spectra(&read(json)?, &progress).map_err(thrown)?))
@@ -61,19 +70,19 @@ pub struct JsReliefPicture(image::ReliefPicture);
 
 #[wasm_bindgen(js_class = ReliefPicture)]
 impl JsReliefPicture {
-    /// Pixels along a row.
+    /// Width in pixels.
     #[wasm_bindgen(getter)]
     pub fn width(&self) -> usize {
         self.0.size.0
     }
 
-    /// Rows.
+    /// Height in pixels.
     #[wasm_bindgen(getter)]
     pub fn height(&self) -> usize {
         self.0.size.1
     }
 
-    /// µm for each pixel.
+    /// Size of a pixel in µm.
     #[wasm_bindgen(getter)]
     pub fn um_per_pixel(&self) -> f64 {
         self.0.um_per_pixel
@@ -85,56 +94,59 @@ impl JsReliefPicture {
         self.0.bar_um
     }
 
-    /// Four bytes for each pixel, rows from the top.
+    /// RGBA bytes, rows from the top.
     #[wasm_bindgen(getter)]
     pub fn rgba(&self) -> Vec<u8> {
         self.0.rgba.clone()
     }
 }
 
-/// The reflectance on the processor; see [`Reflectance`].
+/// `f_r` in linear sRGB, evaluated on the CPU; see [`Reflectance`].
 #[wasm_bindgen(js_name = Reflectance)]
 pub struct JsReflectance(Reflectance);
 
 #[wasm_bindgen(js_class = Reflectance)]
 impl JsReflectance {
-    /// Takes the refractive index of other settings.
+    /// Replaces the refractive index by that of other settings. The tables stay: without energy conservation they do
+    /// not depend on the index.
     pub fn set_index(&mut self, json: &str) -> Result<(), JsValue> {
         self.0.set_index(&read(json)?);
         Ok(())
     }
 
-    /// Linear sRGB over the hemisphere.
+    /// Map of `f_r` in 1/sr over the hemisphere of outgoing directions, for light from (`theta_deg`, `phi_deg`): linear
+    /// sRGB of `side` × `side` pixels, rows from the top.
     pub fn map(&self, theta_deg: f64, phi_deg: f64, side: usize, listener: &JsValue) -> Vec<f32> {
         let (progress, _listening) = progress(listener);
         self.0.map(direction(theta_deg, phi_deg), side, &progress).as_flattened().to_vec()
     }
 
-    /// Linear sRGB of a pair of directions.
+    /// `f_r` in 1/sr as linear sRGB, for the directions `wi` to the light and `wo` to the viewer of three numbers each.
     pub fn rgb(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
         Ok(self.0.rgb(unit(wi)?, unit(wo)?).map(|value| value as f32).to_vec())
     }
 }
 
-/// Spectra; see [`Spectra`].
+/// `f_r` by wavelength, evaluated on the CPU; see [`Spectra`].
 #[wasm_bindgen(js_name = Spectra)]
 pub struct JsSpectra(Spectra);
 
 #[wasm_bindgen(js_class = Spectra)]
 impl JsSpectra {
-    /// Takes the refractive index of other settings.
+    /// Replaces the refractive index by that of other settings. The tables stay: without energy conservation they do
+    /// not depend on the index.
     pub fn set_index(&mut self, json: &str) -> Result<(), JsValue> {
         self.0.set_index(&read(json)?);
         Ok(())
     }
 
-    /// `f_r` at 380, 385, …, 780 nm.
+    /// `f_r` in 1/sr at 380, 385, …, 780 nm, for the directions `wi` to the light and `wo` to the viewer.
     pub fn spectrum(&self, wi: &[f32], wo: &[f32]) -> Result<Vec<f32>, JsValue> {
         Ok(self.0.spectrum(unit(wi)?, unit(wo)?))
     }
 }
 
-/// A direction of length 1 in double precision.
+/// The unit vector along `direction`, normalised in double precision. Refuses all but three numbers, and zero length.
 fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     let refused = || thrown(WebError::Internal("a direction is three numbers, not all of them 0".to_owned()));
     let direction: [f32; 3] = direction.try_into().map_err(|_| refused())?;
@@ -142,12 +154,14 @@ fn unit(direction: &[f32]) -> Result<Vec3, JsValue> {
     Ok(unit.to_array())
 }
 
-/// Mesh, tree and pigment for the artist, or those of a draft; see [`Settings::draft_scene`](crate::Settings::draft_scene).
+/// Builds the scene and packs it into bytes for the artist: the mesh, the tree of boxes for its rays, and the pigment's
+/// texture. A draft is coarser ([`Settings::draft_scene`](crate::Settings::draft_scene)).
 #[wasm_bindgen]
 pub fn make_scene(json: &str, is_draft: bool, listener: &JsValue) -> Result<Vec<u8>, JsValue> {
     let settings = read(json)?;
     let (progress, _listening) = progress(listener);
     let (mesh, pigment) = if is_draft { settings.draft_scene() } else { settings.scene() }.map_err(thrown)?;
+    // An estimate: the mesh and the pigment take 60 % of the time, the tree the rest.
     progress.report(0.6);
     let data = SceneData::new(&mesh, &pigment).map_err(thrown)?;
     progress.report(1.0);

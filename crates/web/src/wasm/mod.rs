@@ -1,4 +1,4 @@
-//! What the page calls; `README.md` is the manual of all of it.
+//! The calls of the page; `README.md` documents them.
 
 mod artist;
 mod maker;

@@ -1,27 +1,33 @@
-/// Differences of less than this share of time or error do not put a point behind the front: repeated runs differ by as
-/// much.
-pub const FRONT_MARGIN: f64 = 0.05;
+//! The front: the points that no other point beats in both time and error.
 
-/// What a ΔE₂₀₀₀ counts as: those below a twentieth of what an eye just notices count alike.
-pub fn noticed(delta_e: f64) -> f64 {
-    delta_e.clamp(0.05, f64::INFINITY)
+/// Relative difference of time or error below which a point counts as equal; repeated runs differ by as much.
+const FRONT_MARGIN: f64 = 0.05;
+
+/// Smallest ΔE₂₀₀₀ that counts on a front: a twentieth of a just noticeable difference, 1.
+const DELTA_E_MIN: f64 = 0.05;
+
+/// A ΔE₂₀₀₀ as it counts on a front: small ones count alike.
+pub(crate) fn noticed(delta_e: f64) -> f64 {
+    delta_e.clamp(DELTA_E_MIN, f64::INFINITY)
 }
 
-/// Which of the points `(time, errors)` no other beats: none is faster and as good by every measure of error, or better by
-/// one, as good by the others and no slower. Errors that are not numbers are beaten by any.
-pub fn front<const MEASURES: usize>(points: &[(f64, [f64; MEASURES])]) -> Vec<bool> {
-    let heeded = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
-    let points: Vec<_> = points.iter().map(|(time, errors)| (*time, errors.map(heeded))).collect();
+/// Whether each point `(time, errors)` lies on the front.
+///
+/// Another point beats a point if it is no worse by any error, and is either faster, or better by one error and no
+/// slower. "Faster" and "better" mean by more than [`FRONT_MARGIN`]. A NaN counts as an infinite error.
+pub(crate) fn front<const ERRORS: usize>(points: &[(f64, [f64; ERRORS])]) -> Vec<bool> {
+    let finite_or_infinite = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
+    let points: Vec<_> = points.iter().map(|(time, errors)| (*time, errors.map(finite_or_infinite))).collect();
     let keep = 1.0 - FRONT_MARGIN;
-    let beaten = |a: &(f64, [f64; MEASURES])| {
+    let is_beaten = |a: &(f64, [f64; ERRORS])| {
         points.iter().any(|b| {
             let errors = || b.1.iter().zip(&a.1);
-            let (faster, better) = (b.0 < keep * a.0, errors().any(|(b, a)| *b < keep * a));
-            let (no_slower, no_worse) = (b.0 <= a.0, errors().all(|(b, a)| b <= a));
-            no_worse && (faster || better && no_slower)
+            let (is_faster, is_better) = (b.0 < keep * a.0, errors().any(|(b, a)| *b < keep * a));
+            let (is_no_slower, is_no_worse) = (b.0 <= a.0, errors().all(|(b, a)| b <= a));
+            is_no_worse && (is_faster || is_better && is_no_slower)
         })
     };
-    points.iter().map(|point| !beaten(point)).collect()
+    points.iter().map(|point| !is_beaten(point)).collect()
 }
 
 #[cfg(test)]
@@ -29,7 +35,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_what_is_beaten_in_both_is_behind() {
+    fn a_point_beaten_in_time_and_error_is_behind_the_front() {
         let points =
             [(1.0, 1.0), (2.0, 0.5), (2.0, 2.0), (1.01, 1.0), (9.0, f64::NAN), (1.5, 1.0), (4.0, 0.01), (8.0, 0.001)];
         let points = points.map(|(time, error)| (time, [noticed(error)]));
@@ -38,7 +44,7 @@ mod tests {
     }
 
     #[test]
-    fn being_better_by_one_measure_is_enough() {
+    fn a_point_better_by_one_error_is_on_the_front() {
         let points = [(1.0, [2.0, 9.0]), (2.0, [1.9, 9.0]), (3.0, [2.0, 8.0]), (4.0, [1.9, 8.5]), (5.0, [1.9, 8.5])];
         assert_eq!(front(&points), [true, true, true, true, false]);
     }

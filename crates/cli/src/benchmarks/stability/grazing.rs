@@ -1,7 +1,8 @@
-//! Incidence up to 89.99°: the tables against the oracle, reciprocity and energy.
+//! Incidence up to 89.99°: errors of the tables against the direct sum, reciprocity and albedo.
 
-use super::relief::{anywhere, direction, rough, sinusoid};
+use super::relief::{rough, sinusoid, uniform_direction};
 use super::{largest, percentile_99, table_error};
+use crate::arguments::direction_from_degrees;
 use crate::benchmarks::BenchError;
 use serde::Serialize;
 use sunbeam::height_field::random::Random;
@@ -12,43 +13,50 @@ use sunbeam::scattering::{Options, Vec3};
 /// Angles of incidence in degrees.
 pub const GRAZING_DEG: [f64; 12] = [0.0, 30.0, 60.0, 75.0, 80.0, 85.0, 88.0, 89.0, 89.5, 89.9, 89.97, 89.99];
 
-/// Wavelengths in nm: both ends of the tables' range, and the middle.
+/// Wavelengths in nm: both ends of the tables' range, and its middle.
 const WAVELENGTHS_NM: [f64; 3] = [360.0, 550.0, 830.0];
+
+/// The normal of the surface.
+const NORMAL: Vec3 = [0.0, 0.0, 1.0];
 
 /// The sweep on one surface.
 #[derive(Clone, Debug, Serialize)]
 pub struct GrazingSurface {
+    /// Name of the surface.
     pub name: &'static str,
     /// Tolerance of its tables.
     pub tolerance: f64,
+    /// One point for each of [`GRAZING_DEG`].
     pub points: Vec<GrazingPoint>,
 }
 
-/// What was found at one angle of incidence, over several azimuths, all of [`WAVELENGTHS_NM`], and outgoing directions that
-/// mirror, return, cross, follow the horizon and the sampler, or lie anywhere.
+/// Extremes at one angle of incidence, over azimuths, wavelengths and outgoing directions.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct GrazingPoint {
+    /// Angle of incidence in degrees.
     pub theta_deg: f64,
-    /// Error of S against the oracle, relative to the largest of its value, the mean over κ and the density floor.
+    /// 99th percentile of the error of S against the direct sum, relative to the scale of the tables' tolerance.
     pub error_p99: f64,
+    /// Largest error of S.
     pub error_largest: f64,
-    /// Largest relative difference of `f_r` under exchange of the directions.
+    /// Largest relative difference of `f_r` when the directions are exchanged.
     pub reciprocity: f64,
     /// Largest albedo.
     pub albedo: f64,
-    /// The same where energy is not conserved.
+    /// Largest albedo without energy conservation.
     pub albedo_unscaled: f64,
     /// Largest weight of a sample.
     pub weight: f64,
-    /// Values of reflectance and density that were not finite or negative.
+    /// Number of reflectances and densities that are negative, NaN or infinite.
     pub broken: u64,
 }
 
-/// The sweep over a blazed grating, a steep sinusoid and a rough relief.
+/// Sweeps a blazed grating, a steep sinusoid and a rough relief, with `directions` queries at each angle.
 ///
 /// # Errors
-/// Tables that were not made.
+/// Tables that cannot be built.
 pub fn grazing(directions: usize) -> Result<Vec<GrazingSurface>, BenchError> {
+    // 17 × 13 pixels of 0.11 × 0.23 µm, and heights up to 0.4 µm.
     let rough = rough(&mut Random::new(7), (17, 13), (0.11, 0.23), 0.4)?;
     [
         ("blazed", Preset::Blazed.build(None, None)?),
@@ -66,47 +74,35 @@ fn sweep(name: &'static str, field: &HeightField, directions: usize) -> Result<G
     let unscaled = Surface::new(field, &Options { conserve_energy: false, ..options.clone() })?;
     let exact = Exact::new(field, &options, surface.albedo_table().cloned());
     let mut random = Random::new(10);
-    let points = GRAZING_DEG.iter().map(|theta| at(*theta, [&surface, &unscaled], &exact, directions, &mut random));
+    let points =
+        GRAZING_DEG.iter().map(|theta| measure(*theta, [&surface, &unscaled], &exact, directions, &mut random));
     Ok(GrazingSurface { name, tolerance: options.tolerance, points: points.collect() })
 }
 
-fn at(
+/// The point at one angle of incidence; `unscaled` is the surface without energy conservation.
+fn measure(
     theta_deg: f64,
     [surface, unscaled]: [&Surface; 2],
     exact: &Exact,
     directions: usize,
     random: &mut Random,
 ) -> GrazingPoint {
-    let mut asked: Vec<(Vec3, Vec3, f64)> = Vec::new();
-    for nm in WAVELENGTHS_NM {
-        for phi in [0.0, 35.0, 90.0, 180.0] {
-            let wi = direction(theta_deg, phi);
-            let others = [direction(theta_deg, phi + 180.0), wi, direction(theta_deg, phi + 90.0), [0.0, 0.0, 1.0]];
-            let level = [direction(89.99, phi + 170.0), direction(89.99, phi)];
-            asked.extend(others.into_iter().chain(level).map(|wo| (wi, wo, nm)));
-        }
-    }
-    while asked.len() < directions {
-        let (wi, nm) = (direction(theta_deg, random.between(-180.0, 180.0)), random.between(360.0, 830.0));
-        let u = [random.unit(), random.unit(), random.unit()];
-        let sampled = surface.sample_direction(wi, &[nm], u);
-        let wo = if asked.len().is_multiple_of(2) { anywhere(random) } else { sampled.unwrap_or([0.0, 0.0, 1.0]) };
-        asked.push((wi, wo, nm));
-    }
-    let mut errors: Vec<f64> = asked.iter().map(|(wi, wo, nm)| table_error(surface, exact, *wi, *wo, *nm)).collect();
+    let queries = queries(theta_deg, surface, directions, random);
+    let mut errors: Vec<f64> = queries.iter().map(|(wi, wo, nm)| table_error(surface, exact, *wi, *wo, *nm)).collect();
     let (mut broken, mut reciprocity, mut weights) = (0, Vec::new(), Vec::new());
-    for (wi, wo, nm) in &asked {
+    for (wi, wo, nm) in &queries {
         let (there, back) = (surface.eval_pdf(*wi, *wo, *nm), surface.eval_pdf(*wo, *wi, *nm));
-        let fine = |value: f64| value.is_finite() && value >= 0.0;
-        broken += [there.f, back.f, there.pdf, back.pdf].into_iter().filter(|value| !fine(*value)).count() as u64;
+        let is_valid = |value: f64| value.is_finite() && value >= 0.0;
+        broken += [there.f, back.f, there.pdf, back.pdf].into_iter().filter(|value| !is_valid(*value)).count() as u64;
         let most = there.f.max(back.f);
         reciprocity.push(if most > 0.0 { (there.f - back.f).abs() / most } else { 0.0 });
         let sample = surface.sample(*wi, &[*nm], [random.unit(), random.unit(), random.unit()]);
         weights.extend(sample.map(|sample| sample.weight));
     }
     let albedo = |surface: &Surface| {
-        let few = asked.iter().step_by(3).take(60);
-        largest(few.filter_map(|(wi, _, nm)| surface.albedo(*wi, *nm)))
+        // An albedo is an integral over the hemisphere, so only some incidences are computed.
+        let some = queries.iter().step_by(3).take(60);
+        largest(some.filter_map(|(wi, _, nm)| surface.albedo(*wi, *nm)))
     };
     GrazingPoint {
         theta_deg,
@@ -118,4 +114,33 @@ fn at(
         weight: largest(weights),
         broken,
     }
+}
+
+/// Incident and outgoing directions with a wavelength in nm, at least `count`.
+///
+/// The first outgoing directions mirror, return or cross the incident one, or follow the normal or the horizon. The
+/// others are uniform or sampled, in turn.
+fn queries(theta_deg: f64, surface: &Surface, count: usize, random: &mut Random) -> Vec<(Vec3, Vec3, f64)> {
+    let mut queries = Vec::new();
+    for nm in WAVELENGTHS_NM {
+        for phi in [0.0, 35.0, 90.0, 180.0] {
+            let wi = direction_from_degrees(theta_deg, phi);
+            let others = [
+                direction_from_degrees(theta_deg, phi + 180.0),
+                wi,
+                direction_from_degrees(theta_deg, phi + 90.0),
+                NORMAL,
+            ];
+            let at_horizon = [direction_from_degrees(89.99, phi + 170.0), direction_from_degrees(89.99, phi)];
+            queries.extend(others.into_iter().chain(at_horizon).map(|wo| (wi, wo, nm)));
+        }
+    }
+    while queries.len() < count {
+        let (wi, nm) = (direction_from_degrees(theta_deg, random.between(-180.0, 180.0)), random.between(360.0, 830.0));
+        let u = [random.unit(), random.unit(), random.unit()];
+        let sampled = surface.sample_direction(wi, &[nm], u);
+        let is_uniform = queries.len().is_multiple_of(2);
+        queries.push((wi, if is_uniform { uniform_direction(random) } else { sampled.unwrap_or(NORMAL) }, nm));
+    }
+    queries
 }

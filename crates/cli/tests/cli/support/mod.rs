@@ -1,20 +1,20 @@
-//! Running the binary and judging what it says.
-#![allow(dead_code)] // Each binary uses some of it.
+//! Runs of the binary, and checks of their output.
+#![allow(dead_code, reason = "each test binary uses a part")]
 
 use crate::common::CACHE_FOLDER;
 use std::io::Write;
 use std::process::{Command, Output, Stdio};
 
-/// Tables that one test builds serve the others, and not those of the user.
+/// A cache of tables that the tests share, apart from the user's.
 const CACHE: (&str, &str) = ("SUNBEAM_CACHE_DIR", CACHE_FOLDER);
 
 /// Runs the binary with `input` on stdin.
-pub fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
+pub(crate) fn run(arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
     run_with(&[CACHE], arguments, input)
 }
 
-/// The same with these environment variables.
-pub fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
+/// Runs the binary with `input` on stdin and additional environment variables.
+pub(crate) fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRef<[u8]>) -> Output {
     let mut child = Command::new(env!("CARGO_BIN_EXE_sunbeam"))
         .args(arguments)
         .envs(variables.iter().copied())
@@ -24,7 +24,7 @@ pub fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRe
         .spawn()
         .unwrap();
     let mut stdin = child.stdin.take().unwrap();
-    // In a thread, since the answers fill the other pipe; a process that refuses its arguments reads nothing.
+    // A thread writes, since the answers fill the other pipe. A process with wrong arguments reads nothing.
     let input = input.as_ref().to_vec();
     let writer = std::thread::spawn(move || drop(stdin.write_all(&input)));
     let output = child.wait_with_output().unwrap();
@@ -32,8 +32,8 @@ pub fn run_with(variables: &[(&str, &str)], arguments: &[&str], input: impl AsRe
     output
 }
 
-/// The stdout of a run that succeeded, without a number that is not one.
-pub fn succeeded(output: Output) -> String {
+/// The stdout of a successful run, which has no NaN or infinity.
+pub(crate) fn succeeded(output: Output) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(0), "{stderr}");
     assert_eq!(stderr, "");
@@ -42,8 +42,8 @@ pub fn succeeded(output: Output) -> String {
     text
 }
 
-/// The line on stderr of a run that was refused with status 2.
-pub fn refused(arguments: &[&str]) -> String {
+/// The single line on stderr of a run that ends with status 2.
+pub(crate) fn refused(arguments: &[&str]) -> String {
     let output = run(arguments, "");
     let message = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");

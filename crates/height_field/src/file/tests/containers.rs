@@ -1,10 +1,10 @@
-//! Formats that hold more than a measurement: Gwyddion, TIFF, XYZ.
+//! Gwyddion, TIFF and XYZ files.
 
 use super::measured::check;
 use super::samples;
 use super::*;
 
-/// Heights below 1 µm, through a product or two.
+/// Rounding of products of heights below 1 µm.
 const ROUNDING_UM: f64 = 1e-12;
 
 fn read_channel(name: &str, bytes: &[u8], channel: &str) -> Result<FileField, String> {
@@ -14,7 +14,7 @@ fn read_channel(name: &str, bytes: &[u8], channel: &str) -> Result<FileField, St
 }
 
 #[test]
-fn gwyddion_channels_units_and_masks() {
+fn gwyddion_channels_units_and_masks_are_read() {
     let read = check("g.gwy", &samples::gwy(false), None, None, ROUNDING_UM);
     assert_eq!(read.channel.as_deref(), Some("Height"));
     for channel in ["2", "Height", "height "] {
@@ -60,7 +60,7 @@ fn gwyddion_refusals_list_the_channels() {
 }
 
 #[test]
-fn objects_nested_without_end_are_no_trouble() {
+fn deeply_nested_objects_are_skipped() {
     let mut nested = samples::object("GwyContainer", &[]);
     for _ in 0..20_000 {
         nested = samples::object("A", &[samples::component("b", b'o', &nested)]);
@@ -73,7 +73,7 @@ fn objects_nested_without_end_are_no_trouble() {
 const IMAGEJ: &str = "ImageJ=1.54f\nunit=\\u00B5m\nspacing=1.0\ncf=0\nc0=-250\nc1=125\nvunit=nm\n";
 
 #[test]
-fn tiff_scales() {
+fn tiff_scales_are_read() {
     // 20 000 pixels a centimetre along x, twice as many along y.
     let metric = samples::tiff(None, Some((3, 20_000)));
     let (_folder, path) = in_folder("t.tif", &metric);
@@ -86,7 +86,7 @@ fn tiff_scales() {
 }
 
 #[test]
-fn tiff_refusals() {
+fn unusable_tiff_is_refused() {
     // 300 dots an inch is for printers, and no unit is no measure.
     for resolution in [None, Some((2, 300)), Some((1, 20_000))] {
         let message = refusal("t.tif", &samples::tiff(None, resolution), &scale(None, 1.0));
@@ -109,7 +109,7 @@ fn tiff_refusals() {
 }
 
 #[test]
-fn xyz_grids() {
+fn xyz_points_are_sorted_into_their_grid() {
     check("p.xyz", samples::xyz().as_bytes(), None, Some([0, 1]), ROUNDING_UM);
     // Three digits of a third, over a hundred points: no step is exact, the mean of them nearly.
     let rounded: String = (0..100).map(|i| format!("{:.3}\t5\t{}\n", i as f64 / 3.0, i % 7)).collect();
@@ -119,7 +119,7 @@ fn xyz_grids() {
     assert!((field.dx_um() * 3.0 - 1.0).abs() < 1e-4 && field.dx_um() == field.dy_um());
     let with = |text: &str| refusal("p.xyz", text.as_bytes(), &NO_SCALE);
     assert!(with("0 0 1\n1 0 1\n0 1 1\n1.5 1 1\n3 0 1\n").contains("not on a regular grid"));
-    assert!(with("0 0 1\n1 0 1\n1 0 2\n").contains("share the place"));
+    assert!(with("0 0 1\n1 0 1\n1 0 2\n").contains("share the node"));
     assert!(with("0 0 1\n1 1 1\n2 2 1\n3 3 1\n4 4 1\n").contains("fill little of a grid of 5 × 5"));
     assert!(with("0 0 1\n1 nan 1\n").contains("finite"));
     assert!(with("0 0\n1 1\n").contains("2 numbers"));
@@ -128,7 +128,7 @@ fn xyz_grids() {
 }
 
 #[test]
-fn text_of_other_extensions_is_the_same_matrix() {
+fn matrices_are_read_from_all_text_extensions() {
     let rows = [["1", "2", "3", "nan"], ["4", "5", "6", "7"], ["3", "6", "2", "6"]];
     let matrix = |separator: &str, end: &str| rows.map(|row| row.join(separator)).join(end);
     for (name, text) in [("m.csv", format!("\u{feff}{}\r\n", matrix(",", "\r\n"))), ("m.asc", matrix("\t", "\n"))] {

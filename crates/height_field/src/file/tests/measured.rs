@@ -1,13 +1,13 @@
-//! The formats of instruments: Nanoscope, surface data files, X3P.
+//! Formats of instruments: NanoScope, surface data files, X3P.
 
 use super::samples::{self, HEIGHTS};
 use super::*;
 
-/// Heights below 1 µm, through a product or two.
+/// Rounding of products of heights below 1 µm.
 const ROUNDING_UM: f64 = 1e-12;
 
-/// Reads with a film over missing points, and checks size, pixels and every height but those that were missing.
-pub fn check(
+/// Reads with [`Fill::Laplace`], and checks size, pixels and all heights but the missing ones.
+pub(super) fn check(
     name: &str,
     bytes: &[u8],
     channel: Option<&str>,
@@ -32,7 +32,7 @@ pub fn check(
 }
 
 #[test]
-fn surface_data_files_of_every_revision() {
+fn surface_data_files_of_all_revisions_are_read() {
     for (revision, missing) in [("ISO-1.0", [0, 1]), ("ISO-2.0", [0, 1]), ("BCR-1.0", [1, 1])] {
         for code in [5, 7] {
             let bytes = samples::sdf_binary(revision, code);
@@ -55,7 +55,7 @@ fn surface_data_files_of_every_revision() {
 }
 
 #[test]
-fn surface_data_files_that_are_refused() {
+fn unusable_surface_data_files_are_refused() {
     let text = samples::sdf_text("-0.25");
     let with = |from: &str, to: &str| refusal("s.sdf", text.replace(from, to).as_bytes(), &NO_SCALE);
     assert!(with("ISO-1.0", "XYZ-1.0").contains("XYZ-1.0"));
@@ -78,7 +78,7 @@ fn surface_data_files_that_are_refused() {
 }
 
 #[test]
-fn x3p_of_every_kind() {
+fn x3p_of_all_kinds_is_read() {
     check("s.x3p", &samples::x3p(false), None, None, ROUNDING_UM);
     check("s.x3p", &samples::x3p(true), None, Some([0, 1]), ROUNDING_UM);
     // Two layers of floats, the second chosen; and heights in the description itself, of which one is missing.
@@ -98,7 +98,7 @@ fn x3p_of_every_kind() {
 }
 
 #[test]
-fn x3p_that_is_refused() {
+fn unusable_x3p_is_refused() {
     let z = "<DataType>D</DataType>";
     let zeros = [0; 48];
     let with = |xml: &str, data: &[u8]| {
@@ -128,7 +128,7 @@ fn x3p_that_is_refused() {
 }
 
 #[test]
-fn nanoscope_heights_of_16_and_32_bits() {
+fn nanoscope_heights_of_16_and_32_bits_are_read() {
     let half_a_step = 0.51 * samples::NANOSCOPE_STEP_UM;
     for wide in [false, true] {
         let bytes = samples::nanoscope(wide);
@@ -150,7 +150,7 @@ fn nanoscope_heights_of_16_and_32_bits() {
 }
 
 #[test]
-fn nanoscope_that_is_refused() {
+fn unusable_nanoscope_files_are_refused() {
     let good = samples::nanoscope(true);
     let text = String::from_utf8_lossy(&good[..4096]).into_owned();
     let with = |from: &str, to: &str| {

@@ -1,4 +1,4 @@
-//! Round trips and every refusal.
+//! Round trips of written files, and refusals.
 
 mod containers;
 mod damage;
@@ -11,9 +11,9 @@ use crate::Preset;
 use ndarray::Array2;
 use std::path::PathBuf;
 
-/// 32-bit floats keep 24 bits: half a step of 0.5 µm.
+/// Rounding of heights up to 0.5 µm to 32-bit floats.
 const FLOAT_UM: f64 = 3e-8;
-/// Half a step of 16-bit grey, relative to full scale.
+/// Rounding to 16-bit grey, relative to full scale.
 const GREY_16: f64 = 0.51 / 65535.0;
 
 const NO_SCALE: FileScale = FileScale { pixel_size_um: None, max_height_um: None };
@@ -22,7 +22,7 @@ fn scale(pixel: impl Into<Option<f64>>, height: impl Into<Option<f64>>) -> FileS
     FileScale { pixel_size_um: pixel.into(), max_height_um: height.into() }
 }
 
-/// Not square in pixels nor in tile, and different under every flip.
+/// A field that is not square in pixels nor in extent, and differs from all of its reflections.
 fn sample() -> HeightField {
     let heights = Array2::from_shape_fn((5, 7), |(iy, ix)| 0.1 + 0.03 * ix as f64 + 0.04 * (iy * iy) as f64 / 5.0);
     HeightField::new(heights, 0.065, 0.11).unwrap()
@@ -93,14 +93,14 @@ fn gsf_of(unit: &str, xy: &str, extra: &str) -> Vec<u8> {
 }
 
 #[test]
-fn gsf_units_rows_and_padding() {
+fn gsf_units_rows_and_padding_are_read() {
     for (unit, factor) in [("m", 1e6), ("mm", 1e3), ("µm", 1.0), ("μm", 1.0), ("um", 1.0), ("nm", 1e-3), ("pm", 1e-6)]
     {
-        // Titles of every length go through every amount of padding, four included.
+        // Titles of all lengths, for padding of one to four bytes.
         for title in ["", "a", "ab", "abc", "abcd"] {
             let (_folder, path) = in_folder("u.gsf", &gsf_of(unit, unit, &format!("Title = {title}\nXOffset = 7\n")));
             let field = HeightField::read(&path, &NO_SCALE).unwrap();
-            // Relative to rounding of a product.
+            // Rounding of one product.
             assert!((field.dx_um() / (2.0 * factor) - 1.0).abs() < 1e-15, "{unit}");
             assert!((field.dy_um() / factor - 1.0).abs() < 1e-15, "{unit}");
             // The first row of the file is the top, the largest y.
@@ -112,7 +112,7 @@ fn gsf_units_rows_and_padding() {
 }
 
 #[test]
-fn gsf_refusals() {
+fn unusable_gsf_is_refused() {
     let good = gsf_of("nm", "um", "");
     assert!(refusal("t.gsf", &good[..good.len() - 1], &NO_SCALE).contains("16 bytes, but 15"));
     assert!(refusal("t.gsf", &good[..40], &NO_SCALE).contains("NUL"));
@@ -147,7 +147,7 @@ fn png_of(depth: ::png::BitDepth, colour: ::png::ColorType, data: &[u8], per_met
 }
 
 #[test]
-fn png_scales_and_refusals() {
+fn png_scales_are_read_or_refused() {
     use ::png::{BitDepth::*, ColorType::*};
     let plain = png_of(Eight, Grayscale, &[0, 51, 255, 102], None);
     let (_folder, path) = in_folder("p.png", &plain);
@@ -171,7 +171,7 @@ fn png_scales_and_refusals() {
 }
 
 #[test]
-fn exr_refusals_and_agreement() {
+fn exr_scales_must_agree() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let square = HeightField::new(sample().heights_um().clone(), 0.065, 0.065).unwrap();
@@ -227,7 +227,7 @@ fn matrices_keep_their_rows() {
 }
 
 #[test]
-fn missing_files_extensions_and_bad_parameters() {
+fn missing_files_extensions_and_bad_parameters_are_refused() {
     let read = |path: &str, scale: &FileScale| HeightField::read(path, scale).unwrap_err().to_string();
     assert!(read("/nowhere/a.exr", &NO_SCALE).contains("cannot be read"));
     assert!(read("a.jpeg", &NO_SCALE).contains("\"jpeg\" is not supported; accepted: .exr, .png"));
@@ -239,7 +239,7 @@ fn missing_files_extensions_and_bad_parameters() {
 }
 
 #[test]
-fn scans_are_the_same_as_picture_and_as_field() {
+fn pictures_and_fields_of_a_scan_agree() {
     let Some(folder) = sunbeam_testing::data("afm") else { return };
     for name in ["elaphe", "xenopeltis"] {
         let text = std::fs::read_to_string(folder.join(format!("{name}.json"))).unwrap();
@@ -269,7 +269,7 @@ fn holes_of(path: &std::path::Path, scale: FileScale) -> usize {
 }
 
 #[test]
-fn numbers_that_no_instrument_measures_are_holes() {
+fn implausible_numbers_are_missing_points() {
     let folder = tempfile::tempdir().unwrap();
     let mut heights = sample().heights_um().clone();
     for (place, nothing) in [([0, 0], 1e38), ([2, 3], -3.4e38), ([4, 6], 1.1e30)] {
@@ -304,7 +304,7 @@ fn numbers_that_no_instrument_measures_are_holes() {
 }
 
 #[test]
-fn the_number_that_a_tiff_names_is_no_height() {
+fn no_data_number_of_a_tiff_is_a_missing_point() {
     use ::tiff::encoder::{TiffEncoder, colortype};
     use ::tiff::tags::Tag;
     let mut grey = std::io::Cursor::new(Vec::new());

@@ -1,11 +1,11 @@
-//! Small files of every format, made by hand.
+//! Small sample files of all formats.
 
 use std::io::{Cursor, Write};
 
-/// Heights of all samples in µm, from the bottom row to the top; different under every flip.
-pub const HEIGHTS: [[f64; 3]; 2] = [[0.5, -0.25, 1.0], [0.125, 0.75, 0.25]];
+/// Heights of all samples in µm, from the bottom row on; different from all reflections.
+pub(crate) const HEIGHTS: [[f64; 3]; 2] = [[0.5, -0.25, 1.0], [0.125, 0.75, 0.25]];
 
-/// Heights in metres, row after row, from the bottom or the top.
+/// Heights in metres, from the bottom or the top row on.
 fn metres(top_down: bool) -> Vec<f64> {
     let mut rows = HEIGHTS;
     if top_down {
@@ -15,11 +15,11 @@ fn metres(top_down: bool) -> Vec<f64> {
 }
 
 /// A component of a Gwyddion object: name, letter and value.
-pub fn component(name: &str, letter: u8, value: &[u8]) -> Vec<u8> {
+pub(crate) fn component(name: &str, letter: u8, value: &[u8]) -> Vec<u8> {
     [name.as_bytes(), &[0, letter], value].concat()
 }
 
-pub fn object(type_name: &str, components: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn object(type_name: &str, components: &[Vec<u8>]) -> Vec<u8> {
     let body = components.concat();
     [type_name.as_bytes(), &[0], &(body.len() as u32).to_le_bytes(), &body].concat()
 }
@@ -33,8 +33,8 @@ fn unit(name: &str) -> Vec<u8> {
     object("GwySIUnit", &[component("unitstr", b's', &[name.as_bytes(), &[0]].concat())])
 }
 
-/// A field of 3 × 2 values that is 1.5 by 0.5 of `xy`.
-pub fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
+/// A field of 3 × 2 values with an extent of 1.5 by 0.5 in the unit `xy`.
+pub(crate) fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
     let real = |value: f64| value.to_le_bytes();
     let parts = [
         component("xres", b'i', &3_i32.to_le_bytes()),
@@ -49,8 +49,8 @@ pub fn data_field(xy: &str, z: &str, values: &[f64]) -> Vec<u8> {
     object("GwyDataField", &parts)
 }
 
-/// Three channels: 0 a phase, 2 heights in metres of 0.5 × 0.25 µm pixels, 11 the same in nm, upside down in value.
-pub fn gwy(with_mask: bool) -> Vec<u8> {
+/// Three channels: 0 is a phase; 2 are heights in metres with pixels of 0.5 × 0.25 µm; 11 are negative heights in nm.
+pub(crate) fn gwy(with_mask: bool) -> Vec<u8> {
     let title = |text: &str| [text.as_bytes(), &[0]].concat();
     let heights = metres(true);
     let in_nm: Vec<f64> = heights.iter().map(|h| -1e9 * h).collect();
@@ -75,8 +75,8 @@ pub fn gwy(with_mask: bool) -> Vec<u8> {
     [b"GWYP".to_vec(), object("GwyContainer", &parts)].concat()
 }
 
-/// ISO 25178-71 in binary, heights as 16-bit integers of 1 nm, or as doubles; a missing point at the second place.
-pub fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
+/// ISO 25178-71 in binary, with heights as 16-bit integers of 1 nm or as doubles; the second point is missing.
+pub(crate) fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
     let mut bytes = format!("b{revision}Sunbeam   010120260000010120260000").into_bytes();
     let counts = [3_u32, 2];
     for count in counts {
@@ -100,12 +100,13 @@ pub fn sdf_binary(revision: &str, code: u8) -> Vec<u8> {
     bytes
 }
 
-/// The same as text, with heights in µm.
-pub fn sdf_text(second: &str) -> String {
+/// ISO 25178-71 as text, with heights in µm.
+pub(crate) fn sdf_text(second: &str) -> String {
     let heights: Vec<String> = metres(false).iter().map(|h| format!("{}", h * 1e6)).collect();
     format!(
         "aISO-1.0\r\nManufacID = Sunbeam\r\nCreateDate = 010120260000\r\nModDate = 010120260000\r\nNumPoints = 3\r\n\
-         NumProfiles = 2\r\nXscale = 5.0e-7\r\nYscale = 2.5E-07\r\nZscale = 1.0E-6\r\nZresolution = -1\r\nCompression = 0\r\n\
+         NumProfiles = 2\r\nXscale = 5.0e-7\r\nYscale = 2.5E-07\r\nZscale = 1.0E-6\r\nZresolution = -1\r\n\
+         Compression = 0\r\n\
          DataType = 7\r\nCheckType = 0\r\n*\r\n{} {second} {}\r\n{}\r\n*\r\nOperator = nobody\r\n*",
         heights[0],
         heights[2],
@@ -113,9 +114,9 @@ pub fn sdf_text(second: &str) -> String {
     )
 }
 
-pub const X3P_LINK: &str = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>";
+pub(crate) const X3P_LINK: &str = "<DataLink><PointDataLink>bindata/data.bin</PointDataLink></DataLink>";
 
-pub fn x3p_description(axis: &str, z: &str, layers: usize, data: &str) -> String {
+pub(crate) fn x3p_description(axis: &str, z: &str, layers: usize, data: &str) -> String {
     format!(
         r#"<?xml version="1.0" encoding="UTF-8"?>
         <p:ISO5436_2 xmlns:p="http://www.opengps.eu/2008/ISO5436_2"><Record1><Revision>ISO5436 - 2000</Revision>
@@ -123,12 +124,13 @@ pub fn x3p_description(axis: &str, z: &str, layers: usize, data: &str) -> String
         <CX><AxisType>{axis}</AxisType><DataType>D</DataType><Increment>5e-7</Increment><Offset>0</Offset></CX>
         <CY><AxisType>I</AxisType><Increment>2.5E-7</Increment></CY>
         <CZ><AxisType>A</AxisType>{z}</CZ></Axes></Record1>
-        <Record3><MatrixDimension><SizeX>3</SizeX><SizeY>2</SizeY><SizeZ>{layers}</SizeZ></MatrixDimension>{data}</Record3>
+        <Record3><MatrixDimension><SizeX>3</SizeX><SizeY>2</SizeY><SizeZ>{layers}</SizeZ>\
+        </MatrixDimension>{data}</Record3>
         <Record4><ChecksumFile>md5checksum.hex</ChecksumFile></Record4></p:ISO5436_2>"#
     )
 }
 
-pub fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
+pub(crate) fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
     let mut archive = zip::ZipWriter::new(Cursor::new(Vec::new()));
     for (name, bytes) in files {
         let options = zip::write::SimpleFileOptions::default().compression_method(zip::CompressionMethod::Deflated);
@@ -138,8 +140,8 @@ pub fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {
     archive.finish().unwrap().into_inner()
 }
 
-/// X3P of 16-bit integers of 1 nm about an offset of 0.25 µm; the second point is not valid where there is a mask.
-pub fn x3p(with_mask: bool) -> Vec<u8> {
+/// X3P with heights as 16-bit integers of 1 nm and an offset of 0.25 µm; with a mask the second point is not valid.
+pub(crate) fn x3p(with_mask: bool) -> Vec<u8> {
     let z = "<DataType>I</DataType><Increment>1e-9</Increment><Offset>2.5e-7</Offset>";
     let stored: Vec<u8> =
         metres(false).iter().flat_map(|h| (((h - 2.5e-7) * 1e9).round() as i16).to_le_bytes()).collect();
@@ -149,11 +151,12 @@ pub fn x3p(with_mask: bool) -> Vec<u8> {
     archive(&[("main.xml", xml.as_bytes()), ("bindata/data.bin", &stored), ("bindata/valid.bin", &[0b0011_1101])])
 }
 
-/// Step of heights of [`nanoscope`].
-pub const NANOSCOPE_STEP_UM: f64 = 10.0 / 65536.0;
+/// Step of the heights of [`nanoscope`].
+pub(crate) const NANOSCOPE_STEP_UM: f64 = 10.0 / 65536.0;
 
-/// Nanoscope of three channels: a phase, heights, and heights of the way back; `wide` stores four bytes a number.
-pub fn nanoscope(wide: bool) -> Vec<u8> {
+/// NanoScope file of three channels: a phase, heights, and heights of the backward scan; `wide` stores four bytes a
+/// number.
+pub(crate) fn nanoscope(wide: bool) -> Vec<u8> {
     let rows = metres(false);
     let size = if wide { 4 } else { 2 };
     // 200 V at 50 nm/V over the full range of 16 bits.
@@ -162,7 +165,8 @@ pub fn nanoscope(wide: bool) -> Vec<u8> {
     let image = |place: usize, title: &str, soft: &str, direction: &str| {
         format!(
             "\\*Ciao image list\r\n\\Data offset: {}\r\n\\Data length: {}\r\n\\Bytes/pixel: 2\r\n\\Samps/line: 3\r\n\
-             \\Number of lines: 2\r\n\\Aspect ratio: 1:1\r\n\\Scan Size: 1.5 0.5 ~m\r\n\\Line Direction: {direction}\r\n\
+             \\Number of lines: 2\r\n\\Aspect ratio: 1:1\r\n\
+             \\Scan Size: 1.5 0.5 ~m\r\n\\Line Direction: {direction}\r\n\
              \\@2:Image Data: S [{title}] \"{title}\"\r\n\\@Z magnify: C [2:Z scale] 1.000000\r\n\
              \\@2:Z scale: V [{soft}] (0.000305 V/LSB) 200.0000 V\r\n",
             offset + place * 6 * size,
@@ -189,8 +193,8 @@ pub fn nanoscope(wide: bool) -> Vec<u8> {
     bytes
 }
 
-/// A TIFF page of 16-bit grey of the heights over −0.25 µm, in steps of 0.125 µm, with what else it says.
-pub fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8> {
+/// A TIFF page of 16-bit grey: heights above −0.25 µm in steps of 0.125 µm, with optional description and resolution.
+pub(crate) fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8> {
     use tiff::encoder::{Rational, TiffEncoder, colortype::Gray16};
     use tiff::tags::{ResolutionUnit, Tag};
     let mut file = Cursor::new(Vec::new());
@@ -210,8 +214,8 @@ pub fn tiff(description: Option<&str>, resolution: Option<(u16, u32)>) -> Vec<u8
     file.into_inner()
 }
 
-/// The points of the grid out of order, without the second.
-pub fn xyz() -> String {
+/// The points of the grid in mixed order, without the second one.
+pub(crate) fn xyz() -> String {
     let mut lines = Vec::new();
     for (iy, row) in HEIGHTS.iter().enumerate() {
         for (ix, height) in row.iter().enumerate() {
@@ -223,16 +227,17 @@ pub fn xyz() -> String {
     format!("# x y z in µm\n{}\n", lines.join("\n"))
 }
 
-/// Texts as programs write them: a bare matrix with a hole, decimal commas, and headers of Gwyddion, SPIP, a geographer,
+/// Texts: a bare matrix with a missing point, one with decimal commas, and some with headers of Gwyddion, SPIP, ESRI,
 /// NanoScope and WSxM.
-pub fn texts() -> Vec<Vec<u8>> {
+pub(crate) fn texts() -> Vec<Vec<u8>> {
     let rows = "0.1 0.2 0.3 0.5\n0.4 0.1 0.2 0.6\n0.3 0.2 0.1 0.7\n";
     let tabs = rows.replace(' ', "\t");
     let points: String = (0..12).map(|at| format!("{} {} {}\n", 3 * (at % 4), 2 * (at / 4), 5 * at % 7)).collect();
     let column = rows.split_whitespace().collect::<Vec<_>>().join("\n");
     let gwyddion = format!("# Channel: Z\n# Width: 2.4 µm\n# Height: 1600 nm\n# Value units: µm\n{tabs}");
     let utf16 = gwyddion.encode_utf16().flat_map(u16::to_le_bytes).collect();
-    let spip = "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 2400\n# y-length = 1600\n# z-unit = µm\n\
+    let spip = "# File Format = ASCII\n# x-pixels = 4\n# y-pixels = 3\n# x-length = 2400\n# y-length = 1600\n\
+        # z-unit = µm\n\
                 # voidpixels = 0\n# Start of Data:\n";
     let esri = "ncols 4\nnrows 3\nxllcorner 0\nyllcorner 0\ncellsize 0.5\nNODATA_value -9999\n";
     let nanoscope = "\\*File list\n\\*Ciao image list\n\\Scan Size: 2 1.5 ~m\n\\Samps/line: 4\n\\Number of lines: 3\n\
@@ -251,6 +256,6 @@ pub fn texts() -> Vec<Vec<u8>> {
 }
 
 /// A text grid of Surfer of 4 × 3 nodes.
-pub fn surfer() -> String {
+pub(crate) fn surfer() -> String {
     "DSAA\n4 3\n0 1.5\n0 1\n0.1 0.7\n0.1 0.2 0.3 0.5\n\n0.4 0.1 0.2 0.6\n\n0.3 0.2 1.70141e38 0.7\n".to_owned()
 }

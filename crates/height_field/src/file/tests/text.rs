@@ -1,21 +1,21 @@
-//! Texts of many programs: one relief written as each would write it, and read back.
+//! Texts of many programs: one relief in the form of each program, read back.
 
 use super::*;
 
-/// Points along x and y of the relief, whose pixels are 0.05 × 0.08 µm.
+/// Points along x and y of the relief, with pixels of 0.05 × 0.08 µm.
 const SIZE: (usize, usize) = (7, 5);
 const PIXEL_UM: (f64, f64) = (0.05, 0.08);
-/// Eight digits of heights below 0.3 µm.
+/// Rounding of heights below 0.3 µm to eight digits.
 const DIGITS_UM: f64 = 3e-9;
 
-/// Heights in µm from the bottom row to the top; different under every flip.
+/// Heights in µm from the bottom row on; different from all reflections.
 fn relief() -> Array2<f64> {
     Array2::from_shape_fn((SIZE.1, SIZE.0), |(iy, ix)| {
         0.1 * (1.3 * ix as f64).sin() + 0.02 * iy as f64 + 0.003 * (ix * iy) as f64
     })
 }
 
-/// Rows of numbers with `separator`, from the top or the bottom, in a unit of so many µm.
+/// Rows of numbers, from the top or the bottom row on, in a unit of `um` µm.
 fn rows(top_down: bool, um: f64, separator: &str) -> String {
     let mut lines: Vec<String> = relief()
         .rows()
@@ -28,7 +28,7 @@ fn rows(top_down: bool, um: f64, separator: &str) -> String {
     lines.join("\n") + "\n"
 }
 
-/// Lines of x, y and z, in units of so many µm.
+/// Lines of x, y and z, in units of `xy_um` and `z_um` µm.
 fn point_lines(xy_um: f64, z_um: f64, separator: &str) -> String {
     let line = |((iy, ix), h): ((usize, usize), &f64)| {
         let (x, y) = (ix as f64 * PIXEL_UM.0 / xy_um, iy as f64 * PIXEL_UM.1 / xy_um);
@@ -52,7 +52,7 @@ fn read(name: &str, bytes: &[u8], scale: &FileScale) -> FileField {
         .unwrap_or_else(|error| panic!("{error}\n{}", String::from_utf8_lossy(bytes)))
 }
 
-/// Reads a file that says its size and unit, and compares it with the relief.
+/// Reads a file with size and unit, and compares it with the relief.
 fn check(name: &str, bytes: &[u8]) -> FileField {
     let read = read(name, bytes, &NO_SCALE);
     compare(&read, (PIXEL_UM.0, PIXEL_UM.1), &String::from_utf8_lossy(bytes));
@@ -74,7 +74,7 @@ fn sources(read: &FileField) -> [Source; 3] {
 }
 
 #[test]
-fn gwyddion_headers_in_any_language_and_encoding() {
+fn gwyddion_headers_are_read_in_any_language_and_encoding() {
     let body = rows(true, 1e6, "\t");
     let headers = [
         "# Channel: Height\n# Width: 350.000 nm\n# Height: 0.40000 µm\n# Value units: m\n",
@@ -98,7 +98,8 @@ fn gwyddion_headers_in_any_language_and_encoding() {
             check("skin.txt", &latin(&text));
         }
     }
-    // A channel in V is no relief, one without a unit needs a scale, and a size in a strange unit is refused by its line.
+    // A channel in V is no relief, one without a unit needs a scale, and a size in a strange unit is refused by its
+    // line.
     let with = |from: &str, to: &str| refusal("skin.txt", (headers[0].replace(from, to) + &body).as_bytes(), &NO_SCALE);
     assert!(with("units: m", "units: V").contains("unit \"V\" is not a length"));
     assert!(with("units: m", "units: ").contains("`max_height`"));
@@ -109,7 +110,7 @@ fn gwyddion_headers_in_any_language_and_encoding() {
 }
 
 #[test]
-fn gwyddion_points_in_any_language() {
+fn gwyddion_points_are_read_in_any_language() {
     for header in [
         "# Channel: Height\n# Lateral units: m\n# Value units: m\n",
         "# Kanal: Höhe\n# Seitliche Einheiten: m\n# Werteeinheiten: m\n",
@@ -121,9 +122,10 @@ fn gwyddion_points_in_any_language() {
 }
 
 #[test]
-fn spip_headers_units_and_masks() {
+fn spip_headers_units_and_masks_are_read() {
     let header = "# File Format = ASCII\r\n# Created by SPIP 6.7.3\r\n# Original file: skin 2.spm\r\n# x-pixels = 7\r\n\
-                  # y-pixels = 5\r\n# x-length = 350\r\n# y-length = 400\r\n# x-offset = 12\r\n# y-offset = 0\r\n# z-unit = nm\r\n\
+                  # y-pixels = 5\r\n# x-length = 350\r\n# y-length = 400\r\n# x-offset = 12\r\n\
+                  # y-offset = 0\r\n# z-unit = nm\r\n\
                   # scanspeed = 12.5\r\n# voidpixels =0\r\n# description: 3 µm away\r\n# Start of Data:\r\n";
     let body = rows(true, 1e-3, "\t");
     let text = format!("{header}{body}");
@@ -144,8 +146,9 @@ fn spip_headers_units_and_masks() {
 }
 
 #[test]
-fn wsxm_matrices_and_points() {
-    let header = "WSxM file copyright UAM\nWSxM ASCII Matrix file\nX Amplitude: 350 nm\nY Amplitude: 0.4 µm\nZ Amplitude: 0.29 nm\n\n";
+fn wsxm_matrices_and_points_are_read() {
+    let header = "WSxM file copyright UAM\nWSxM ASCII Matrix file\nX Amplitude: 350 nm\nY Amplitude: 0.4 µm\n\
+        Z Amplitude: 0.29 nm\n\n";
     check("skin.txt", format!("{header}{}", rows(true, 1e-3, "\t")).as_bytes());
     let points = format!(
         "WSxM file copyright Nanotec Electronica\nWSxM ASCII XYZ file\nX[nm]\tY[nm]\tZ[nm]\n\n{}",
@@ -161,8 +164,9 @@ fn wsxm_matrices_and_points() {
 }
 
 #[test]
-fn grids_of_geographers() {
-    let header = "ncols         7\nnrows         5\nxllcorner     0.0\nyllcorner     3.5\ndx            0.05\ndy            0.08\n\
+fn geographic_grids_are_read() {
+    let header = "ncols         7\nnrows         5\nxllcorner     0.0\nyllcorner     3.5\ndx            0.05\n\
+        dy            0.08\n\
                   NODATA_value  -9999\n";
     let body = rows(true, 1.0, " ");
     let read = check("skin.asc", format!("{header}{body}").as_bytes());
@@ -186,9 +190,11 @@ fn grids_of_geographers() {
 }
 
 #[test]
-fn exports_of_nanoscope() {
-    let header = "\\*File list\n\\Version: 0x09700204\n\\*Ciao scan list\n\\Scan Size: 0.35 0.4 ~m\n\\*Ciao image list\n\
-                  \\Samps/line: 7\n\\Number of lines: 5\n\\Aspect Ratio: 1:1\n\\Scan Size: 0.35 0.4 ~m\n\\*File list end\n";
+fn nanoscope_exports_are_read() {
+    let header = "\\*File list\n\\Version: 0x09700204\n\\*Ciao scan list\n\
+                  \\Scan Size: 0.35 0.4 ~m\n\\*Ciao image list\n\
+                  \\Samps/line: 7\n\\Number of lines: 5\n\
+                  \\Aspect Ratio: 1:1\n\\Scan Size: 0.35 0.4 ~m\n\\*File list end\n";
     let heights: Vec<String> = relief().iter().map(|h| format!("{:.8e}", h * 1e3)).collect();
     let column = format!("{header}Height(nm)\n{}\n", heights.join("\n"));
     assert_eq!(check("skin.txt", column.as_bytes()).channel.as_deref(), Some("Height"));
@@ -205,14 +211,15 @@ fn exports_of_nanoscope() {
 }
 
 #[test]
-fn headers_of_keys_and_values() {
+fn headers_of_keys_and_values_are_read_or_refused() {
     let body = rows(false, 1e-3, ";");
     for header in [
         "Channel name;Z Height\nX Scan Size;0.35 µm\nY Scan Size;0.4 µm\nZ unit;nm\nX Pixels;7\nY Pixels;5\n",
         "Scan size: 350 x 400 nm\nResolution: 7 x 5\nUnit: nm\n",
         "# Width [µm]: 0.35\n# Height [µm]: 0.4\n# Units: nanometers\n",
         "% pixel size = 0.05 µm x 0.08 µm\n% heights in nm\n",
-        "w=7 h=5\npixel width: 50 nm/pixel\npixel height: 80 nm/pixel\nData unit=nm\nScan rate: 1.2 Hz\nTip radius: 8 nm\n",
+        "w=7 h=5\npixel width: 50 nm/pixel\npixel height: 80 nm/pixel\nData unit=nm\nScan rate: 1.2 Hz\n\
+            Tip radius: 8 nm\n",
     ] {
         let text = format!("{header}{body}");
         // Gwyddion's triple, in its own order, says where the first row lies; others leave it to the default.
@@ -227,7 +234,8 @@ fn headers_of_keys_and_values() {
     let message = refusal("skin.txt", format!("{no_factor}{body}").as_bytes(), &NO_SCALE);
     assert!(message.contains("\"rad\" is not a length"), "{message}");
     // A field of three columns, since its header has a size.
-    let small = "# Width: 12.34 µm\n# Height: 5678.9 nm\n# Value units: m\n1e-6 1.5e-6 3e-6\n-2e-6 -3e-6 -6e-6\n0 0 0\n9e-6 9e-6 9e-6\n";
+    let small = "# Width: 12.34 µm\n# Height: 5678.9 nm\n# Value units: m\n1e-6 1.5e-6 3e-6\n\
+        -2e-6 -3e-6 -6e-6\n0 0 0\n9e-6 9e-6 9e-6\n";
     assert_eq!(self::read("skin.txt", small.as_bytes(), &NO_SCALE).field.size(), (3, 4));
     // A size for both axes: square pixels.
     let read = self::read("skin.txt", format!("Scan Size: 0.35 µm\nz unit: nm\n{body}").as_bytes(), &NO_SCALE);
@@ -245,7 +253,7 @@ fn headers_of_keys_and_values() {
         let message = refusal("skin.txt", format!("{header}{body}").as_bytes(), &scale(0.05, None));
         assert!(message.contains(word), "{header}: {message}");
     }
-    // Words that say nothing of size or unit.
+    // Header lines without a size or a unit.
     for header in
         ["# made on 2026-11-26\n", "# heights\n", "Instrument: AFM 3\nSerial: 12 m\n", "# Number of points: 35\n"]
     {
@@ -256,7 +264,7 @@ fn headers_of_keys_and_values() {
 }
 
 #[test]
-fn points_are_points_by_any_extension() {
+fn points_are_recognised_with_any_extension() {
     for separator in [" ", "\t", ",", ";"] {
         for name in ["skin.txt", "skin.csv", "skin.asc", "skin.dat", "skin.xyz"] {
             let read = check(name, point_lines(1.0, 1.0, separator).as_bytes());
@@ -319,7 +327,7 @@ fn isolated_numbers_are_missing_points() {
 }
 
 #[test]
-fn reliefs_that_cannot_be_are_doubted() {
+fn implausible_reliefs_are_doubted() {
     let metres = self::read("skin.txt", rows(false, 1e6, " ").as_bytes(), &scale(0.05, None));
     assert!(matches!(metres.doubts[..], [Doubt::Shallow { .. }]), "{:?}", metres.doubts);
     let long = format!("pixel size: 0.05 x 0.5 µm\nunit: µm\n{}", rows(false, 1.0, " "));
@@ -329,7 +337,7 @@ fn reliefs_that_cannot_be_are_doubted() {
 }
 
 #[test]
-fn every_reader_gives_the_same_relief() {
+fn all_formats_give_one_relief() {
     let folder = tempfile::tempdir().unwrap();
     let field = HeightField::new(relief(), PIXEL_UM.0, PIXEL_UM.1).unwrap();
     for name in ["a.exr", "a.gsf"] {

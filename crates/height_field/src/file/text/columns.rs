@@ -1,20 +1,20 @@
-//! Titles of columns: `X[nm] Y[nm] Z[nm]`, `x, y, z`, `x y z in µm`.
+//! Titles of the columns of points, with their units: `X[nm] Y[nm] Z[nm]`, `x, y, z`, `x y z in µm`.
 
 use super::super::units::micrometres;
 
-/// Units that the titles of three columns give.
+/// Units given by the titles of three columns.
 #[derive(Debug, PartialEq)]
 pub(super) struct Columns {
-    /// µm in one of x and y.
+    /// Units of x and of y in µm; `None` without units.
     pub lateral_um: Option<[f64; 2]>,
-    /// Unit of z, as it is written and in µm.
+    /// Unit of z as written, and in µm.
     pub height: Option<(String, f64)>,
 }
 
-/// Titles of x, y and z; `None` for any other line.
+/// Reads a line of titles of x, y and z; `None` for any other line.
 ///
 /// # Errors
-/// A unit that is not a length, or one that only some of the columns have.
+/// A unit that is not a length, or units for some columns only.
 pub(super) fn columns(text: &str) -> Option<Result<Columns, String>> {
     let mut units: [Option<&str>; 3] = [None; 3];
     let mut common = None;
@@ -23,7 +23,7 @@ pub(super) fn columns(text: &str) -> Option<Result<Columns, String>> {
     for word in text.split(|c: char| c.is_whitespace() || ",;\"".contains(c)).filter(|word| !word.is_empty()) {
         let next = at.map_or(0, |at| at + 1);
         let title = "xyz".get(next..next + 1).unwrap_or_default();
-        // A title is its letter, alone or with a unit behind a sign.
+        // A title is the letter, alone or followed by a sign and a unit.
         let rest = word.get(..1).filter(|first| first.eq_ignore_ascii_case(title)).map(|_| &word[1..]);
         match rest.filter(|rest| !rest.starts_with(char::is_alphanumeric)) {
             Some(rest) => {
@@ -45,10 +45,12 @@ pub(super) fn columns(text: &str) -> Option<Result<Columns, String>> {
     Some(lengths(units))
 }
 
+/// A unit without brackets and signs around it.
 fn bare(unit: &str) -> &str {
     unit.trim_matches(|c| "[](){}/_:".contains(c))
 }
 
+/// Units as lengths: all three or none.
 fn lengths(units: [Option<&str>; 3]) -> Result<Columns, String> {
     match units {
         [None, None, None] => Ok(Columns { lateral_um: None, height: None }),

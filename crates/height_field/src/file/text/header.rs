@@ -1,48 +1,49 @@
-//! Headers of texts: sizes, units, orientation and channel of the numbers that follow.
+//! Headers of texts: size, unit, orientation and channel of the numbers that follow.
 //!
-//! A line is `key: value`, `key = value`, a title of columns, or words. A line that carries a unit or a size has to be
-//! understood; other words do not matter. Gwyddion writes its keys in the user's language: there, the second and third line
-//! are width and height, and the fourth is the unit of the values.
+//! A line is `key: value`, `key = value`, titles of columns, or words. A line with a unit or a size must be understood,
+//! or the file is refused; other words are ignored. `keys.rs` knows the English keys of many programs. Gwyddion
+//! translates its keys into the user's language; its lines are recognised by order: the second and third are width and
+//! height, the fourth is the unit of the values.
 
-use super::super::raw::First;
+use super::super::raw::FirstRow;
 use super::super::units::micrometres;
 use super::columns::{Columns, columns};
 use super::keys::{Along, Role, role};
 use super::quantity::{Quantity, bracketed, quantity};
 
-/// Words of a key that a number follows without a sign.
+/// Most words of a key that is separated from its number by a blank only. Chosen: longer lines are prose.
 const KEY_WORDS_MAX: usize = 3;
 
-/// Program whose conventions hold for what a header leaves out.
+/// Program that wrote a header; its conventions apply to omitted properties.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 enum Program {
     #[default]
     Other,
-    /// Lengths in nm, rows from the top.
+    /// SPIP: lengths in nm, rows from the top.
     Spip,
-    /// Rows from the top; the unit of the heights is that of their range.
+    /// WSxM: rows from the top; heights in the unit of their range.
     Wsxm,
-    /// Rows from the top, and no unit.
+    /// Geographic grids of ESRI: rows from the top, no unit.
     Esri,
-    /// Rows from the top.
+    /// Gwyddion: rows from the top.
     Gwyddion,
 }
 
-/// Unit of the heights as far as a header tells it.
+/// Unit of the heights according to a header.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) enum HeightUnit {
-    /// The header says nothing of it.
+    /// Not mentioned.
     #[default]
     Unsaid,
-    /// A length of so many µm, as the file writes it.
+    /// A length: as written, and in µm.
     Length(String, f64),
-    /// The header has a place for it, which is empty.
+    /// Mentioned without a value.
     Empty,
-    /// Something else than a length, with the reason why. Holograms in radians have a factor besides.
+    /// Not a length; the text says why. A later line may replace it by a factor, as for holograms in radians.
     Other(String),
 }
 
-/// Everything that a header says.
+/// Properties that a header gives.
 #[derive(Debug, Default)]
 pub(super) struct Header {
     /// Numbers of points along x and y.
@@ -51,33 +52,38 @@ pub(super) struct Header {
     pub extent_um: [Option<f64>; 2],
     /// Spacings along x and y in µm.
     pub step_um: [Option<f64>; 2],
-    /// Length of the scan where one is given for both axes.
+    /// Length of the scan in µm, where a single one is given for both axes.
     pub edge_um: Option<f64>,
+    /// Unit of the heights.
     pub height: HeightUnit,
-    /// µm in one of x and y, for points.
+    /// Units of x and y of points, in µm.
     pub lateral_um: Option<[f64; 2]>,
-    pub first: Option<First>,
+    /// First row of the file.
+    pub first: Option<FirstRow>,
+    /// Name of the channel.
     pub channel: Option<String>,
-    /// The number that stands for a missing point.
+    /// Number of missing points.
     pub no_data: Option<f64>,
-    /// A mask of as many numbers follows the heights: 0 where one is missing.
+    /// Whether a mask of equal size follows the heights: 0 at missing points.
     pub has_mask: bool,
-    /// The columns are titled x, y and z.
+    /// Whether the columns are titled x, y and z.
     pub has_points: bool,
-    /// Numbers of points without a direction, each with its line, to be checked against the data.
+    /// Numbers of points of an unnamed axis, as (line, count), to be checked against the data.
     pub loose_counts: Vec<(usize, usize)>,
 }
 
-/// A line that no key explains.
+/// A line with an unknown key.
 struct Unexplained<'a> {
-    /// Its number in the file.
+    /// Number of the line in the file.
     line: usize,
     text: &'a str,
     /// Text after the key.
     value: String,
+    /// The value as numbers with a unit.
     quantity: Option<Quantity>,
 }
 
+/// Error for a line with a size or a unit that is not understood.
 fn not_understood(line: usize, text: &str) -> String {
     format!(
         "line {line}, \"{}\", carries a size or a unit that is not understood; remove the line, and give `pixel_size`",
@@ -88,7 +94,7 @@ fn not_understood(line: usize, text: &str) -> String {
 /// Reads the lines of a header, each with its number in the file.
 ///
 /// # Errors
-/// A line that carries a size or a unit and is not understood, or a unit that is not a length.
+/// A line with a size or a unit that is not understood, or a unit of heights that is not a length.
 pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
     let mut header = Header::default();
     let program = program(lines);
@@ -116,13 +122,14 @@ pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
         return Err(reason);
     }
     header.first = match program {
-        Program::Other if header.is_gwyddion() => Some(First::Top),
+        Program::Other if header.is_gwyddion() => Some(FirstRow::Top),
         Program::Other => None,
-        _ => Some(First::Top),
+        _ => Some(FirstRow::Top),
     };
     Ok(header)
 }
 
+/// Recognises the program by keys that only it writes.
 fn program(lines: &[(usize, &str)]) -> Program {
     let begins = |text: &str, with: &str| text.trim_start_matches(['#', ' ', '\t']).to_lowercase().starts_with(with);
     let has = |with: &str| lines.iter().any(|(_, text)| begins(text, with));
@@ -139,8 +146,8 @@ fn program(lines: &[(usize, &str)]) -> Program {
     }
 }
 
-/// Keys and values of a line: one pair, or several with an equals sign each. A unit in brackets behind a key belongs to the
-/// value.
+/// Keys and values of a line: one pair, or several of the form `key=value`. A unit in brackets behind a key is moved to
+/// the value.
 fn pairs(text: &str) -> Vec<(String, String)> {
     let several: Vec<&str> = text.split_whitespace().collect();
     if several.len() > 1 && several.iter().all(|word| word.matches('=').count() == 1 && !word.starts_with('=')) {
@@ -148,11 +155,11 @@ fn pairs(text: &str) -> Vec<(String, String)> {
     }
     let by_sign = || text.split_once(['=', ':', '：']);
     let by_cell = || text.split_once(['\t', ';', ',']);
-    // `ncols 48`: the value is the number, and what follows it.
+    // `ncols 48`: the value begins at the number.
     let by_number = || {
         let at = text.find(|c: char| c.is_ascii_digit() || "+-.".contains(c))?;
         let starts_word = text[..at].ends_with(char::is_whitespace);
-        // More words than a key has are prose.
+        // A longer text before the number is prose.
         let is_key = text[..at].split_whitespace().count() <= KEY_WORDS_MAX;
         (starts_word && is_key && quantity(&text[at..]).is_some()).then(|| text.split_at(at))
     };
@@ -169,14 +176,15 @@ fn pairs(text: &str) -> Vec<(String, String)> {
 }
 
 impl Header {
+    /// Whether the header has exactly the properties that Gwyddion writes.
     fn is_gwyddion(&self) -> bool {
         self.extent_um.iter().all(Option::is_some) && self.counts == [None, None] && self.height != HeightUnit::Unsaid
     }
 
-    /// Takes one pair; whether its key is known.
+    /// Stores the property of one pair; returns whether its key is known.
     ///
     /// # Errors
-    /// A value that its key does not explain, and a unit that is not a length.
+    /// A value that does not fit its key, and a unit that is not a length.
     fn take(&mut self, program: Program, (line, text): (usize, &str), key: &str, value: &str) -> Result<bool, String> {
         let refuse = || not_understood(line, text);
         let axis = |along: Along| usize::from(along == Along::Y);
@@ -198,7 +206,7 @@ impl Header {
                 self.lateral_um = Some([um; 2]);
             }
             Role::NmPerValue => {
-                // SPIP's `z-unit` goes first.
+                // The key `z-unit` takes precedence.
                 let nm = number().ok_or_else(refuse)?;
                 if self.height == HeightUnit::Unsaid {
                     self.height = HeightUnit::Length(format!("{nm} nm"), nm * 1e-3);
@@ -211,7 +219,7 @@ impl Header {
                 if program == Program::Wsxm {
                     self.height = height_unit(&unit)?;
                 } else if !unit.is_empty() && self.height == HeightUnit::Unsaid {
-                    // A range alone does not say that the values are in its unit.
+                    // Outside of WSxM the values need not be in the unit of their range.
                     return Err(refuse());
                 }
             }
@@ -250,6 +258,7 @@ impl Header {
         Ok(true)
     }
 
+    /// Stores one spacing, or those along x and y.
     fn take_steps(&mut self, along: Along, steps: &[f64]) {
         let last = steps.len() - 1;
         match along {
@@ -259,6 +268,7 @@ impl Header {
         }
     }
 
+    /// Stores the units of titled columns.
     fn take_columns(&mut self, titles: Columns) {
         self.has_points = true;
         if let Some(lateral_um) = titles.lateral_um {
@@ -269,7 +279,7 @@ impl Header {
         }
     }
 
-    /// Takes a line without a key: a unit of the heights in words, or nothing that matters.
+    /// Interprets a line without a key: a unit of the heights in words, or prose.
     fn take_words(&mut self, line: usize, text: &str) -> Result<(), String> {
         let Some(unit) = named_unit(text) else {
             return if mentions_length(text) { Err(not_understood(line, text)) } else { Ok(()) };
@@ -285,7 +295,7 @@ impl Header {
         Ok(())
     }
 
-    /// Explains lines whose keys are words of another language by their order and units.
+    /// Interprets lines with keys in another language by their order and units.
     fn take_by_position(&mut self, lines: &[Unexplained]) -> Result<(), String> {
         let length = |entry: &Unexplained| {
             entry
@@ -296,7 +306,7 @@ impl Header {
                 .map(|found| found[0])
         };
         let mut used = vec![false; lines.len()];
-        // Width and height stand in neighbouring lines, the unit of the values behind them and the channel before.
+        // Gwyddion's matrices: channel, width, height and unit of the values, in consecutive lines.
         let neighbours = |at: usize| lines.get(at + 1).is_some_and(|next| next.line == lines[at].line + 1);
         let pair = (0..lines.len())
             .find(|&at| neighbours(at) && length(&lines[at]).is_some() && lines.get(at + 1).and_then(length).is_some());
@@ -313,13 +323,12 @@ impl Header {
                 used[at + 2] = true;
             }
         }
-        // Two units are those of x and y, and of the values, in the order in which Gwyddion writes points.
+        // Gwyddion's points: the unit of x and y, then that of the values.
         let units: Vec<usize> =
             (0..lines.len()).filter(|&at| !used[at] && micrometres(&lines[at].value).is_ok()).collect();
-        if let [lateral, value] = units[..]
-            && self.lateral_um.is_none()
-            && self.height == HeightUnit::Unsaid
-        {
+        let are_unsaid = self.lateral_um.is_none() && self.height == HeightUnit::Unsaid;
+        if let ([lateral, value], true) = (&units[..], are_unsaid) {
+            let (lateral, value) = (*lateral, *value);
             self.lateral_um = Some([micrometres(&lines[lateral].value)?; 2]);
             self.height = height_unit(&lines[value].value)?;
             used[lateral] = true;
@@ -332,7 +341,7 @@ impl Header {
     }
 }
 
-/// Lengths in µm; SPIP leaves out the nm, and grids of geographers have no unit, which is taken for µm as in any text.
+/// Lengths in µm. Numbers without a unit are nm in SPIP's files and µm in geographic grids.
 fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
     let bare = |um: f64| found.unit.is_empty().then(|| found.numbers.iter().map(|number| number * um).collect());
     found.lengths_um().or_else(|| match program {
@@ -342,6 +351,7 @@ fn lengths(program: Program, found: &Quantity) -> Option<Vec<f64>> {
     })
 }
 
+/// Unit of the heights from a value, which may be in brackets.
 fn height_unit(unit: &str) -> Result<HeightUnit, String> {
     let unit = unit.trim().trim_matches(|c| "[](){}\"".contains(c)).trim();
     if unit.is_empty() {
@@ -351,7 +361,7 @@ fn height_unit(unit: &str) -> Result<HeightUnit, String> {
     Ok(HeightUnit::Length(unit.to_owned(), um))
 }
 
-/// The unit of a line such as `heights in nm` or `Height (nm)`.
+/// Unit of length in a line such as `heights in nm` or `Height (nm)`.
 fn named_unit(text: &str) -> Option<String> {
     let in_brackets = text.find(['[', '(']).and_then(|at| bracketed(&text[at..])).map(|(unit, _)| unit);
     let words: Vec<&str> = text.split_whitespace().collect();
@@ -360,7 +370,7 @@ fn named_unit(text: &str) -> Option<String> {
     in_brackets.filter(is_unit).or_else(|| after_in.filter(is_unit)).map(str::to_owned)
 }
 
-/// Whether words hold a number with a unit of length, as in `scan of 10 µm`.
+/// Whether a text contains a number with a unit of length, such as `scan of 10 µm`.
 fn mentions_length(text: &str) -> bool {
     let words: Vec<&str> = text.split(|c: char| c.is_whitespace() || ",;()[]".contains(c)).collect();
     let is_length = |text: &str| quantity(text).is_some_and(|found| found.lengths_um().is_some());

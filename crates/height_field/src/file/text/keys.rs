@@ -1,6 +1,6 @@
-//! Meaning of the keys in the header of a text.
+//! Meaning of the English keys in headers of texts.
 
-/// Axis that a key speaks of; `Both` where it names none.
+/// Axis of a property; `Both` where the key names none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Along {
     X,
@@ -8,36 +8,36 @@ pub(super) enum Along {
     Both,
 }
 
-/// Property that a key gives.
+/// Property that a key stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Length of the whole field, or number of points, by the unit of its value.
+    /// Extent of the field or number of points; the unit of the value decides.
     Size(Along),
-    /// Spacing of the points.
+    /// Distance between points.
     Step(Along),
     /// Unit of the heights.
     HeightUnit,
     /// Unit of x and y.
     LateralUnit,
-    /// Length that one of the values stands for, such as a radian of phase.
+    /// Length that corresponds to a value of 1, such as a radian of phase.
     HeightFactor,
     /// Range of the heights.
     HeightRange,
-    /// nm in one of the values (SPIP).
+    /// nm that correspond to a value of 1 (SPIP).
     NmPerValue,
     /// Name of the channel.
     Channel,
-    /// Number that stands for a missing point.
+    /// Value that marks a missing point.
     NoData,
-    /// Number of missing points, which a mask behind the data marks (SPIP).
+    /// Count of missing points, which a mask after the data marks (SPIP).
     MaskedPoints,
-    /// Something that says nothing of size, unit or orientation.
+    /// Irrelevant for size, unit and orientation.
     Irrelevant,
-    /// None of these.
+    /// Unknown key.
     Unknown,
 }
 
-/// Words by which a key speaks of something else than the size of the field, whatever its unit.
+/// Words of keys that do not describe the field's size, even if their value is a length.
 const IRRELEVANT: [&str; 71] = [
     "offset",
     "xoffset",
@@ -111,9 +111,13 @@ const IRRELEVANT: [&str; 71] = [
     "median",
     "zmin",
 ];
+/// Words for a unit.
 const UNIT: [&str; 3] = ["unit", "units", "zunit"];
+/// Words for the x axis.
 const X: [&str; 10] = ["x", "width", "columns", "cols", "ncols", "nx", "w", "samps", "col", "column"];
+/// Words for the y axis.
 const Y: [&str; 8] = ["y", "height", "rows", "nrows", "ny", "h", "lines", "row"];
+/// Words for the distance between points.
 const STEP: [&str; 13] = [
     "step",
     "spacing",
@@ -129,6 +133,7 @@ const STEP: [&str; 13] = [
     "dy",
     "stepsize",
 ];
+/// Words for an extent or a number of points.
 const SIZE: [&str; 26] = [
     "size",
     "length",
@@ -157,10 +162,12 @@ const SIZE: [&str; 26] = [
     "samps",
     "fov",
 ];
+/// Words for missing points.
 const NO_DATA: [&str; 8] = ["nodata", "nodatavalue", "missing", "invalid", "void", "bad", "blank", "undefined"];
+/// Words for the channel.
 const CHANNEL: [&str; 5] = ["channel", "title", "signal", "name", "kanal"];
 
-/// Words of a key in lower case: `X-Length [nm]` is x, length (without its unit), and `xlength` too.
+/// Words of a key in lower case: `x`, `length` for `X-Length` and for `xlength`.
 fn words(key: &str) -> Vec<String> {
     let lower = key.to_lowercase();
     let plain: String = lower.chars().map(|c| if "-_./:".contains(c) { ' ' } else { c }).collect();
@@ -177,7 +184,7 @@ fn words(key: &str) -> Vec<String> {
     words
 }
 
-/// Role of a key, without its comment sign.
+/// Role of a key, which has no comment sign.
 pub(super) fn role(key: &str) -> Role {
     let words = words(key);
     let has = |accepted: &[&str]| words.iter().any(|word| accepted.contains(&word.as_str()));
@@ -208,7 +215,7 @@ pub(super) fn role(key: &str) -> Role {
         return Role::Channel;
     }
     let along = match (has(&X) || has(&["dx"]), has(&Y) || has(&["dy"])) {
-        // Samples a line are along x.
+        // "Samps/line" is a number of points along x.
         (true, true) if has(&["samps"]) => Along::X,
         (true, false) => Along::X,
         (false, true) => Along::Y,
@@ -218,7 +225,7 @@ pub(super) fn role(key: &str) -> Role {
     if has(&STEP) || is_pixel_size {
         return Role::Step(along);
     }
-    // An image, a map or a number of something is a size along an axis alone.
+    // A key of one word that names an axis, such as `h`, is a size.
     let is_size = has(&SIZE) || (along != Along::Both && words.len() == 1);
     if is_size { Role::Size(along) } else { Role::Unknown }
 }

@@ -1,6 +1,6 @@
-//! Text: matrices of numbers and points x, y, z, with the headers that programs write.
+//! Text: matrices of numbers, or points x, y, z, with the headers of many programs.
 //!
-//! | program | recognised by | what the header says |
+//! | program | recognised by | properties in the header |
 //! | --- | --- | --- |
 //! | Gwyddion | `# Width`, `# Height`, `# Value units` in any language | size, unit |
 //! | SPIP | `# File Format = ASCII` | numbers of points, size in nm, unit |
@@ -8,7 +8,7 @@
 //! | ESRI | `ncols`, `nrows` | numbers of points, spacing, missing points |
 //! | Surfer | `DSAA` | numbers of points, range of x and y |
 //! | NanoScope | `\*File list` | numbers of points, size; a title of each column |
-//! | others | `key: value`, `key = value`, titles of columns | whatever is understood |
+//! | others | `key: value`, `key = value`, titles of columns | all keys of `keys.rs` |
 
 mod columns;
 mod header;
@@ -20,26 +20,27 @@ mod quantity;
 mod surfer;
 
 use super::provenance::{Source, Understood};
-use super::raw::{First, rounded};
-use super::{Parsed, Raw, Values, channel, encoding};
+use super::raw::{FirstRow, rounded};
+use super::{Meaning, Parsed, Raw, channel, encoding};
 use header::{Header, HeightUnit};
 use ndarray::Array2;
 use numbers::{Line, Table};
 
-/// Fewest columns and rows of a matrix without a header. Fewer are a profile, or a list.
+/// Fewest columns of a matrix without a header. Fewer are a profile or a list.
 const COLUMNS_MIN: usize = 4;
+/// Fewest rows of a matrix without a header.
 const ROWS_MIN: usize = 3;
-/// Fewest lines of three numbers without a title that may be points.
+/// Fewest lines of three numbers that may be points without a title.
 const POINTS_MIN: usize = 4;
-/// Columns up to which a long text may be points with more than three numbers each.
+/// Most columns of a list of points with further numbers.
 const POINT_COLUMNS_MAX: usize = 8;
-/// Fewest numbers in equal steps that are coordinates, and no coincidence.
+/// Fewest numbers in equal steps that are taken for coordinates. Chosen: fewer may be a coincidence.
 const RAMP_MIN: usize = 5;
-/// How far the spacing of points may be from the field's length over their number, relatively: lengths of one program are
-/// over all points, those of another from the first point to the last, and both are rounded.
+/// Largest relative difference between a given spacing and the extent divided by the number of points (or of intervals,
+/// as some programs have it). Chosen: both numbers are rounded.
 const SPACING_AGREEMENT: f64 = 1e-2;
 
-/// Contents that the extension promises.
+/// Contents that an extension stands for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A matrix, or points.
@@ -53,7 +54,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     parse_kind(bytes, wanted, Kind::Any)
 }
 
-/// Reads points, and nothing else.
+/// Reads points only.
 pub(super) fn parse_points(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     parse_kind(bytes, wanted, Kind::Points)
 }
@@ -88,10 +89,13 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
             let (columns, rows) = (columns?, table.rows.len());
             if columns == 3 && header.extent_um == [None, None] && rows >= POINTS_MIN {
                 return points(&header, &table).map_err(|reason| {
-                    format!("its three columns are neither points x, y, z ({reason}) nor a height field, which has more columns")
+                    format!(
+                        "its three columns are neither points x, y, z ({reason}) nor a height field, which has more \
+                         columns"
+                    )
                 });
             }
-            // A header with a size speaks of a field, however small.
+            // With a size in its header even a small matrix is a field.
             if header.extent_um == [None, None] && header.step_um == [None, None] {
                 refuse_lists(&table, columns, rows)?;
             }
@@ -100,7 +104,7 @@ fn parse_kind(bytes: &[u8], wanted: Option<&str>, kind: Kind) -> Parsed {
     }
 }
 
-/// Lines with their numbers from 1. They end with LF, CR LF, or CR alone; DOS ends the file with a character of its own.
+/// Lines with their numbers from 1. They end with LF, CR LF or CR; DOS programs may end a file with Ctrl-Z.
 fn lines(text: &str) -> Vec<Line<'_>> {
     let text = text.trim_end_matches('\u{1a}');
     let mut lines: Vec<&str> = text.split('\n').collect();
@@ -113,10 +117,10 @@ fn lines(text: &str) -> Vec<Line<'_>> {
 /// Lines of a header, and lines of numbers.
 type Parts<'a> = (Vec<Line<'a>>, Vec<Line<'a>>);
 
-/// Divides the lines. Whatever is no number, before the first number or behind a comment sign, is a header.
+/// Splits lines into header and numbers. The header is all text before the first number, and all comments.
 ///
 /// # Errors
-/// Words among the numbers.
+/// Words between numbers.
 fn split<'a>(lines: &[Line<'a>]) -> Result<Parts<'a>, String> {
     let (mut head, mut data): Parts = Default::default();
     for &(line, text) in lines {
@@ -139,7 +143,8 @@ fn split<'a>(lines: &[Line<'a>]) -> Result<Parts<'a>, String> {
     Ok((head, data))
 }
 
-/// Contents and comment of a line. `#` begins a comment where a word could begin, `%`, `!` and `//` do at the start of a line.
+/// Contents and comment of a line. `#` begins a comment at the start of a word; `%`, `!`, `;` and `//` at the start of
+/// a line.
 fn without_comment(text: &str) -> (&str, &str) {
     let start = text.trim_start();
     if ["%", "!", "//", ";"].iter().any(|sign| start.starts_with(sign)) {
@@ -151,7 +156,7 @@ fn without_comment(text: &str) -> (&str, &str) {
     at.map_or((text, ""), |at| text.split_at(at))
 }
 
-/// Refuses a profile, a list of points with more columns, and a matrix with coordinates in its first row or column.
+/// Refuses profiles, lists of points with further columns, and matrices with coordinates in the first row or column.
 fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String> {
     let advice = "a height field has at least four columns and three rows";
     match (columns, rows) {
@@ -180,11 +185,11 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
             return Err(format!("its {columns} columns hold points x, y, z and more: keep the columns x, y and z"));
         }
     }
-    // The corner of a table with coordinates is empty or anything.
+    // The corner of a table with coordinates is arbitrary.
     let row: Vec<f64> = table.values[1..columns].to_vec();
     let column: Vec<f64> = table.values.iter().skip(columns).step_by(columns).copied().collect();
     let (of_row, of_column) = (ramp(&row), ramp(&column));
-    let is_index = |found: Option<(f64, f64)>| matches!(found, Some((first, step)) if step == 1.0 && (first == 0.0 || first == 1.0));
+    let is_index = |found: Option<(f64, f64)>| found.is_some_and(|found| found == (0.0, 1.0) || found == (1.0, 1.0));
     let both = of_row.is_some() && of_column.is_some();
     let which = match (both, is_index(of_row), is_index(of_column)) {
         (true, ..) => "row and column",
@@ -192,7 +197,7 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
         (_, _, true) => "column",
         _ => return Ok(()),
     };
-    // A plane is a relief.
+    // A plane has equal steps in every column, and is a relief.
     let last: Vec<f64> = table.values.iter().skip(columns - 1).step_by(columns).copied().collect();
     if ramp(&last).is_some() {
         return Ok(());
@@ -200,25 +205,26 @@ fn refuse_lists(table: &Table, columns: usize, rows: usize) -> Result<(), String
     Err(format!("its first {which} counts in equal steps, as coordinates or an index do: remove it"))
 }
 
-/// First number and step of numbers that grow in equal steps, to their rounding.
+/// First number and step of a sequence with equal steps, to rounding; `None` for any other sequence.
 fn ramp(numbers: &[f64]) -> Option<(f64, f64)> {
     let (first, last) = (*numbers.first()?, *numbers.last()?);
     let step = (last - first) / (numbers.len() - 1) as f64;
-    let is_even = |(at, value): (usize, &f64)| (value - (first + at as f64 * step)).abs() <= 1e-3 * step.abs();
+    let is_on_line = |(at, value): (usize, &f64)| (value - (first + at as f64 * step)).abs() <= 1e-3 * step.abs();
     let is_ramp =
-        numbers.len() >= RAMP_MIN && step != 0.0 && step.is_finite() && numbers.iter().enumerate().all(is_even);
+        numbers.len() >= RAMP_MIN && step != 0.0 && step.is_finite() && numbers.iter().enumerate().all(is_on_line);
     is_ramp.then_some((first, step))
 }
 
-/// Meaning of heights that a header explains; µm where it says nothing.
-fn meaning(header: &Header) -> Values {
+/// Meaning of the heights according to a header; µm where it does not mention a unit.
+fn meaning(header: &Header) -> Meaning {
     match &header.height {
-        HeightUnit::Unsaid => Values::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
-        HeightUnit::Length(unit, um) => Values::in_unit(unit, *um),
-        HeightUnit::Empty | HeightUnit::Other(_) => Values::Unknown,
+        HeightUnit::Unsaid => Meaning::Lengths { um: 1.0, unit: Understood::new(Source::Default, "µm") },
+        HeightUnit::Length(unit, um) => Meaning::in_unit(unit, *um),
+        HeightUnit::Empty | HeightUnit::Other(_) => Meaning::Unknown,
     }
 }
 
+/// Adds the channel's name.
 fn finish(header: &Header, raw: Raw) -> Raw {
     match &header.channel {
         Some(name) if !name.is_empty() => raw.channel(name, None),
@@ -226,6 +232,7 @@ fn finish(header: &Header, raw: Raw) -> Raw {
     }
 }
 
+/// Contents from points x, y, z.
 fn points(header: &Header, table: &Table) -> Parsed {
     let columns = table.columns()?;
     if columns != 3 {
@@ -238,11 +245,11 @@ fn points(header: &Header, table: &Table) -> Parsed {
         return Err("its header has a unit for z, but none for x and y".to_owned());
     }
     let source = if header.lateral_um.is_some() { Source::File } else { Source::Default };
-    let raw = Raw::new(grid.values, meaning(header), First::Bottom).pixel(grid.pixel_um).pixel_from(source);
+    let raw = Raw::new(grid.values, meaning(header), FirstRow::Bottom).pixel(grid.pixel_um).pixel_from(source);
     Ok(finish(header, raw.rows_from(Source::File)))
 }
 
-/// A matrix of `nx` by `ny` heights, and a mask of as many numbers behind it where the header says so.
+/// Contents from a matrix of `nx` by `ny` heights, followed by a mask of equal size if the header says so.
 fn matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed {
     let total =
         nx.checked_mul(ny).filter(|total| *total > 0).ok_or("its header promises a size that is not possible")?;
@@ -271,12 +278,13 @@ fn matrix(header: &Header, mut values: Vec<f64>, nx: usize, ny: usize) -> Parsed
     mark_missing(header, values.iter_mut());
     let (pixel_um, source) = pixel(header, nx, ny)?;
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    let first = header.first.unwrap_or(First::Bottom);
+    let first = header.first.unwrap_or(FirstRow::Bottom);
     let rows = if header.first.is_some() { Source::Format } else { Source::Default };
     let raw = Raw::new(values, meaning(header), first).pixel(pixel_um).pixel_from(source).rows_from(rows);
     Ok(finish(header, raw))
 }
 
+/// Replaces the header's number of missing points by NaN.
 fn mark_missing<'a>(header: &Header, values: impl Iterator<Item = &'a mut f64>) {
     let Some(no_data) = header.no_data else { return };
     for value in values.filter(|value| **value == no_data) {
@@ -284,10 +292,10 @@ fn mark_missing<'a>(header: &Header, values: impl Iterator<Item = &'a mut f64>) 
     }
 }
 
-/// Pixel size in µm that a header gives, and its origin: spacing, or length over the number of points.
+/// Pixel size in µm from a header, and its origin: the spacing, or the extent over the number of points.
 ///
 /// # Errors
-/// A spacing and a length that contradict each other, or one of them along one axis only.
+/// A spacing that contradicts the extent, or a size along one axis only.
 fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, Source), String> {
     let counts = [nx as f64, ny as f64];
     let mut pixel_um = [None; 2];
@@ -308,7 +316,7 @@ fn pixel(header: &Header, nx: usize, ny: usize) -> Result<(Option<(f64, f64)>, S
     }
     match (pixel_um, header.edge_um) {
         ([Some(dx), Some(dy)], _) => Ok((Some((dx, dy)), Source::File)),
-        // The longer side is the scan's; pixels of instruments are square.
+        // One length for both axes is that of the longer side, with square pixels.
         ([None, None], Some(edge)) => {
             let step = edge / counts[0].max(counts[1]);
             Ok((Some((step, step)), if nx == ny { Source::File } else { Source::Guess }))

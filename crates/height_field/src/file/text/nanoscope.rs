@@ -1,24 +1,26 @@
-//! Text that NanoScope Analysis exports: the header of its files, a title for each channel, and a column of numbers under it.
+//! Text exported by NanoScope Analysis: the header of its binary files, then titles of the channels and their columns
+//! of numbers.
 
 use super::super::channel::{self, Channel};
 use super::super::nanoscope::{pixel, sections};
-use super::super::raw::First;
+use super::super::raw::FirstRow;
 use super::super::units::micrometres;
-use super::super::{Parsed, Raw, Values};
+use super::super::{Meaning, Parsed, Raw};
 use super::numbers::{Line, is_numeric, table};
 use super::quantity::bracketed;
 use ndarray::Array2;
 
-/// Whether the text begins as the program's files do.
+/// Whether a text begins with the header of NanoScope's files.
 pub(super) fn is_export(lines: &[Line]) -> bool {
     lines.iter().find(|(_, text)| !text.trim().is_empty()).is_some_and(|(_, text)| is_header(text))
 }
 
+/// Whether a line belongs to the header, which has a backslash before each line.
 fn is_header(text: &str) -> bool {
     text.trim_start_matches('"').starts_with('\\')
 }
 
-/// Reads the column of the channel that is `wanted`, or the only matrix; rows run from the bottom, as in the program's files.
+/// Reads the column of the channel `wanted`, or a single matrix, from the bottom row on.
 pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     let header: Vec<&str> =
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();
@@ -48,16 +50,16 @@ pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     };
     let (name, unit) = title(titles, at);
     let meaning = match micrometres(&unit) {
-        Ok(um) => Values::in_unit(&unit, um),
-        Err(_) if unit.is_empty() => Values::Unknown,
+        Ok(um) => Meaning::in_unit(&unit, um),
+        Err(_) if unit.is_empty() => Meaning::Unknown,
         Err(error) => return Err(format!("its channel \"{name}\" has {error}")),
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    let raw = Raw::new(values, meaning, First::Bottom).pixel_or_reason(pixel);
+    let raw = Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel);
     Ok(if name.is_empty() { raw } else { raw.channel(name, wanted) })
 }
 
-/// Name and unit of a column: `Height_Sensor(nm)`.
+/// Name and unit of column `at`, from titles such as `Height_Sensor(nm)`.
 fn title(titles: &str, at: usize) -> (String, String) {
     let cell =
         titles.split(['\t', ',', ';']).map(str::trim).filter(|cell| !cell.is_empty()).nth(at).unwrap_or_default();
@@ -67,6 +69,7 @@ fn title(titles: &str, at: usize) -> (String, String) {
     (cell[..start].trim().replace('_', " "), unit.to_owned())
 }
 
+/// One channel for each column, numbered from 1.
 fn channels(titles: &str, columns: usize) -> Vec<Channel> {
     let channel = |at: usize| {
         let (title, unit) = title(titles, at);

@@ -1,33 +1,35 @@
-//! Numbers of a text: separators and decimal mark, told apart by all of its lines.
+//! Numbers of a text, with any separator and decimal mark.
+//!
+//! A comma may be a decimal mark or a separator. All lines are searched for evidence; ambiguous texts are refused.
 
-/// Words for a missing point, in lower case. `#QNAN`, `#IND` and `#INF` are how a C library of Windows prints one.
+/// Words for a missing point, in lower case. A C library of Windows also prints `#QNAN`, `#IND` and `#INF`.
 const MISSING: [&str; 9] = ["nan", "bad", "na", "n/a", "null", "none", "void", "nodata", "masked"];
 
-/// Columns and decimal mark of the numbers of a text.
+/// Separators and decimal mark of a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Style {
-    /// The comma is the decimal mark; otherwise it separates numbers.
+    /// Whether the comma is the decimal mark rather than a separator.
     pub decimal_comma: bool,
-    /// Each tab ends a cell, which may be empty. Otherwise blanks of any length are one separator.
+    /// Whether each tab ends a cell, which may be empty. Otherwise any sequence of blanks is one separator.
     pub tab_cells: bool,
 }
 
 /// A line of numbers and its number in the file, from 1.
 pub(super) type Line<'a> = (usize, &'a str);
 
-/// The numbers of all lines, and how many of them are in each line.
+/// All numbers of a text, line by line.
 pub(super) struct Table {
     pub values: Vec<f64>,
-    /// Line number and count of numbers.
+    /// For each line: its number in the file, and its count of numbers.
     pub rows: Vec<(usize, usize)>,
 }
 
 impl Table {
-    /// Numbers in every line.
+    /// Count of numbers in each line.
     ///
     /// # Errors
-    /// Lines of different length.
-    pub fn columns(&self) -> Result<usize, String> {
+    /// Lines with different counts.
+    pub(super) fn columns(&self) -> Result<usize, String> {
         let (first, columns) = *self.rows.first().ok_or("it holds no numbers")?;
         match self.rows.iter().find(|(_, count)| *count != columns) {
             Some((line, count)) => Err(format!("line {line} has {count} numbers, line {first} has {columns}")),
@@ -36,19 +38,20 @@ impl Table {
     }
 }
 
-/// Whether a line holds numbers and nothing else, under any style.
+/// Whether a line consists of numbers in some style.
 pub(super) fn is_numeric(line: &str) -> bool {
     let words = || words_of(line).flat_map(|cell| cell.split(',')).filter(|word| !word.is_empty());
     words().next().is_some() && words().all(|word| number(word).is_some())
 }
 
+/// Words between blanks, semicolons and quotes.
 fn words_of(line: &str) -> impl Iterator<Item = &str> {
     line.split(|c: char| c.is_whitespace() || c == ';' || c == '"').filter(|word| !word.is_empty())
 }
 
-/// A number with a decimal point, NaN for the words of a missing one, `None` for anything else.
+/// A number with a decimal point; NaN for words for missing points; `None` for other words.
 ///
-/// Exponents may be Fortran's (`1.5D-07`), and a minus the typographic one.
+/// Accepts exponents of Fortran (`1.5D-07`) and the typographic minus.
 pub(super) fn number(word: &str) -> Option<f64> {
     if let Ok(value) = word.parse() {
         return Some(value);
@@ -65,7 +68,7 @@ pub(super) fn number(word: &str) -> Option<f64> {
         .filter(|_| lower.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c)))
 }
 
-/// Evidence for the meaning of commas in lines of numbers. Each is the line in which it is seen first.
+/// Evidence for the meaning of commas, each with the number of the first line that shows it.
 #[derive(Default)]
 struct Commas {
     /// A comma between two digits.
@@ -74,13 +77,14 @@ struct Commas {
     spaced: Option<usize>,
     /// A decimal point.
     point: Option<usize>,
-    /// A semicolon, or a blank that is not beside a comma.
+    /// Another separator: a semicolon, or a blank that is not next to a comma.
     other: Option<usize>,
-    /// A word between commas with a leading zero that no whole number has, as in `0,05`.
+    /// A word between commas with a leading zero, as in `0,05`: probably decimals.
     leading_zero: Option<(usize, String)>,
 }
 
 impl Commas {
+    /// Collects the evidence in `lines`.
     fn of(lines: &[Line]) -> Self {
         let mut seen = Self::default();
         for &(line, text) in lines {
@@ -113,7 +117,7 @@ impl Commas {
     /// Whether commas are decimal marks.
     ///
     /// # Errors
-    /// Lines in which they could be either, with a line that shows it.
+    /// Ambiguous commas, with a line that shows them.
     fn are_decimal(&self) -> Result<bool, String> {
         let advice = "write decimal points, or separate the numbers by tabs or semicolons";
         match self {
@@ -123,8 +127,8 @@ impl Commas {
             }
             Self { point: Some(_), .. } => Ok(false),
             Self { tight: Some(line), spaced: Some(other), .. } => Err(format!(
-                "commas stand between digits in line {line} and before blanks in line {other}, so they could be decimal or \
-                 separators: {advice}"
+                "commas stand between digits in line {line} and before blanks in line {other}, so they could be \
+                 decimal or separators: {advice}"
             )),
             Self { other: Some(_), .. } => Ok(true),
             Self { leading_zero: Some((line, word)), .. } => Err(format!(
@@ -138,9 +142,9 @@ impl Commas {
 /// All numbers of `lines`.
 ///
 /// # Errors
-/// Commas that could be decimal or separators, and words that are no numbers.
+/// Ambiguous commas, and words that are no numbers.
 pub(super) fn table(lines: &[Line]) -> Result<Table, String> {
-    // Within quotes a comma is decimal, between them a separator.
+    // Commas inside quotes are decimal marks, those between quotes are separators.
     let unquoted: Option<Vec<(usize, String)>> = lines
         .iter()
         .any(|(_, text)| text.contains('"'))
@@ -151,7 +155,7 @@ pub(super) fn table(lines: &[Line]) -> Result<Table, String> {
     }
     let style = Style { decimal_comma: Commas::of(lines).are_decimal()?, tab_cells: false };
     let by_blanks = read(lines, style)?;
-    // Empty cells between tabs show as lines of different length.
+    // Different counts may be due to empty cells between tabs.
     if by_blanks.columns().is_err() && lines.iter().all(|(_, text)| text.contains('\t')) {
         let by_tabs = read(lines, Style { tab_cells: true, ..style })?;
         if by_tabs.columns().is_ok() {
@@ -161,6 +165,7 @@ pub(super) fn table(lines: &[Line]) -> Result<Table, String> {
     Ok(by_blanks)
 }
 
+/// The line without quotes, with semicolons for commas between quotes.
 fn without_quotes(text: &str) -> String {
     let mut quoted = false;
     let mut result = String::with_capacity(text.len());
@@ -174,13 +179,14 @@ fn without_quotes(text: &str) -> String {
     result
 }
 
+/// All numbers in the given style.
 fn read(lines: &[Line], style: Style) -> Result<Table, String> {
     let mut table = Table { values: Vec::new(), rows: Vec::with_capacity(lines.len()) };
     let is_separator = |c: char| c == ';' || (c == ',' && !style.decimal_comma) || (c == '\t' && style.tab_cells);
     for &(line, text) in lines {
         let before = table.values.len();
         let mut cells = text.trim_matches(|c: char| c.is_whitespace() && !(c == '\t' && style.tab_cells));
-        // A separator at the end of a line ends its last number.
+        // A separator at the end of a line does not begin another cell.
         cells = cells.strip_suffix(is_separator).unwrap_or(cells);
         for cell in cells.split(is_separator) {
             let mut words = cell.split_whitespace().peekable();
@@ -214,7 +220,7 @@ mod tests {
     }
 
     #[test]
-    fn separators_and_decimal_marks_are_told_by_all_lines() {
+    fn separators_and_decimal_marks_are_recognised() {
         let expected = (vec![0.41, 0.4, -3.0, 1e-7, 2.0, 0.5], 3);
         for text in [
             "0.41 0.40 -3\n1e-7 2 .5",
@@ -230,9 +236,9 @@ mod tests {
         ] {
             assert_eq!(values(text), Ok(expected.clone()), "{text}");
         }
-        // Whole numbers between commas only.
+        // Integers between commas.
         assert_eq!(values("1,20,3\n4,5,6"), Ok((vec![1.0, 20.0, 3.0, 4.0, 5.0, 6.0], 3)));
-        // The first line has no decimals: the second tells.
+        // Only the second line has a decimal comma.
         assert_eq!(values("1\t2\n0,5\t3"), Ok((vec![1.0, 2.0, 0.5, 3.0], 2)));
     }
 

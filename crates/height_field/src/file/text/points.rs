@@ -1,73 +1,85 @@
 //! Points x, y, z on a regular grid, in any order.
+//!
+//! The grid is inferred from the coordinates: along each axis its step is the extent divided by the number of steps.
 
 use ndarray::Array2;
 
-/// How far a coordinate may lie from its place on the grid, in steps of it: decimal numbers of few digits agree within.
+/// Largest distance of a coordinate from its node, in steps. Chosen: coordinates are rounded to few decimals.
 const ON_GRID: f64 = 0.05;
-/// Places of the grid for each point that is given, at most: beyond it, points are scattered rather than missing.
-const PLACES_PER_POINT: usize = 4;
+/// Most grid nodes for each given point. Chosen: beyond it points are scattered rather than missing.
+const NODES_PER_POINT: usize = 4;
+/// Largest gap between equal coordinates, relative to the widest gap. Chosen: rounding is far smaller than a step.
+const EQUAL: f64 = 0.1;
+/// Largest relative deviation of a single step from the median gap. Chosen below 1: a gap at one missing node is twice
+/// as wide.
+const SINGLE_STEP: f64 = 0.4;
+/// Most steps along an axis. Chosen: far beyond any file, and exact as an integer.
+const STEPS_MAX: f64 = 1e9;
 
-/// One axis of the grid.
+/// One axis of the grid, in µm.
 struct Axis {
+    /// Lowest coordinate.
     first: f64,
-    /// `None` where all points share one coordinate.
+    /// Distance between nodes; `None` where all points share one coordinate.
     step: Option<f64>,
     count: usize,
 }
 
 impl Axis {
-    /// The grid that all of the coordinates lie on.
+    /// The axis on which all `coordinates` lie; `name` appears in messages.
     fn of(name: char, coordinates: &[f64]) -> Result<Self, String> {
         let mut sorted = coordinates.to_vec();
         sorted.sort_by(f64::total_cmp);
         let (first, last) = (sorted[0], sorted[sorted.len() - 1]);
         let extent = last - first;
-        // Gaps far below the widest are the rounding of equal coordinates.
         let widest = sorted.windows(2).fold(0.0, |widest: f64, pair| widest.max(pair[1] - pair[0]));
+        // Smaller gaps are the rounding of equal coordinates.
         let mut gaps: Vec<f64> =
-            sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|g| *g > 0.1 * widest).collect();
+            sorted.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > EQUAL * widest).collect();
         if gaps.is_empty() {
             return Ok(Self { first, step: None, count: 1 });
         }
         gaps.sort_by(f64::total_cmp);
-        // Where places are missing throughout, gaps are several steps wide: those near the median are single steps.
+        // Gaps at missing nodes are several steps wide. Gaps near the median are single steps.
         let median = gaps[gaps.len() / 2];
-        let single: Vec<f64> = gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < 0.4).collect();
+        let single: Vec<f64> = gaps.into_iter().filter(|gap| (gap / median - 1.0).abs() < SINGLE_STEP).collect();
         let steps = (extent * single.len() as f64 / single.iter().sum::<f64>()).round();
-        // The mean over all steps is more exact than any one of them.
+        // The extent divided by the number of steps has a smaller rounding error than any single step.
         let step = extent / steps;
-        let off = |&&value: &&f64| {
-            let place = (value - first) / step;
-            (place - place.round()).abs() > ON_GRID
+        let is_off_grid = |&&value: &&f64| {
+            let position = (value - first) / step;
+            (position - position.round()).abs() > ON_GRID
         };
-        if let Some(value) = coordinates.iter().find(off) {
+        if let Some(value) = coordinates.iter().find(is_off_grid) {
             return Err(format!(
-                "{name} = {value} µm lies between the places of a grid of {step} µm: the points are not on a regular grid"
+                "{name} = {value} µm lies between the nodes of a grid of {step} µm: the points are not on a regular \
+                 grid"
             ));
         }
-        if steps > 1e9 {
+        if steps > STEPS_MAX {
             return Err(format!("along {name} its grid has {steps} steps, too many"));
         }
         Ok(Self { first, step: Some(step), count: steps as usize + 1 })
     }
 
-    fn place(&self, value: f64) -> usize {
+    /// Index of the node nearest to a coordinate.
+    fn index(&self, value: f64) -> usize {
         self.step.map_or(0, |step| ((value - self.first) / step).round() as usize)
     }
 }
 
-/// Heights of points on a regular grid, the first row at the lowest y.
+/// Heights on a regular grid, with the first row at the lowest y.
 pub(super) struct Grid {
-    /// Heights in the unit of z, NaN where there is no point.
+    /// Heights in the unit of z; NaN at nodes without a point.
     pub values: Array2<f64>,
     /// Spacing along x and y in µm; `None` for a single point.
     pub pixel_um: Option<(f64, f64)>,
 }
 
-/// Puts points, in any order, on their grid. Each has x and y in units of `xy_um` µm, and z in any.
+/// Sorts points x, y, z into their grid. x and y are in units of `xy_um` µm, z is in any unit.
 ///
 /// # Errors
-/// Points that are not on a regular grid, that share a place, or that fill too little of their grid.
+/// Points that are not on a regular grid, that coincide, or that fill too few nodes.
 pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
     let column = |at: usize, um: f64| -> Vec<f64> { points.chunks_exact(3).map(|row| row[at] * um).collect() };
     let (xs, ys, zs) = (column(0, xy_um[0]), column(1, xy_um[1]), column(2, 1.0));
@@ -75,8 +87,8 @@ pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
         return Err(format!("point {at} is at x = {}, y = {}; both must be finite", xs[at], ys[at]));
     }
     let (x, y) = (Axis::of('x', &xs)?, Axis::of('y', &ys)?);
-    let places = x.count.checked_mul(y.count).filter(|places| *places <= PLACES_PER_POINT.saturating_mul(zs.len()));
-    if places.is_none() {
+    let nodes = x.count.checked_mul(y.count).filter(|nodes| *nodes <= NODES_PER_POINT.saturating_mul(zs.len()));
+    if nodes.is_none() {
         let (points, nx, ny) = (zs.len(), x.count, y.count);
         return Err(format!(
             "its {points} points fill little of a grid of {nx} × {ny}: they are not on a regular grid"
@@ -85,13 +97,13 @@ pub(super) fn grid(points: &[f64], xy_um: [f64; 2]) -> Result<Grid, String> {
     let mut values = Array2::from_elem((y.count, x.count), f64::NAN);
     let mut taken = Array2::from_elem((y.count, x.count), false);
     for ((px, py), pz) in xs.iter().zip(&ys).zip(&zs) {
-        let at = [y.place(*py), x.place(*px)];
+        let at = [y.index(*py), x.index(*px)];
         if std::mem::replace(&mut taken[at], true) {
-            return Err(format!("two points share the place x = {px}, y = {py}: they are not on a regular grid"));
+            return Err(format!("two points share the node x = {px}, y = {py}: they are not on a regular grid"));
         }
         values[at] = *pz;
     }
-    // A single row or column is as wide as it is fine.
+    // A single row or column has square pixels.
     let pixel_um = match (x.step, y.step) {
         (Some(dx), Some(dy)) => Some((dx, dy)),
         (Some(step), None) | (None, Some(step)) => Some((step, step)),

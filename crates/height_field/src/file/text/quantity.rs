@@ -1,33 +1,33 @@
-//! Numbers with units in the lines of a header.
+//! Values of a header: numbers with a unit.
 
 use super::super::units::micrometres;
 use super::numbers::number;
 
-/// A value of a header: one or two numbers, and the unit behind them.
+/// One or two numbers with a common unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Quantity {
-    /// The number, or those along x and y.
+    /// One number, or the numbers along x and y.
     pub numbers: Vec<f64>,
-    /// The unit, empty where there is none.
+    /// The unit as written; empty without one.
     pub unit: String,
 }
 
 impl Quantity {
-    /// µm of the numbers, where they have a unit of length.
-    pub fn lengths_um(&self) -> Option<Vec<f64>> {
+    /// The numbers in µm; `None` unless the unit is a length.
+    pub(super) fn lengths_um(&self) -> Option<Vec<f64>> {
         let um = micrometres(&self.unit).ok()?;
         Some(self.numbers.iter().map(|value| value * um).collect())
     }
 
-    /// Lengths in µm of one point each: of a unit such as `µm/pixel`.
-    pub fn per_point_um(&self) -> Option<Vec<f64>> {
+    /// The numbers in µm for each point; `None` unless the unit is of the form `µm/pixel`.
+    pub(super) fn per_point_um(&self) -> Option<Vec<f64>> {
         let (unit, point) = self.unit.split_once('/')?;
         let is_point = ["pixel", "px", "point", "pt", "sample"].contains(&point.to_lowercase().as_str());
         Self { numbers: self.numbers.clone(), unit: unit.to_owned() }.lengths_um().filter(|_| is_point)
     }
 
-    /// Whole numbers of points, where the unit is none or says so.
-    pub fn counts(&self) -> Option<Vec<usize>> {
+    /// The numbers as counts of points; `None` for fractions, or for a unit other than points.
+    pub(super) fn counts(&self) -> Option<Vec<usize>> {
         const POINTS: [&str; 10] = ["", "px", "pix", "pixel", "pixels", "pt", "pts", "points", "samples", "lines"];
         if !POINTS.contains(&self.unit.to_lowercase().as_str()) {
             return None;
@@ -37,8 +37,7 @@ impl Quantity {
     }
 }
 
-/// Reads `2.4 µm`, `2,4µm`, `10 x 5 µm`, `10 µm × 5 µm`, `48 pixels` or `[nm] 3`. `None` where there is no number, or
-/// something else than a unit behind it.
+/// Reads `2.4 µm`, `2,4µm`, `10 x 5 µm`, `10 µm × 5 µm`, `48 pixels` or `[nm] 3`. `None` for any other text.
 pub(super) fn quantity(text: &str) -> Option<Quantity> {
     let mut numbers = Vec::new();
     let mut unit = String::new();
@@ -60,7 +59,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
             unit = found.to_owned();
         }
         rest = after.trim();
-        // Two numbers along x and y.
+        // A sign between the numbers along x and y.
         let cross = ["x ", "X ", "× ", "* ", "by ", "x", "×", "*"].iter().find_map(|sign| rest.strip_prefix(sign));
         match cross {
             Some(after) if numbers.len() == 1 => rest = after.trim_start(),
@@ -71,7 +70,7 @@ pub(super) fn quantity(text: &str) -> Option<Quantity> {
     (rest.is_empty() && !numbers.is_empty()).then_some(Quantity { numbers, unit })
 }
 
-/// Unit in brackets of any kind at the beginning, and what follows it.
+/// Text in brackets of any kind at the beginning, and the text after it.
 pub(super) fn bracketed(text: &str) -> Option<(&str, &str)> {
     let close = match text.chars().next()? {
         '[' => ']',
@@ -83,7 +82,7 @@ pub(super) fn bracketed(text: &str) -> Option<(&str, &str)> {
     Some((text[1..end].trim(), &text[end + 1..]))
 }
 
-/// End of the number at the beginning; an exponent needs digits, so that `2e` is a 2.
+/// Length of the number at the beginning. An exponent needs digits: in `2e` the number is `2`.
 fn number_end(text: &str) -> usize {
     let bytes = text.as_bytes();
     let mut end = 0;
@@ -101,7 +100,7 @@ fn number_end(text: &str) -> usize {
     end
 }
 
-/// Unit at the beginning, with or without brackets, and what follows it; empty where a number or `x` follows at once.
+/// Unit at the beginning, with or without brackets, and the text after it. The unit is empty before a number or `x`.
 fn leading_unit(text: &str) -> (&str, &str) {
     if let Some((unit, rest)) = bracketed(text) {
         return (unit, rest);
@@ -121,7 +120,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_and_units_are_read_in_every_form() {
+    fn numbers_and_units_are_read_in_all_forms() {
         let expected =
             |numbers: &[f64], unit: &str| Some(Quantity { numbers: numbers.to_vec(), unit: unit.to_owned() });
         for (text, numbers, unit) in [

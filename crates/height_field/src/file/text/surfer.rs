@@ -1,18 +1,19 @@
-//! Text grids of Surfer: `DSAA`, the numbers of points, the ranges of x, y and z, and heights from the lowest y on. Blank
-//! nodes are 1.70141e38.
+//! Text grids of Surfer: `DSAA`, the numbers of points, the ranges of x, y and z, and heights from the lowest y on.
+//!
+//! Missing points are 1.70141e38.
 
 use super::super::provenance::{Source, Understood};
-use super::super::raw::First;
-use super::super::{Parsed, Raw, Values};
+use super::super::raw::FirstRow;
+use super::super::{Meaning, Parsed, Raw};
 use super::numbers::{Line, table};
 use ndarray::Array2;
 
-/// Whether the text is such a grid.
+/// Whether a text is a grid of Surfer.
 pub(super) fn is_grid(lines: &[Line]) -> bool {
     lines.iter().find(|(_, text)| !text.trim().is_empty()).is_some_and(|(_, text)| text.trim() == "DSAA")
 }
 
-/// Refuses the binary grids of the same program by their name.
+/// Refuses Surfer's binary grids with a hint.
 pub(super) fn refuse_binary(bytes: &[u8]) -> Result<(), String> {
     match bytes.get(..4) {
         Some(b"DSBB" | b"DSRB") => Err("it is a binary grid of Surfer; save it as a text grid (GS ASCII)".to_owned()),
@@ -20,7 +21,7 @@ pub(super) fn refuse_binary(bytes: &[u8]) -> Result<(), String> {
     }
 }
 
-/// Reads the grid; lengths are in µm, since it has no place for a unit.
+/// Reads a grid. The format has no unit; lengths are taken to be in µm.
 pub(super) fn parse(lines: &[Line]) -> Parsed {
     let lines: Vec<Line> = lines.iter().copied().filter(|(_, text)| !text.trim().is_empty()).skip(1).collect();
     let mut numbers = table(&lines)?.values.into_iter();
@@ -40,5 +41,5 @@ pub(super) fn parse(lines: &[Line]) -> Parsed {
     let pixel_um = Some((step(x, nx), step(y, ny)));
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
     let unit = Understood::new(Source::Default, "µm");
-    Ok(Raw::new(values, Values::Lengths { um: 1.0, unit }, First::Bottom).pixel(pixel_um))
+    Ok(Raw::new(values, Meaning::Lengths { um: 1.0, unit }, FirstRow::Bottom).pixel(pixel_um))
 }

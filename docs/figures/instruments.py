@@ -1,7 +1,7 @@
-"""The page `formats`: test files of the library SurfaceTopography, converted, beside the native readers and Gwyddion.
+"""The part `instruments`: test files of the library SurfaceTopography, converted, against native readers and Gwyddion.
 
-It is made only where the environment's `SAMPLES` names their folder, which docs/formats.md says how to get. Gwyddion is
-asked where the program is on `PATH`.
+It needs the folder of these files in the environment's `SAMPLES`; docs/height-fields.md says where to get them.
+Gwyddion is compared where the program is on `PATH`.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from mitsuba_scenes.tool import sunbeam
 
 from .page import insist
 
-PAGE = "formats"
-# Formats that the native readers read, with an extension that they know them by.
+PAGE = "instruments"
+# Formats of the native readers, with an extension of each.
 NATIVE = {"di": ".spm", "sdf": ".sdf", "x3p": ".x3p", "xyz": ".xyz", "gwy": ".gwy", "asc": ".txt"}
-# Text, whose headers are without number: the native readers refuse what they do not know, and Gwyddion asks for sizes.
+# Text formats, which the native readers may refuse, and for which Gwyddion asks for sizes.
 TEXT = ("asc", "xyz")
-# Largest difference over peak to valley up to which heights are the same: the rounding of doubles,
-# with an offset of up to 1e4 times peak to valley, and of scales that are text of seven digits.
+# Largest difference of equal heights over peak to valley: rounding of doubles with an offset of up to 1e4 times peak to
+# valley, and of scales in text with seven digits.
 SAME = 1e-6
 
 
 @dataclass(frozen=True)
 class Sample:
-    """A file with its format, and the relief or the reason why it is refused."""
+    """A file with its format, and the relief or the reason of its refusal."""
 
     path: Path
     format: str
@@ -45,10 +45,10 @@ class Sample:
 
 
 def figures() -> dict | None:
-    """Converts all files; `None`, with one line printed, where there is no `SAMPLES`."""
+    """Converts all files; `None`, after one printed line, without `SAMPLES`."""
     folder = os.environ.get("SAMPLES")
     if not folder:
-        print(f"{PAGE}: left as it is, since SAMPLES names no folder (docs/{PAGE}.md says which)", flush=True)
+        print(f"{PAGE}: left as it is, since SAMPLES names no folder (docs/height-fields.md says which)", flush=True)
         return None
     files = sorted(path for path in Path(folder).iterdir() if path.is_file())
     if not files:
@@ -78,7 +78,7 @@ def figures() -> dict | None:
 
 
 def untried(formats: list[dict], refused: list[dict]) -> list[str]:
-    """Names of the formats of maps that only the library reads, and of which there was no map."""
+    """Names of formats that only the library reads and of which no map was available."""
     seen = {row["format"] for row in refused if "profiles" not in row["reason"]}
     extensions = converter().EXTENSIONS
     return [
@@ -89,7 +89,7 @@ def untried(formats: list[dict], refused: list[dict]) -> list[str]:
 
 
 def reasons(refused: list[dict]) -> dict[str, int]:
-    """How many files were refused as profiles, as bare arrays, by size or unit, or as no format that is known."""
+    """Numbers of files refused as profiles, as bare arrays, by size, by unit, or as unreadable."""
     kinds = {"profiles": "profiles", "bare arrays": "arrays", "does not tell": "units", "more than the": "sizes"}
     counts = dict.fromkeys([*kinds.values(), "unreadable"], 0)
     for row in refused:
@@ -98,7 +98,7 @@ def reasons(refused: list[dict]) -> dict[str, int]:
 
 
 def read(path: Path) -> Sample:
-    """Converts a file; points, which tell no unit, are taken for µm."""
+    """Converts a file; points without a unit are in µm."""
     convert = converter()
     known, options = "", {}
     try:
@@ -114,7 +114,7 @@ def read(path: Path) -> Sample:
 
 
 def converter() -> Any:
-    """The package's module, of the checkout."""
+    """The module `sunbeam_mitsuba.convert` of the checkout."""
     if str(REPOSITORY / "python") not in sys.path:
         sys.path.insert(0, str(REPOSITORY / "python"))
     import sunbeam_mitsuba.convert as convert
@@ -123,12 +123,12 @@ def converter() -> Any:
 
 
 def readable() -> list[str]:
-    """The formats of SurfaceTopography by their own names, in alphabetical order."""
+    """Names of SurfaceTopography's formats, in alphabetical order."""
     return sorted(reader.format() for reader in converter().library().readers)
 
 
 def compared(sample: Sample, work: Path) -> dict:
-    """Figures of a map: its size, and how far the native reader's and Gwyddion's heights are from it."""
+    """Figures of a map: its size, and differences from the native reader and from Gwyddion."""
     relief = sample.reading.relief
     return {
         "file": sample.path.name,
@@ -141,7 +141,7 @@ def compared(sample: Sample, work: Path) -> dict:
 
 
 def beside_native(sample: Sample, work: Path) -> dict | None:
-    """The largest differences to the native reader's heights and pixels; `None` for what it does not read."""
+    """Largest differences from the native reader's heights and pixels; `None` for other formats."""
     if sample.format not in NATIVE:
         return None
     copy, out = work / f"copy{NATIVE[sample.format]}", work / "native.npy"
@@ -157,7 +157,7 @@ def beside_native(sample: Sample, work: Path) -> dict | None:
 
 
 def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
-    """Compares with Gwyddion's heights in metres; `None` where it does not read the file, or is not installed."""
+    """Compares with Gwyddion's heights; `None` where Gwyddion cannot read the file or is not installed."""
     if sample.format in TEXT or shutil.which("gwyddion") is None:
         return None
     made = work / f"{sample.path.name}.gwy"
@@ -174,7 +174,7 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
         unit = field.si_unit_z.unitstr if field.si_unit_z else None
         if unit != "m":
             continue
-        # Gwyddion's first row is the top. It has a mask for points without a height, and so has the relief.
+        # Gwyddion's first row is the top. Both have a mask of missing points.
         heights_um = np.array(field.data)[::-1] * 1e6
         rows, columns = heights_um.shape
         pixel_um = (field.xreal * 1e6 / columns, field.yreal * 1e6 / rows)
@@ -185,17 +185,17 @@ def beside_gwyddion(sample: Sample, work: Path) -> dict | None:
 
 
 def differences(relief: Any, heights_um: np.ndarray, pixel_um: Any) -> dict:
-    """The largest difference of heights over peak to valley, where the relief has some, and of pixels, relative."""
+    """Largest difference of heights over peak to valley, outside missing points, and relative difference of pixels."""
     known = np.isfinite(relief.heights_um)
     apart = heights_um[known] - relief.heights_um[known]
-    # Gwyddion leaves the offset of some surfaces out, on which no light depends.
+    # Gwyddion omits the offset of some surfaces, which does not affect diffraction.
     heights = float(np.abs(apart - np.median(apart)).max() / relief.peak_to_valley_um)
     pixels = float(np.abs(np.array(pixel_um) / relief.pixel_um - 1).max())
     return {"heights": heights, "pixels": pixels, "same": max(heights, pixels) < SAME}
 
 
 def run_gwyddion(*words: str) -> str:
-    """Runs the program, on an X server of its own where there is one; what it prints."""
+    """Runs Gwyddion, with its own X server if available, and returns its output."""
     display = ("xvfb-run", "-a") if shutil.which("xvfb-run") else ()
     done = subprocess.run([*display, "gwyddion", *words], capture_output=True, text=True, timeout=120)
     return done.stdout
@@ -207,7 +207,7 @@ def gwyddion_version() -> str:
 
 
 def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
-    """A format's row: its extensions, how many files were maps, and what was compared."""
+    """A format's row: extensions, number of maps, and comparisons."""
     reader = converter().library().lookup_reader_by_format[name]
     own = [row for row in maps if row["format"] == name]
     return {
@@ -221,7 +221,7 @@ def format_figures(name: str, maps: list[dict], refused: list[dict]) -> dict:
 
 
 def summary(rows: list[dict]) -> dict | None:
-    """How many files were the same, and the largest difference of heights; `None` for no files."""
+    """Number of equal files and largest difference of heights; `None` without files."""
     if not rows:
         return None
     return {

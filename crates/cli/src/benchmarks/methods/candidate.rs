@@ -1,0 +1,85 @@
+//! One method with one set of parameters, ready to be timed and compared with the reference.
+
+use super::{Entry, Errors, Timing};
+use crate::benchmarks::DirectionPair;
+use serde_json::{Map, Value};
+use std::sync::Arc;
+use sunbeam::colour::SpectralToRgb;
+use sunbeam::lobe::Surface;
+use sunbeam::methods::Method;
+use sunbeam::table::Model;
+
+/// Name of the method that looks colours up.
+pub(super) const COLOUR_TABLE: &str = "colour-table";
+/// Name of the method that looks spectra up and sums them over wavelengths.
+pub(super) const SPECTRAL_TABLE: &str = "spectral-table";
+
+/// A method with its parameters and its data. The fields in the report are those of [`Entry`].
+pub(super) struct Candidate {
+    pub(super) method: &'static str,
+    pub(super) model: Model,
+    pub(super) parameters: Map<String, Value>,
+    pub(super) is_default: bool,
+    pub(super) bytes: u64,
+    pub(super) build_seconds: f64,
+    pub(super) evaluator: Evaluator,
+}
+
+/// The evaluator behind a candidate.
+pub(super) enum Evaluator {
+    /// A method of colours, in single precision.
+    Colour(Box<dyn Method>),
+    /// The spectral tables, with the wavelengths and weights that sum a spectrum to a colour.
+    Spectral(Arc<Surface>, SpectralToRgb),
+}
+
+impl Candidate {
+    /// Whether a colour costs the same work as with the other candidate: look-ups in colour tables of one size do,
+    /// whatever the tables hold.
+    pub(super) fn costs_like(&self, other: &Self) -> bool {
+        std::ptr::eq(self, other)
+            || self.method == COLOUR_TABLE && other.method == COLOUR_TABLE && self.bytes == other.bytes
+    }
+
+    /// The linear sRGB of `f_r` in 1/sr, without the Fresnel factor.
+    ///
+    /// `factor` is the obliquity and shadowing factor `O·M` of the directions, which the spectral tables include.
+    pub(super) fn rgb(&self, pair: &DirectionPair, factor: f64) -> [f64; 3] {
+        match &self.evaluator {
+            Evaluator::Colour(method) => {
+                let [wi, wo] = pair.single();
+                method.answer_rgb(wi, wo).map(|channel| factor * f64::from(channel))
+            }
+            Evaluator::Spectral(surface, sum) => sum.rgb_of(|nm| surface.eval(pair.wi, pair.wo, nm)),
+        }
+    }
+
+    /// `f_r` in 1/sr at a wavelength in nm, without the Fresnel factor; `None` from methods without spectra.
+    pub(super) fn spectral(&self, pair: &DirectionPair, factor: f64, nm: f64) -> Option<f64> {
+        match &self.evaluator {
+            Evaluator::Colour(method) => {
+                let [wi, wo] = pair.single();
+                method.answer_spectral(wi, wo, nm as f32).map(|value| factor * f64::from(value))
+            }
+            Evaluator::Spectral(surface, _) => Some(surface.eval(pair.wi, pair.wo, nm)),
+        }
+    }
+
+    /// The candidate's entry in the report, with neither front marked.
+    pub(super) fn into_entry(self, errors: Errors, cpu: Timing, gpu: Option<Timing>) -> Entry {
+        let Self { method, model, parameters, is_default, bytes, build_seconds, .. } = self;
+        Entry {
+            method,
+            model,
+            parameters,
+            is_default,
+            bytes,
+            build_seconds,
+            cpu,
+            gpu,
+            errors,
+            on_front: false,
+            on_front_of_method: false,
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Interpolation kernels: the weight of a lattice node at a distance, along one axis.
+//!
+//! - `d`: distance between the frequency of a look-up and a node, in nodes (multiples of the lattice spacing `1/P`).
+//! - `e(d)`: weight of the node. A value between nodes is `Σ_j e(p − j) · value_j`, with `p` the position in nodes.
+//! - `ê(x) = ∫ e(d)·cos(2πd·x) dd`: transform of the kernel, at the lag `x` in periods `P`.
+//! - Image: interpolation repeats the data at lags `x + n` for every whole number n, each weighted by `ê(x + n)`.
+//!   Data at the lag `x` are divided by `ê(x)` beforehand (`LatticeAxis::window`). The relative error that remains is
+//!   `Σ_{n≠0} |ê(x + n)|/ê(x)`.
+//! - `Λ = −ln(relative error)`: the log error that a kernel is planned for (`log_error`).
+
+use serde::{Deserialize, Serialize};
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+/// Nodes of the midpoint rule over the quarter turn in [`semicircle_integral`]. Chosen: the rule errs by `e^−β·h²/24`,
+/// with `h` the step in radians, which is below 1e-8 at the smallest β in use, 4.6.
+const QUADRATURE_NODES: usize = 512;
+
+/// Weight `e(d)` of a node at the distance `d` in nodes.
+///
+/// ```
+/// use sunbeam::table::InterpolationKernel;
+///
+/// let kernel = InterpolationKernel::Gaussian { sigma: 0.5 };
+/// assert_eq!(kernel.weight(0.0), 1.0);
+/// assert_eq!(kernel.weight(0.5), (-0.5f64).exp());
+/// assert!((kernel.transform(0.0) - 0.5 * std::f64::consts::TAU.sqrt()).abs() < 1e-15);
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum InterpolationKernel {
+    /// `exp(−d²/2σ²)`, the shape of a diffraction order under the coherence window. Exact where nodes are orders.
+    Gaussian {
+        /// Standard deviation σ in nodes.
+        sigma: f64,
+    },
+    /// Exponential of a semicircle, `exp(β(√(1 − (d/r)²) − 1))` for `|d| < r`, zero elsewhere. Its transform falls off
+    /// nearly as fast as that of any kernel of its width, so few nodes suffice at a small oversampling.
+    ///
+    /// Barnett, Magland, af Klinteberg, *A parallel nonuniform fast Fourier transform library based on an "exponential
+    /// of semicircle" kernel*, SIAM J. Sci. Comput. 41, 2019.
+    Semicircle {
+        /// β of the exponent, dimensionless.
+        beta: f64,
+        /// Radius r in nodes.
+        radius: f64,
+    },
+}
+
+impl InterpolationKernel {
+    /// Weight `e(d)` at a distance in nodes; 1 at zero.
+    pub fn weight(self, distance: f64) -> f64 {
+        match self {
+            Self::Gaussian { sigma } => (-0.5 * (distance / sigma).powi(2)).exp(),
+            Self::Semicircle { beta, radius } => {
+                let rest = 1.0 - (distance / radius).powi(2);
+                if rest > 0.0 { (beta * (rest.sqrt() - 1.0)).exp() } else { 0.0 }
+            }
+        }
+    }
+
+    /// Transform `ê(x) = ∫ e(d)·cos(2πd·x) dd`, in nodes; `x` is a lag in periods of the lattice.
+    pub fn transform(self, x: f64) -> f64 {
+        match self {
+            Self::Gaussian { sigma } => TAU.sqrt() * sigma * (-0.5 * (TAU * sigma * x).powi(2)).exp(),
+            Self::Semicircle { beta, radius } => semicircle_integral(beta, radius, |d| (TAU * d * x).cos()),
+        }
+    }
+
+    /// Standard deviation `√(∫ d²·e(d) dd / ê(0))` in nodes.
+    pub fn sigma(self) -> f64 {
+        match self {
+            Self::Gaussian { sigma } => sigma,
+            Self::Semicircle { beta, radius } => {
+                (semicircle_integral(beta, radius, |d| d * d) / self.transform(0.0)).sqrt()
+            }
+        }
+    }
+}
+
+/// Integral over `|d| < r` of a semicircle's weight times an even function of `d`. With `d = r·sin φ` it is
+/// `2r ∫₀^{π/2} exp(β(cos φ − 1))·cos φ·function(r·sin φ) dφ`.
+fn semicircle_integral(beta: f64, radius: f64, function: impl Fn(f64) -> f64) -> f64 {
+    let step = FRAC_PI_2 / QUADRATURE_NODES as f64;
+    let term = |i: usize| {
+        let (sin, cos) = ((i as f64 + 0.5) * step).sin_cos();
+        (beta * (cos - 1.0)).exp() * cos * function(radius * sin)
+    };
+    2.0 * radius * step * (0..QUADRATURE_NODES).map(term).sum::<f64>()
+}
+
+/// Period of a lattice over the largest lag of its data. Chosen: a smaller ratio takes more nodes in each look-up, a
+/// larger one more nodes in the table. [`semicircle`]'s constants were fitted for this ratio.
+pub(super) const OVERSAMPLING: f64 = 3.0;
+
+/// Fall of the images for each node that a look-up reads, as a natural logarithm. Measured at [`OVERSAMPLING`] for the
+/// autocorrelation of a tapered scan and for a Gaussian window; the test `images_are_as_small_as_planned` repeats it.
+const LOG_FALL_PER_TAP: f64 = 2.1;
+/// Natural logarithm of the images of a kernel of no taps, extrapolated from the fit of [`LOG_FALL_PER_TAP`].
+const LOG_IMAGES_AT_ZERO_TAPS: f64 = 0.6;
+/// β of the semicircle for each tap, dimensionless: the value of Barnett et al. [`LOG_FALL_PER_TAP`] was measured with
+/// it.
+const BETA_PER_TAP: f64 = 2.3;
+
+/// The semicircle kernel whose images stay below `exp(−log_error)` on a lattice of [`OVERSAMPLING`], and its taps: the
+/// nodes it reads along one axis.
+pub(super) fn semicircle(log_error: f64) -> (InterpolationKernel, usize) {
+    let taps = ((log_error + LOG_IMAGES_AT_ZERO_TAPS) / LOG_FALL_PER_TAP).ceil().max(2.0);
+    (InterpolationKernel::Semicircle { beta: BETA_PER_TAP * taps, radius: 0.5 * taps }, taps as usize)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn transform_and_sigma_match_a_direct_sum() {
+        for kernel in [InterpolationKernel::Gaussian { sigma: 0.7 }, semicircle(9.0).0, semicircle(18.0).0] {
+            let steps = 20_000;
+            let at = |i: i32| 12.0 * (f64::from(i) + 0.5) / f64::from(steps);
+            let sum = |of: &dyn Fn(f64) -> f64| -> f64 {
+                (0..steps).map(|i| kernel.weight(at(i)) * of(at(i))).sum::<f64>() * 24.0 / f64::from(steps)
+            };
+            for x in [0.0, 0.1, 0.33, 0.8, 1.2] {
+                let (direct, transform) = (sum(&|d| (TAU * d * x).cos()), kernel.transform(x));
+                // Error of the sum's steps at the end of the semicircle, where the weight jumps by e^−β.
+                assert!((direct - transform).abs() < 1e-7, "{kernel:?} {x}: {direct} {transform}");
+            }
+            let variance = sum(&|d| d * d) / sum(&|_| 1.0);
+            assert!((kernel.sigma().powi(2) - variance).abs() < 1e-6, "{kernel:?}");
+        }
+    }
+
+    #[test]
+    fn images_are_as_small_as_planned() {
+        // Data: the autocorrelation of a Tukey window over all its lags, and a Gaussian out to where it meets the
+        // error.
+        for log_error in [8.0f64, 9.7, 11.8, 14.0, 18.7] {
+            let (kernel, _) = semicircle(log_error);
+            let gaussian = |lag: f64| (-log_error * lag * lag).exp();
+            for (name, data) in [("scan", &tapered as &dyn Fn(f64) -> f64), ("window", &gaussian)] {
+                let worst = (0..=50)
+                    .map(|i| f64::from(i) / 50.0)
+                    .map(|lag| {
+                        let x = lag / OVERSAMPLING;
+                        let images: f64 = (1..4)
+                            .map(f64::from)
+                            .map(|n| kernel.transform(x - n).abs() + kernel.transform(x + n).abs())
+                            .sum();
+                        data(lag) * images / kernel.transform(x)
+                    })
+                    .fold(0.0, f64::max);
+                println!("{name} {log_error}: {:.2}", -worst.ln());
+                assert!(worst < (-log_error).exp(), "{name} {log_error}: {worst}");
+            }
+        }
+    }
+
+    /// The autocorrelation of a raised-cosine taper over a quarter of either side, lags in widths.
+    fn tapered(lag: f64) -> f64 {
+        let taper = |x: f64| {
+            let from_edge = x.min(1.0 - x);
+            if from_edge <= 0.0 {
+                0.0
+            } else if from_edge < 0.25 {
+                0.5 - 0.5 * (2.0 * TAU * from_edge).cos()
+            } else {
+                1.0
+            }
+        };
+        let sum =
+            |lag: f64| (0..1000).map(|i| (f64::from(i) + 0.5) / 1000.0).map(|x| taper(x) * taper(x + lag)).sum::<f64>();
+        sum(lag) / sum(0.0)
+    }
+}
