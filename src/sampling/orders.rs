@@ -17,7 +17,7 @@
 use crate::numeric::math::{bf16_pair, normal_quantile};
 use crate::numeric::{Index, Number, Numbers, Real};
 use crate::scattering::Obliquity;
-use crate::table::{KernelKind, LatticeAxis, NodeCurve, SpectralTable};
+use crate::table::{LatticeAxis, NodeCurve, NodeQuantity, SpectralTable};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{LOG2_E, TAU};
 
@@ -105,9 +105,9 @@ pub(super) fn build(table: &SpectralTable, obliquity: Obliquity) -> (OrdersLayou
         if !table.is_resolved(f) {
             continue;
         }
-        let power = |curve: &NodeCurve| match table.kernel() {
-            KernelKind::Power => curve.power(record).max(0.0),
-            KernelKind::Amplitude => curve.amplitude(record).norm_sqr(),
+        let power = |curve: &NodeCurve| match table.quantity() {
+            NodeQuantity::Power => curve.power(record).max(0.0),
+            NodeQuantity::Amplitude => curve.amplitude(record).norm_sqr(),
         };
         let powers: Vec<f64> = curves.iter().map(power).collect();
         // Powers at the ends of the intervals: means weighted with a tent of one interval to either side.
