@@ -17,11 +17,24 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
-/// Largest number of record reads of a build: some seconds on two cores.
+/// Largest number of record reads of a build. Chosen: some seconds on two cores.
 const COST_MAX: f64 = 1.5e9;
-
-/// Fraction of the progress that the spectral table counts for.
-const SPECTRAL_SHARE: f64 = 0.5;
+/// Fraction of the build's progress that the spectral table counts for. Chosen, for display only.
+const SPECTRAL_FRACTION: f64 = 0.5;
+/// Standard deviation of the Gaussian window that stands for a scan's taper, in widths of the scan.
+///
+/// Chosen on the safe side: the taper of `src/table/spectrum.rs` has the half width of a narrower one, about 0.2, so
+/// the rings resolve its features.
+const TAPER_SIGMA: f64 = 0.35;
+/// Factor by which the coherence length is shortened until the table is within its limits. Chosen.
+const SHORTENING: f64 = 0.95;
+/// Wavelength in µm at which [`knee`] takes the relief's phase: the middle of the visible range, rounded.
+const KNEE_WAVELENGTH_UM: f64 = 0.5;
+/// Pole of the cubic B-spline's recursive prefilter, `√3 − 2` (Unser, *Splines: A Perfect Fit for Signal and Image
+/// Processing*, 1999).
+const POLE: f32 = -0.267_949_2;
+/// Samples after which the prefilter has forgotten its start: `|POLE|²⁴` is below the rounding of single precision.
+const START_UP: usize = 24;
 
 /// Parameters of a colour table.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -88,10 +101,10 @@ impl ColourTable {
             FREQUENCY_MAX_PER_UM,
             options.tolerance,
         );
-        let built = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_SHARE))?;
+        let built = crate::table::build(&spectrum, options.tolerance, &progress.part(0.0, SPECTRAL_FRACTION))?;
         let (table, spectral_error) = (built.table, built.report.relative_error);
         let sigma = order_sigma(field, options.tiling, coherence_length_um);
-        let of_rings = progress.part(SPECTRAL_SHARE, 1.0);
+        let of_rings = progress.part(SPECTRAL_FRACTION, 1.0);
         let rings = fill(&table, &plan, sigma, knee(&spectrum), &colours, reflectance, &of_rings);
         progress.report(1.0);
         let mut colours = assemble(&plan, rings, coherence_length_um, sigma, start);
@@ -106,16 +119,15 @@ fn order_sigma(field: &HeightField, tiling: Tiling, coherence_length_um: f64) ->
     let window_um = match tiling {
         Tiling::Periodic => s,
         Tiling::Aperiodic => {
-            // A tapered scan is itself a window, whose autocorrelation is as wide as that of a Gaussian of a third of
-            // its width. The narrower window dominates; the exponent blends the two smoothly.
+            // A tapered scan is itself a window. The narrower of the two windows dominates.
             let (lx, ly) = field.extent_um();
-            s.powi(-2).hypot((0.35 * lx.max(ly)).powi(-2)).powf(-0.5)
+            s.powi(-2).hypot((TAPER_SIGMA * lx.max(ly)).powi(-2)).powf(-0.5)
         }
     };
     CoherenceWindow::from_sigma_um(window_um).order_sigma_per_um()
 }
 
-/// Plan of the rings, for the surface's coherence length or the longest one whose table is within the limits.
+/// Plan of the rings with its coherence length in µm: the surface's, shortened until the table is within the limits.
 fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f64) {
     let (low, high) = field.range_um();
     let mut coherence_length_um = options.coherence_length_um;
@@ -127,33 +139,36 @@ fn fitting_plan(field: &HeightField, options: &ColourTableOptions) -> (Rings, f6
         if small && cost(&plan, sigma) <= COST_MAX {
             return (plan, coherence_length_um);
         }
-        coherence_length_um *= 0.95;
+        coherence_length_um *= SHORTENING;
     }
 }
 
 /// Number of record reads of a build.
 fn cost(plan: &Rings, sigma: f64) -> f64 {
-    let along = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
+    let bandwidth = 1.0 / VISIBLE_UM.0 - 1.0 / VISIBLE_UM.1;
     plan.rings
         .iter()
         .map(|ring| {
-            (ring.directions * ring.heights()) as f64 * (ring.radius * along / (STEP_SIGMAS * sigma)).max(STEPS_MIN)
+            (ring.directions * ring.heights()) as f64 * (ring.radius * bandwidth / (STEP_SIGMAS * sigma)).max(STEPS_MIN)
         })
         .sum()
 }
 
-/// The w at which the relief's phase is about one radian at 0.5 µm; below it `F` falls as w².
+/// The w at which the relief's phase is one radian, at most 2; below it `F` falls as w².
 fn knee(spectrum: &Spectrum) -> f64 {
-    (0.5 / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
+    (KNEE_WAVELENGTH_UM / (TAU * spectrum.half_range_um().max(1e-6))).min(2.0)
 }
 
-/// A ring's colours: `[direction][height][channel]`, B-spline coefficients.
+/// Contents of one ring: the scale of its values, and their B-spline coefficients `[direction][height][channel]`.
 struct FilledRing {
     knee_squared: f64,
     zero_squared: f64,
     coefficients: Vec<f32>,
 }
 
+/// Integrates the samples of all rings and turns them into spline coefficients.
+///
+/// `sigma` is the standard deviation of an order in cycles/µm; `knee` is a value of w.
 fn fill(
     table: &SpectralTable,
     plan: &Rings,
@@ -197,7 +212,8 @@ fn fill(
         .collect()
 }
 
-/// One ring's samples, `[direction][height][channel]`, out of the batches' `[ring][height][channel]`.
+/// One ring's samples `[direction][height][channel]`, from batches `[ring][height][channel]` of [`LANES`] directions.
+/// `start` is the ring's first index in a batch.
 fn ring_values(batches: &[Vec<Lanes>], start: usize, ring: &RingPlan) -> Vec<f32> {
     let numbers = ring.heights() * 3;
     let mut values = vec![0f32; ring.directions * numbers];
@@ -208,7 +224,7 @@ fn ring_values(batches: &[Vec<Lanes>], start: usize, ring: &RingPlan) -> Vec<f32
     values
 }
 
-/// Samples of a ring to spline coefficients.
+/// Turns a ring's samples of F into spline coefficients of H.
 fn filled(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FilledRing {
     let (heights, numbers) = (ring.heights(), 3 * ring.heights());
     let samples = ring.samples();
@@ -216,8 +232,8 @@ fn filled(ring: &RingPlan, mut values: Vec<f32>, knee: f64) -> FilledRing {
         values.chunks_exact(numbers).flat_map(|v| &v[3 * height..3 * height + 3]).map(|v| f64::from(v.abs())).sum()
     };
     let knee_squared = knee * knee;
-    // Excess of F over its square law at the first sample; the law changes by less than a factor of three up to the
-    // knee.
+    // F ∝ (w² + zero²)/(w² + knee²) at the first sample and near the knee gives zero². The factor 3 overestimates the
+    // part of the first sample that falls as w²: up to the knee this law changes by less.
     let near_knee = samples.partition_point(|w| *w < knee).min(heights - 1);
     let fall = total(0) / total(near_knee).max(f64::MIN_POSITIVE);
     let zero_squared = (samples[near_knee].powi(2) * fall - 3.0 * samples[0] * samples[0]).clamp(0.0, knee_squared);
@@ -258,12 +274,10 @@ fn interpolation_inverse(ring: &RingPlan) -> Vec<f32> {
 
 /// Replaces samples around a ring, rows of `numbers`, by the coefficients of the periodic cubic B-spline through them.
 fn prefilter_around(values: &mut [f32], numbers: usize) {
-    const POLE: f32 = -0.267_949_2;
     let n = values.len() / numbers;
-    // 0.27²⁴ is below the rounding of single precision; a ring has at least 16 directions.
-    let warm_up = 24.min(n);
+    let start_up = START_UP.min(n);
     let mut state = vec![0f32; numbers];
-    for row in values.chunks_exact(numbers).skip(n - warm_up) {
+    for row in values.chunks_exact(numbers).skip(n - start_up) {
         state.iter_mut().zip(row).for_each(|(state, value)| *state = value + POLE * *state);
     }
     for row in values.chunks_exact_mut(numbers) {
@@ -272,9 +286,9 @@ fn prefilter_around(values: &mut [f32], numbers: usize) {
             *value = *state;
         }
     }
-    // The anticausal pass starts from its value after one turn.
+    // The anticausal pass starts from its state after one turn, like the causal one.
     state.fill(0.0);
-    for row in values.chunks_exact(numbers).take(warm_up).rev() {
+    for row in values.chunks_exact(numbers).take(start_up).rev() {
         state.iter_mut().zip(row).for_each(|(state, value)| *state = POLE * (*state - value));
     }
     for row in values.chunks_exact_mut(numbers).rev() {
@@ -285,6 +299,7 @@ fn prefilter_around(values: &mut [f32], numbers: usize) {
     }
 }
 
+/// Packs the coefficients and the rings' records.
 fn assemble(
     plan: &Rings,
     filled: Vec<FilledRing>,
@@ -305,8 +320,8 @@ fn assemble(
             offset: words.len() as u32,
             directions: ring.directions as u32,
             heights: ring.heights() as u32,
-            knots_per_w: ring.knots.0 as f32,
-            knots_per_efold: ring.knots.1 as f32,
+            knots_per_w: ring.knots_per_w as f32,
+            knots_per_efold: ring.knots_per_efold as f32,
             knee_squared: filled.knee_squared as f32,
             zero_squared: filled.zero_squared as f32,
         });

@@ -1,4 +1,6 @@
-//! Look-up of a colour, for every family of numbers.
+//! Look-up of a colour, for every family of numbers. Symbols are those of `mod.rs`, the packing that of `pack.rs`.
+//!
+//! `src/methods/table.wgsl` is its twin in WGSL.
 
 use super::{ColourLayout, Ring};
 use crate::numeric::math::{cubic_b_spline_weights, polynomial};
@@ -9,8 +11,18 @@ use std::f64::consts::LN_2;
 /// Largest |q|²: that of two parallel unit vectors, with room for rounding.
 pub const SUM_SQUARED_MAX: f32 = 4.001;
 
-/// Bits of a mantissa in [`super::pack`]; stored mantissas are offset by half their range.
+/// Bits of a stored mantissa, whose offset is half its range.
 const MANTISSA_BITS: u32 = super::pack::EXCESS.ilog2() + 1;
+/// Mask of a stored mantissa.
+const MANTISSA_MASK: u32 = (1 << MANTISSA_BITS) - 1;
+/// First bit of the shared exponent in a word, after three mantissas.
+const EXPONENT_SHIFT: u32 = 3 * MANTISSA_BITS;
+/// First bit of the exponent in a number of single precision.
+const FLOAT_EXPONENT_SHIFT: u32 = f32::MANTISSA_DIGITS - 1;
+/// First bit of a stored mantissa when it takes the upper bits of a float's mantissa.
+const FLOAT_MANTISSA_SHIFT: u32 = FLOAT_EXPONENT_SHIFT - MANTISSA_BITS;
+/// Packets of four words per ring record.
+const RECORD_PACKETS: u32 = Ring::WORDS as u32 / 4;
 
 /// A [`super::ColourTable`] over one family of numbers.
 #[derive(Clone, Copy, Debug)]
@@ -56,53 +68,57 @@ impl<N: Numbers> ColourView<N> {
         let mirrored = number.lt(lit(0.0));
         let number = N::Real::select(mirrored, lit(-1.0) - number, number).min(lit(self.layout.last_ring.into()));
         let turn = N::Real::select(mirrored, turn + lit(0.5), turn);
-        const PACKETS: u32 = Ring::WORDS as u32 / 4;
-        let record = N::index(number) * index(PACKETS) + index(self.layout.rings_at);
+        let record = N::index(number) * index(RECORD_PACKETS) + index(self.layout.rings_at);
         let [offset, directions, heights, knots_per_w] = N::gather::<4>(self.words, record, active);
         let rest = N::gather::<4>(self.words, record + index(1), active);
         let [knots_per_efold, knee_squared, zero_squared, _] = rest.map(N::from_bits);
-        let around = N::real(directions);
-        let x = turn * around;
+        let circumference = N::real(directions);
+        let x = turn * circumference;
         let y = w.fma(N::from_bits(knots_per_w), knots_per_efold * efolds);
         let column = x.floor();
         let row = y.floor().min(N::real(heights) - lit(4.0));
-        let across = cubic_b_spline_weights(x - column);
-        let along = cubic_b_spline_weights(y - row);
-        // A turn lies in [−½, 1]: one addition makes the direction's number positive, one subtraction brings it into
-        // range.
-        let beyond = N::index(column + around - lit(1.0));
-        let mut direction = N::Index::select(directions.le(beyond), beyond - directions, beyond);
+        let weights_x = cubic_b_spline_weights(x - column);
+        let weights_y = cubic_b_spline_weights(y - row);
+        // The first of four directions, modulo their number: turns lie in [−½, 1].
+        let positive = N::index(column + circumference - lit(1.0));
+        let mut direction = N::Index::select(directions.le(positive), positive - directions, positive);
         let start = offset + N::index(row);
         // `[channel][height]`, four heights per SIMD vector.
         let mut sums = [[lit(0.0); 4]; 3];
-        for across in across {
+        for weight_x in weights_x {
             let first = direction * heights + start;
             // Word by word, since a record need not begin at a packet.
             let words: [N::Index; 4] = array::from_fn(|j| {
                 let [word] = N::gather::<1>(self.words, first + index(j as u32), active);
                 word
             });
-            // A mantissa placed in a float's makes `(1 + m/512)·2^e`; subtracting 1.5·2^e removes the offset exactly,
-            // without an integer conversion.
-            let powers = words.map(|word| ((word >> 27) + index(self.layout.exponent_offset + MANTISSA_BITS)) << 23);
-            let excess = powers.map(|power| N::from_bits(power | index(1 << 22)));
-            let in_place = [|word: N::Index| word << 14, |word| word << 5, |word| word >> 4];
-            for (sum, in_place) in sums.iter_mut().zip(in_place) {
+            // A stored mantissa m in the upper bits of a float's makes `(1 + m/512)·2^e`. Subtracting 1.5·2^e, which
+            // has the mantissa 256, removes the offset exactly and without an integer conversion.
+            let exponent_offset = index(self.layout.exponent_offset + MANTISSA_BITS);
+            let powers = words.map(|word| ((word >> EXPONENT_SHIFT) + exponent_offset) << FLOAT_EXPONENT_SHIFT);
+            let offsets = powers.map(|power| N::from_bits(power | index(1 << (FLOAT_EXPONENT_SHIFT - 1))));
+            // Shifts of red, green and blue to the float's mantissa.
+            let shifted = [
+                |word: N::Index| word << FLOAT_MANTISSA_SHIFT,
+                |word| word << (FLOAT_MANTISSA_SHIFT - MANTISSA_BITS),
+                |word| word >> (2 * MANTISSA_BITS - FLOAT_MANTISSA_SHIFT),
+            ];
+            for (sum, shifted) in sums.iter_mut().zip(shifted) {
                 *sum = array::from_fn(|j| {
-                    let bits = (in_place(words[j]) & index(0x1ff << 14)) | powers[j];
-                    (N::from_bits(bits) - excess[j]).fma(across, sum[j])
+                    let mantissa = shifted(words[j]) & index(MANTISSA_MASK << FLOAT_MANTISSA_SHIFT);
+                    (N::from_bits(mantissa | powers[j]) - offsets[j]).fma(weight_x, sum[j])
                 });
             }
             let next = direction + index(1);
             direction = N::Index::select(next.lt(directions), next, index(0));
         }
         let squared = w * w;
-        let shape = (squared + zero_squared) / (squared + knee_squared);
-        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| along[j].fma(sum[j], total)) * shape)
+        let scale = (squared + zero_squared) / (squared + knee_squared);
+        sums.map(|sum| (0..4).fold(lit(0.0), |total, j| weights_y[j].fma(sum[j], total)) * scale)
     }
 }
 
-/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1], off by at most 6e-9 of a turn.
+/// Coefficients of `atan(a)/2πa` in powers of a² on [0, 1]: a minimax fit, off by at most 6e-9 of a turn.
 const TURNS: [f64; 8] = [
     1.591_548_4e-1,
     -5.304_612e-2,
@@ -119,11 +135,12 @@ const TURNS: [f64; 8] = [
 /// polynomial.
 #[inline(always)]
 fn turns<R: Real>(u: R, v: R) -> R {
-    let (across, along) = (v.abs(), u.abs());
-    let largest = across.max(along).max(R::lit(1e-37));
-    let ratio = across.min(along) / largest;
+    let (abs_u, abs_v) = (u.abs(), v.abs());
+    // At least the smallest normal number, so that the zero vector has the ratio 0.
+    let largest = abs_v.max(abs_u).max(R::lit(1e-37));
+    let ratio = abs_v.min(abs_u) / largest;
     let octant = ratio * polynomial(ratio * ratio, &TURNS);
-    let quadrant = R::select(along.lt(across), R::lit(0.25) - octant, octant);
+    let quadrant = R::select(abs_u.lt(abs_v), R::lit(0.25) - octant, octant);
     let half = R::select(u.lt(R::lit(0.0)), R::lit(0.5) - quadrant, quadrant);
     R::select(v.lt(R::lit(0.0)), -half, half)
 }
@@ -155,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn cubics_go_through_their_values() {
+    fn lagrange_weights_reproduce_a_cubic() {
         for i in 0..=10 {
             let t = f64::from(i) / 10.0;
             let moment: f64 = lagrange_weights(t).iter().zip([-1.0, 0.0, 1.0, 2.0]).map(|(w, x)| w * x * x * x).sum();

@@ -13,13 +13,21 @@
 //! - in `w`: λ over the range of heights.
 //!
 //! The table therefore consists of rings ([`rings`]) whose spacing grows in proportion to `r`. A ring has directions in
-//! proportion to its circumference, and few samples in `w` ("heights"). On a ring `F` is a cubic B-spline in direction
-//! (periodic) and height; between rings it is the cubic through four of them. A look-up reads 64 words
-//! ([`ColourView`]).
+//! proportion to its circumference, and few samples in `w` ("heights"):
+//!
+//! ```text
+//! r_k  = (knee_radius/growth) sinh(growth (k + ½))           radius of ring k
+//! x    = directions · angle/2π                               coordinate around a ring, periodic
+//! y    = knots_per_w · w + knots_per_efold · ln(1 + w/w_log)  coordinate in w, in knots
+//! H_k  = Σ c_ij B(x − i) B(y − j)                            values of ring k; B cubic B-spline, c packed in 32 bits
+//! F    = H · (w² + zero²)/(w² + knee²)                       H from the cubic through the values of four rings
+//! ```
+//!
+//! A look-up reads 4 × 4 coefficients on each of four rings: 64 words ([`ColourView`]).
 //!
 //! Since `|q| ≤ 2`, outer rings have fewer heights. Away from order zero `F` falls as `w²` near the horizon, and the
-//! obliquity factor divides by `w²`. To keep relative accuracy, rings store `F·(w² + knee²)/(w² + zero²)`. Below `zero`
-//! the power of order zero, as seen by the ring, dominates.
+//! obliquity factor divides by `w²`. The values `H` do not fall, which keeps the relative accuracy: `knee` is the w
+//! below which `F` falls, and `zero` the w below which the power of order zero, as seen by the ring, dominates.
 //!
 //! Colours outside sRGB keep their negative channels. The weights are D65 times the CIE 1931 observer from 380 to 780
 //! nm, scaled so that `S/λ² = 1` at every wavelength is (1, 1, 1).
@@ -43,6 +51,27 @@ use serde::{Deserialize, Serialize};
 pub const RESOLUTION: std::ops::RangeInclusive<f64> = 0.25..=4.0;
 
 /// The colour of a surface over `(u, v, w)`; see the [module](self).
+///
+/// ```
+/// use sunbeam::colour_table::{ColourTable, ColourTableOptions};
+/// use sunbeam::{Model, Preset, Tiling};
+///
+/// let options = ColourTableOptions {
+///     coherence_length_um: 5.0,
+///     model: Model::Ensemble,
+///     tiling: Tiling::Periodic,
+///     tolerance: 1e-2,
+///     resolution: 0.5,
+///     build_limit: 1.0,
+/// };
+/// let table = ColourTable::build(&Preset::Flat.build(None, None)?, &options)?;
+///
+/// // A flat relief reflects into the mirror direction, q = (0, 0, w), and little elsewhere.
+/// let view = table.view::<f32>();
+/// let ([_, mirror, _], [_, off, _]) = (view.relief_rgb(0.0, 0.0, 2.0, true), view.relief_rgb(0.5, 0.0, 1.9, true));
+/// assert!(mirror > 100.0 * off.abs());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourTable {
     layout: ColourLayout,
@@ -56,13 +85,13 @@ pub struct ColourTable {
 /// Constants of a look-up, besides the table data.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ColourLayout {
-    /// Radius below which rings are equally spaced, over `growth`.
+    /// Spacing of the innermost rings; from the radius `knee_radius/growth` on, spacings grow in proportion to it.
     pub knee_radius: f32,
-    /// Relative spacing of rings further out.
+    /// Spacing of outer rings relative to their radius.
     pub growth: f32,
-    /// Scale of w below which knots are equally spaced again.
+    /// The w below which the logarithm of the coordinate y is linear in w.
     pub w_log: f32,
-    /// Offset from a word's exponent to a float's.
+    /// Biased exponent of single precision for a stored exponent of 0 ([`pack`]).
     pub exponent_offset: u32,
     /// Number of the outermost ring.
     pub last_ring: u32,
@@ -73,19 +102,19 @@ pub struct ColourLayout {
 /// One ring, from the centre outwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ring {
-    /// First word of the ring.
+    /// Index of the ring's first word.
     pub offset: u32,
-    /// Directions, equally spaced from +u towards +v.
+    /// Number of directions, equally spaced from +u towards +v.
     pub directions: u32,
-    /// Spline coefficients over height, the first of which belongs to the knot −1.
+    /// Number of spline coefficients in w; the first belongs to the knot −1.
     pub heights: u32,
     /// Knots per unit of w.
     pub knots_per_w: f32,
     /// Knots per e-fold of `1 + w/w_log`.
     pub knots_per_efold: f32,
-    /// `knee²` of the [module](super).
+    /// `knee²` of the [module](self).
     pub knee_squared: f32,
-    /// `zero²` of the [module](super), at most `knee²`.
+    /// `zero²` of the [module](self), at most `knee²`.
     pub zero_squared: f32,
 }
 
@@ -140,7 +169,7 @@ impl Ring {
 }
 
 impl ColourTable {
-    /// Largest size of a table in bytes.
+    /// Largest size of a table in bytes. Chosen: 64 MiB, half of the storage buffer that every WebGPU device offers.
     pub const LIMIT_BYTES: usize = 64 << 20;
     /// Largest number of rings. Their records fill half of the smallest uniform buffer of any graphics adapter; in
     /// practice [`ColourTable::LIMIT_BYTES`] is reached first.

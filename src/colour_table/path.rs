@@ -9,13 +9,14 @@ use crate::colour::{OBSERVER_RANGE_NM, SpectralToRgb};
 use crate::table::{NodeCurve, NodeQuantity, SpectralTable};
 use std::f64::consts::TAU;
 
-/// Number of rays integrated together, in lanes.
+/// Number of rays integrated together, one per lane. Chosen: two or four SIMD vectors.
 pub(super) const LANES: usize = 16;
 /// One number per ray.
 pub(super) type Lanes = [f32; LANES];
-/// Step along a ray in standard deviations of an order's Gaussian; the trapezoid rule errs by 2·exp(−2π²/1.3²) ≈ 2e-5.
+/// Step along a ray in standard deviations of an order's Gaussian. The trapezoid rule then errs by
+/// `2·exp(−2π²/1.3²) ≈ 2e-5`.
 pub(super) const STEP_SIGMAS: f64 = 1.3;
-/// Least number of steps over the visible wavelengths; the colour matching functions are smooth over 6 nm.
+/// Fewest steps over the visible wavelengths: 6 nm on average, over which the colour matching functions are smooth.
 pub(super) const STEPS_MIN: f64 = 64.0;
 /// The visible wavelengths in µm.
 pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_RANGE_NM.1 * 1e-3);
@@ -23,21 +24,32 @@ pub(super) const VISIBLE_UM: (f64, f64) = (OBSERVER_RANGE_NM.0 * 1e-3, OBSERVER_
 /// Reflectance of the interface from wavelength (nm) and cosine at the half vector.
 pub type Reflectance<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
-/// The grid of ρ in cycles/µm along the rays of one group of rings.
+/// Uniform grid of ρ along the rays of one group of rings.
 pub(super) struct Path {
+    /// First ρ in cycles/µm.
     first: f64,
+    /// Step of ρ in cycles/µm.
     step: f64,
+    /// Number of points.
     count: usize,
 }
 
-/// Contribution of the record at one position of the path to one ring at one w.
+/// Contribution of the record at one point of the path to one ring at one w: the evaluation of a [`NodeCurve`] at κ,
+/// and the colour of the wavelength.
 pub(super) struct Reading {
-    place: usize,
+    /// Point of the path.
+    point: usize,
+    /// Index of w among the ring's samples.
     height: usize,
+    /// First of the four spline coefficients.
     first: usize,
+    /// Weights of the four spline coefficients.
     weights: [f32; 4],
+    /// Factors of the record's header, its value and slope at κ = 0.
     from_zero: [f32; 2],
+    /// Factor of the spline, real and imaginary part.
     factor: [f32; 2],
+    /// Colour per unit of density, with the quadrature weight and the reflectance.
     colour: [f32; 3],
 }
 
@@ -51,11 +63,12 @@ impl Path {
         Self { first, step, count: ((outer / VISIBLE_UM.0 - first) / step) as usize + 2 }
     }
 
-    fn frequency(&self, place: usize) -> f64 {
-        self.first + place as f64 * self.step
+    /// Frequency ρ at a point of the path, in cycles/µm.
+    fn frequency(&self, point: usize) -> f64 {
+        self.first + point as f64 * self.step
     }
 
-    /// Readings that all rays share: for each position [`RingPlan::heights`] per ring.
+    /// Readings of one ring, shared by all rays: [`RingPlan::heights`] for each point at a visible wavelength.
     pub fn readings(
         &self,
         table: &SpectralTable,
@@ -67,8 +80,8 @@ impl Path {
         let scale = 1e3 * self.step / ring.radius * table.norm();
         let samples = ring.samples();
         let mut readings = Vec::new();
-        for place in 0..self.count {
-            let frequency = self.frequency(place);
+        for point in 0..self.count {
+            let frequency = self.frequency(point);
             let wavelength_um = ring.radius / frequency;
             if !(VISIBLE_UM.0..=VISIBLE_UM.1).contains(&wavelength_um) {
                 continue;
@@ -82,7 +95,7 @@ impl Path {
                 let (from_zero, factor) = curve.factors();
                 let reflected = scale * reflectance(wavelength_nm, (0.5 * ring.radius.hypot(w)).min(1.0));
                 readings.push(Reading {
-                    place,
+                    point,
                     height,
                     first,
                     weights: weights.map(|weight| weight as f32),
@@ -95,11 +108,11 @@ impl Path {
         readings
     }
 
-    /// Number of a record's coefficients read at each position.
+    /// Number of coefficients of the record that the readings of all rings need, for each point.
     pub fn coefficients(&self, readings: &[Vec<Reading>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
-        for Reading { place, first, .. } in readings.iter().flatten() {
-            counts[*place] = counts[*place].max(first + 4);
+        for Reading { point, first, .. } in readings.iter().flatten() {
+            counts[*point] = counts[*point].max(first + 4);
         }
         counts
     }
@@ -113,16 +126,15 @@ impl Path {
         group: &[RingPlan],
         first_ray: usize,
     ) -> Vec<Lanes> {
-        let joined = self.joined(table, coefficients, group[0].directions, first_ray);
+        let records = self.records(table, coefficients, group[0].directions, first_ray);
         let mut colours = Vec::new();
         for (ring, readings) in group.iter().zip(readings) {
             let start = colours.len();
             colours.resize(start + ring.heights() * 3, [0.0; LANES]);
-            // For gratings most positions are far from all orders.
-            let somewhere =
-                readings.chunks_exact(ring.heights()).filter(|at_place| !joined.is_empty(at_place[0].place));
-            for reading in somewhere.flatten() {
-                let Some(density) = reading.density(table.quantity(), &joined) else { continue };
+            // For gratings most points are far from all orders.
+            let covered = readings.chunks_exact(ring.heights()).filter(|at_point| !records.is_empty(at_point[0].point));
+            for reading in covered.flatten() {
+                let Some(density) = reading.density(table.quantity(), &records) else { continue };
                 for (colour, sums) in reading.colour.iter().zip(&mut colours[start + 3 * reading.height..]) {
                     for (sum, density) in sums.iter_mut().zip(&density) {
                         *sum += colour * density;
@@ -133,61 +145,63 @@ impl Path {
         colours
     }
 
-    /// Records interpolated along the rays, one ray per lane.
-    fn joined(&self, table: &SpectralTable, coefficients: &[usize], directions: usize, first_ray: usize) -> Joined {
+    /// Interpolates the spectral table's records along the rays, one ray per lane.
+    fn records(&self, table: &SpectralTable, coefficients: &[usize], directions: usize, first_ray: usize) -> Records {
         let rays: [[f64; 2]; LANES] = std::array::from_fn(|lane| {
             let (sin, cos) = (TAU * (first_ray + lane) as f64 / directions as f64).sin_cos();
             [cos, sin]
         });
         let mut record = Vec::new();
-        let mut joined = Joined { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
-        for (place, &coefficients) in coefficients.iter().enumerate() {
-            let start = joined.values.len();
-            joined.starts.push(start);
+        let mut records = Records { starts: Vec::with_capacity(self.count + 1), values: Vec::new() };
+        for (point, &coefficients) in coefficients.iter().enumerate() {
+            let start = records.values.len();
+            records.starts.push(start);
             if coefficients == 0 {
                 continue;
             }
-            let frequency = self.frequency(place);
+            let frequency = self.frequency(point);
             for (lane, ray) in rays.iter().enumerate() {
                 table.interpolated_record(ray.map(|component| frequency * component), coefficients, &mut record);
                 let needed = start + record.len();
-                if joined.values.len() < needed {
-                    joined.values.resize(needed, [0.0; LANES]);
+                if records.values.len() < needed {
+                    records.values.resize(needed, [0.0; LANES]);
                 }
-                for (to, from) in joined.values[start..].iter_mut().zip(&record) {
+                for (to, from) in records.values[start..].iter_mut().zip(&record) {
                     to[lane] = *from;
                 }
             }
         }
-        joined.starts.push(joined.values.len());
-        joined
+        records.starts.push(records.values.len());
+        records
     }
 }
 
-/// Interpolated records along a path, without their bands: `[position][number]`.
-struct Joined {
+/// Records interpolated along a path: `[point][number]`, where points without nodes nearby have no numbers.
+struct Records {
+    /// Start of each point's record in `values`, and the end of the last.
     starts: Vec<usize>,
+    /// Numbers of the records, one lane per ray.
     values: Vec<Lanes>,
 }
 
-impl Joined {
-    /// Whether no lane has a record at this position.
-    fn is_empty(&self, place: usize) -> bool {
-        self.starts[place] == self.starts[place + 1]
+impl Records {
+    /// Whether no lane has a record at this point.
+    fn is_empty(&self, point: usize) -> bool {
+        self.starts[point] == self.starts[point + 1]
     }
 
-    /// `count` numbers of a record from `first` on.
-    fn numbers(&self, place: usize, first: usize, count: usize) -> Option<&[Lanes]> {
-        self.values[self.starts[place]..self.starts[place + 1]].get(first..first + count)
+    /// `count` numbers of a point's record from `first` on; `None` beyond its end.
+    fn numbers(&self, point: usize, first: usize, count: usize) -> Option<&[Lanes]> {
+        self.values[self.starts[point]..self.starts[point + 1]].get(first..first + count)
     }
 }
 
 impl Reading {
-    /// `S/norm` on all lanes; `None` without a record.
-    fn density(&self, quantity: NodeQuantity, joined: &Joined) -> Option<Lanes> {
-        let zero = joined.numbers(self.place, 0, 2)?;
+    /// Density `S/norm` on all lanes; `None` without a record.
+    fn density(&self, quantity: NodeQuantity, records: &Records) -> Option<Lanes> {
+        let zero = records.numbers(self.point, 0, 2)?;
         let components = quantity.components();
-        let curve = joined.numbers(self.place, 2 + self.first * components, 4 * components)?;
+        let curve = records.numbers(self.point, 2 + self.first * components, 4 * components)?;
         let spline = |part: usize| -> Lanes {
             let mut sums = [0.0; LANES];
             for (weight, values) in self.weights.iter().zip(curve.iter().skip(part).step_by(components)) {

@@ -1,57 +1,70 @@
-//! Plan of a colour table: radii of the rings, their directions and heights.
+//! Plan of a colour table: radii of the rings, their directions and their samples in w (symbols in `mod.rs`).
 
 use std::f64::consts::TAU;
 
-/// Spacing of directions in standard deviations of an order's Gaussian at
-/// [`WAVELENGTH_UM`]: a cubic B-spline errs by 0.5 % of a Gaussian's peak at this one.
+/// Spacing of directions, in standard deviations of an order's Gaussian at [`WAVELENGTH_UM`].
+///
+/// Chosen: a cubic B-spline through samples at this spacing errs by 0.5 % of the Gaussian's peak.
 const SPACING_SIGMAS: f64 = 0.87;
-/// Spacing of rings near the centre, in the same unit. The cubic through four rings errs by 7 % at a spacing of one.
+/// Spacing of rings near the centre, in standard deviations of an order's Gaussian at [`WAVELENGTH_UM`].
+///
+/// Chosen smaller than [`SPACING_SIGMAS`], since the cubic through four rings errs by 7 % at a spacing of one.
 const RING_SPACING_SIGMAS: f64 = 0.45;
-/// Wavelength in µm near the short end of the colour matching functions.
+/// Wavelength in µm that sets the spacings: the peak of z̄, the matching function of the shortest wavelengths.
 const WAVELENGTH_UM: f64 = 0.45;
-/// Relative spacing of the rings: the colour matching functions are bells of 4 to 9 % in wavelength.
+/// Largest spacing of directions, in direction cosines. Chosen: well below the disc's radius of 2.
+const SPACING_MAX: f64 = 0.1;
+/// Relative spacing of outer rings. Chosen: the colour matching functions, which smear orders radially, have standard
+/// deviations of 4 to 9 % in wavelength.
 const GROWTH: f64 = 0.025;
-/// Knots over w in half waves of the fastest phase, that of the whole range of heights, at [`WAVELENGTH_UM`].
+/// Knots in w per half wave of the fastest phase, of the whole range of heights at [`WAVELENGTH_UM`]. Chosen.
 const KNOTS_PER_HALF_WAVE: f64 = 1.3;
-/// The w down to which knots may be dense. A scan's taper spreads order zero over all directions, where F falls neither
-/// as w² nor uniformly.
+/// The w down to which the knots of tapered scans become denser. Chosen.
+///
+/// The taper spreads order zero over all directions, so F does not fall as w² there.
 pub(super) const W_LOG: f64 = 0.02;
-/// Knots per e-fold of w for such scans.
+/// Knots in w per e-fold of `1 + w/W_LOG` for tapered scans. Chosen.
 const KNOTS_PER_EFOLD: f64 = 1.3;
-/// Least and greatest number of intervals between knots.
-const INTERVALS: std::ops::RangeInclusive<usize> = 3..=4096;
-/// Least number of directions on a ring.
+/// Fewest intervals between knots, for samples within the first and the last of them.
+const INTERVALS_MIN: usize = 3;
+/// Most intervals between knots, reached at heights of some 350 µm. Bounds the interpolation matrix of `build.rs`.
+const INTERVALS_MAX: usize = 4096;
+/// Fewest directions on a ring. Chosen; enough for the start-up of the periodic prefilter in `build.rs`.
 const DIRECTIONS_MIN: usize = 16;
-/// Outermost over innermost radius of a group of rings, which share their directions.
+/// Outermost over innermost radius of a group of rings, which share their directions and the integration along rays.
+/// Chosen.
 const GROUP_RATIO: f64 = std::f64::consts::SQRT_2;
 
 /// Radius and resolution of one ring.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct RingPlan {
+    /// Radius r in the plane of `(u, v)`.
     pub radius: f64,
-    /// Equally spaced directions.
+    /// Number of equally spaced directions.
     pub directions: usize,
-    /// Intervals between knots over `[0, w_max]`.
+    /// Number of intervals between knots over `[0, w_max]`.
     pub intervals: usize,
     /// Largest w of a query on the ring.
     pub w_max: f64,
-    /// Knots per unit of w; the field below counts them per e-fold of `1 + w/`[`W_LOG`].
-    pub knots: (f64, f64),
+    /// Knots per unit of w.
+    pub knots_per_w: f64,
+    /// Knots per e-fold of `1 + w/`[`W_LOG`].
+    pub knots_per_efold: f64,
 }
 
 impl RingPlan {
-    /// Number of spline coefficients over height, equal to the number of samples.
+    /// Number of spline coefficients in w, equal to the number of samples.
     pub fn heights(&self) -> usize {
         self.intervals + 3
     }
 
-    /// Position of `w` among the knots, 0 to [`RingPlan::intervals`].
+    /// Coordinate y of `w` in knots, 0 to [`RingPlan::intervals`].
     pub fn knot_position(&self, w: f64) -> f64 {
-        self.knots.0 * w + self.knots.1 * (1.0 + w / W_LOG).ln()
+        self.knots_per_w * w + self.knots_per_efold * (1.0 + w / W_LOG).ln()
     }
 
-    /// Sampled values of w: the knots, with the first one slightly above 0 to keep squares of w representable, and one
-    /// more within the first and the last interval.
+    /// Sampled values of w: the knots, and one more within the first and the last interval, as many as coefficients.
+    /// The first lies slightly above 0, where H is 0/0.
     pub fn samples(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
@@ -82,12 +95,12 @@ pub(super) struct Rings {
 }
 
 impl Rings {
-    /// `sigma` is the standard deviation of an order's Gaussian in cycles/µm, `range_um` the range of heights,
-    /// `tapered` says whether the scan stands alone, and `resolution` multiplies the number of samples in each
-    /// direction.
+    /// Plans the rings of a table.
+    ///
+    /// `sigma` is the standard deviation of an order's Gaussian in cycles/µm, and `range_um` the range of heights.
+    /// `tapered` tells an aperiodic scan. `resolution` is a factor on the number of samples along each axis.
     pub fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
-        // The spacing stays well below the radius of the whole disc.
-        let spacing = (SPACING_SIGMAS * WAVELENGTH_UM * sigma / resolution).min(0.1);
+        let spacing = (SPACING_SIGMAS * WAVELENGTH_UM * sigma / resolution).min(SPACING_MAX);
         let knee_radius = spacing * RING_SPACING_SIGMAS / SPACING_SIGMAS;
         let growth = GROWTH / resolution;
         let radius = |k: f64| knee_radius / growth * (growth * (k + 0.5)).sinh();
@@ -101,14 +114,14 @@ impl Rings {
             // The last rings lie beyond 2, for interpolation up to there.
             let group = (2.0 / radius).log(GROUP_RATIO).floor().max(0.0);
             let around = TAU * 2.0 * GROUP_RATIO.powf(-group) / spacing;
-            // Queries reach inwards from half of the ring's neighbourhood, up to |q| = 2.
+            // A look-up reads a ring from up to two rings further inwards, where w is largest for |q| = 2.
             let w_max = (4.0 - inner.max(0.0).powi(2)).sqrt();
             let per_w = 2.0 * range_um / WAVELENGTH_UM * KNOTS_PER_HALF_WAVE * resolution;
             let per_efold = if tapered { KNOTS_PER_EFOLD * resolution } else { 0.0 };
             let wanted = per_w * w_max + per_efold * (1.0 + w_max / W_LOG).ln();
-            let intervals = (wanted.ceil() as usize).clamp(*INTERVALS.start(), *INTERVALS.end());
-            // At least one interval, even for a flat field.
-            let knots = if wanted > 0.0 {
+            let intervals = (wanted.ceil() as usize).clamp(INTERVALS_MIN, INTERVALS_MAX);
+            // A flat relief has no phase; its intervals are uniform in w.
+            let (knots_per_w, knots_per_efold) = if wanted > 0.0 {
                 let scale = intervals as f64 / wanted;
                 (scale * per_w, scale * per_efold)
             } else {
@@ -119,7 +132,8 @@ impl Rings {
                 directions: (around.ceil() as usize).max(DIRECTIONS_MIN),
                 intervals,
                 w_max,
-                knots,
+                knots_per_w,
+                knots_per_efold,
             });
         }
         Self { knee_radius, growth, rings }
