@@ -63,8 +63,8 @@ impl SpectralToRgb {
     /// Weights for `count` wavelengths `first_nm + i·step_nm`.
     ///
     /// # Errors
-    /// [`ColourError::Grid`] when a number is not finite and positive; [`ColourError::NoWhite`] when the samples are too
-    /// few or too far from the visible range.
+    /// [`ColourError::Grid`] when a number is not finite and positive; [`ColourError::NoWhite`] when the samples are
+    /// too few or too far from the visible range.
     pub fn new(first_nm: f64, step_nm: f64, count: usize) -> Result<Self, ColourError> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         if !positive(first_nm) || !positive(step_nm) {
