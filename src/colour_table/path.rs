@@ -55,7 +55,7 @@ pub(super) struct Reading {
 
 impl Path {
     /// The path of a group; `sigma` as in [`super::rings::Rings::plan`].
-    pub fn new(group: &[RingPlan], sigma: f64) -> Self {
+    pub(super) fn new(group: &[RingPlan], sigma: f64) -> Self {
         let (inner, outer) = (group[0].radius, group[group.len() - 1].radius);
         let visible = inner / VISIBLE_UM.0 - inner / VISIBLE_UM.1;
         let step = (STEP_SIGMAS * sigma).min(visible / STEPS_MIN);
@@ -69,7 +69,7 @@ impl Path {
     }
 
     /// Readings of one ring, shared by all rays: [`RingPlan::heights`] for each point at a visible wavelength.
-    pub fn readings(
+    pub(super) fn readings(
         &self,
         table: &SpectralTable,
         ring: &RingPlan,
@@ -109,7 +109,7 @@ impl Path {
     }
 
     /// Number of coefficients of the record that the readings of all rings need, for each point.
-    pub fn coefficients(&self, readings: &[Vec<Reading>]) -> Vec<usize> {
+    pub(super) fn coefficients(&self, readings: &[Vec<Reading>]) -> Vec<usize> {
         let mut counts = vec![0; self.count];
         for Reading { point, first, .. } in readings.iter().flatten() {
             counts[*point] = counts[*point].max(first + 4);
@@ -118,7 +118,7 @@ impl Path {
     }
 
     /// Colours of all rings of the group on [`LANES`] rays from `first_ray` on: `[ring][height][channel]`.
-    pub fn integrate(
+    pub(super) fn integrate(
         &self,
         table: &SpectralTable,
         coefficients: &[usize],

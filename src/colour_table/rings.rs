@@ -54,18 +54,18 @@ pub(super) struct RingPlan {
 
 impl RingPlan {
     /// Number of spline coefficients in w, equal to the number of samples.
-    pub fn heights(&self) -> usize {
+    pub(super) fn heights(&self) -> usize {
         self.intervals + 3
     }
 
     /// Coordinate y of `w` in knots, 0 to [`RingPlan::intervals`].
-    pub fn knot_position(&self, w: f64) -> f64 {
+    pub(super) fn knot_position(&self, w: f64) -> f64 {
         self.knots_per_w * w + self.knots_per_efold * (1.0 + w / W_LOG).ln()
     }
 
     /// Sampled values of w: the knots, and one more within the first and the last interval, as many as coefficients.
     /// The first lies slightly above 0, where H is 0/0.
-    pub fn samples(&self) -> Vec<f64> {
+    pub(super) fn samples(&self) -> Vec<f64> {
         let last = self.intervals as f64;
         let mut positions: Vec<f64> = (0..=self.intervals).map(|i| i as f64).collect();
         positions[0] = 0.1;
@@ -99,7 +99,7 @@ impl Rings {
     ///
     /// `sigma` is the standard deviation of an order's Gaussian in cycles/µm, and `range_um` the range of heights.
     /// `tapered` tells an aperiodic scan. `resolution` is a factor on the number of samples along each axis.
-    pub fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
+    pub(super) fn plan(sigma: f64, range_um: f64, tapered: bool, resolution: f64) -> Self {
         let spacing = (SPACING_SIGMAS * WAVELENGTH_UM * sigma / resolution).min(SPACING_MAX);
         let knee_radius = spacing * RING_SPACING_SIGMAS / SPACING_SIGMAS;
         let growth = GROWTH / resolution;
@@ -140,7 +140,7 @@ impl Rings {
     }
 
     /// Number of words of the rings' samples.
-    pub fn words(&self) -> usize {
+    pub(super) fn words(&self) -> usize {
         self.rings.iter().map(|ring| ring.directions * ring.heights()).sum()
     }
 }
