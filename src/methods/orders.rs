@@ -26,12 +26,13 @@ pub const TAYLOR_KAPPA_H_MAX: f64 = 30.0;
 /// Most bytes of the orders of a tile.
 pub const ORDERS_BYTES_MAX: usize = 512 << 20;
 
-/// Largest w of two directions.
+/// Largest w, for both directions along the normal.
 const W_MAX: f64 = 2.0;
 /// Exponent from which on the Gaussian of an amplitude is left out: its square, e⁻⁸⁰, is lost in single precision.
 pub(super) const FAINT: f32 = 40.0;
 
-/// 1.5·2²³: a number below a third of it, plus and then minus this, is rounded to a whole number.
+/// 1.5·2²³. Adding and then subtracting it rounds a single-precision number of at most a third of it to a whole number,
+/// without a call of `round`.
 const WHOLE: f32 = 12_582_912.0;
 
 /// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
@@ -136,12 +137,12 @@ impl Orders {
         (order, [0, 1].map(|axis| position[axis] - order[axis] as f32))
     }
 
-    /// Whether an order is held.
+    /// Whether the terms of an order are stored.
     pub fn holds(&self, order: [i32; 2]) -> bool {
         (0..2).all(|axis| order[axis].unsigned_abs() <= self.grid.reach[axis].unsigned_abs())
     }
 
-    /// `c_j` of an order that is held, as `[re, im]`.
+    /// The amplitude `c_j` of a stored order, as `[re, im]`.
     pub fn amplitude(&self, order: [i32; 2], weights: &TermWeights) -> [f32; 2] {
         let OrderGrid { reach, terms, .. } = self.grid;
         let sign = if order[1] < 0 { -1 } else { 1 };
@@ -151,7 +152,7 @@ impl Orders {
         for (term, weight) in self.terms[first..first + weights.len()].iter().zip(weights) {
             (0..4).for_each(|part| sum[part] += term[part] * weight[part]);
         }
-        // Even terms plus i times the odd ones; conjugate where the opposite order is the stored one.
+        // Even terms plus i times the odd ones. Terms are conjugated where the opposite order is the stored one.
         let sign = sign as f32;
         [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
     }
