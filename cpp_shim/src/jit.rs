@@ -1,4 +1,7 @@
-//! Dr.Jit's functions for tracing (`cpp_shim/jit.h`): indices in, indices out, nothing throws.
+//! Dr.Jit's functions for tracing (`cpp_shim/jit.h`). Arguments and results are indices of variables.
+//!
+//! Each function records one operation and returns a new reference to its result, or 0 after an error. The first error
+//! message is kept for [`take_error`]; nothing throws.
 //!
 //! cxx checks these declarations against the header when it compiles. Loops call back into [`Steps`]; a panic there
 //! does not enter C++, but waits in [`Loop::panicked`] until C++ has returned.
@@ -76,19 +79,24 @@ mod ffi {
 
 /// State of a loop and its operations.
 pub trait Steps {
+    /// Visits the index of each variable of the state.
     fn read(&self, visit: &mut dyn FnMut(u32));
+    /// Replaces the variables of the state.
     fn write(&mut self, indices: &[u32]);
+    /// Index of the mask of lanes that take another step.
     fn condition(&mut self) -> u32;
+    /// Takes one step.
     fn step(&mut self);
 }
 
-/// A loop under way in C++.
+/// A loop that C++ records with callbacks to [`Steps`].
 pub struct Loop<'a> {
     steps: &'a mut dyn Steps,
     panic: Option<Box<dyn Any + Send>>,
 }
 
 impl<'a> Loop<'a> {
+    /// A loop over `steps`, for [`run_loop`].
     pub fn new(steps: &'a mut dyn Steps) -> Self {
         Self { steps, panic: None }
     }
@@ -117,6 +125,7 @@ impl<'a> Loop<'a> {
         })
     }
 
+    /// The result of `call`, or `failed` where it panics; the panic is stored.
     fn caught<T>(&mut self, failed: T, call: impl FnOnce(&mut dyn Steps) -> T) -> T {
         // After a panic the loop ends and the state is not used again, so it may be inconsistent.
         catch_unwind(AssertUnwindSafe(|| call(self.steps))).unwrap_or_else(|payload| {

@@ -12,9 +12,9 @@
 // Efficiencies are tabulated over t = νd·√(1 - y²) and a, the position of the incident order (grating/place.rs). Orders
 // pass off where t ± a is a whole number, which divides the (t, a) plane into cells.
 
-// Middle of the range of ν in 1/µm whose colour weights are not negligible (src/grating/colour_tables.rs).
+// Middle of the visible range of ν, from 1/830 nm to 1/360 nm, in 1/µm (src/grating/colour_tables.rs).
 const NU_MIDDLE: f32 = 1.9912986;
-// Half the width of this range in 1/µm.
+// Half the width of the visible range in 1/µm.
 const NU_HALF: f32 = 0.78647923;
 // Standard deviations τ by which the table of weights goes beyond the visible range.
 const SPREADS: f32 = 5.0;
@@ -22,7 +22,7 @@ const SPREADS: f32 = 5.0;
 const TAU_SCALE: f32 = 0.25;
 // Distance in standard deviations σ up to which an order's Gaussian counts; it is e^-12.5 = 4e-6 there.
 const REACH: f32 = 5.0;
-// Efficiency that a table value of 1 stands for, 1/60000: the 16-bit values reach efficiencies slightly above 1.
+// Efficiency that a table value of 1 stands for, 1/60000 (`UNIT` in src/grating/efficiencies.rs).
 const UNIT: f32 = 1.6666667e-5;
 // log₂(e), which turns exp into exp2.
 const LOG2_E: f32 = 1.442695;

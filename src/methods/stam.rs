@@ -24,7 +24,7 @@ use std::f32::consts::PI;
 /// Sources of the shader.
 const WGSL: [&str; 2] = [wgsl!("colours.wgsl"), wgsl!("stam.wgsl")];
 
-/// Number of orders on each side. Chosen, as in the model of Stam; the answer is normalised for this number.
+/// Number of orders on each side. Chosen; the fractions of light add up to 1 for any number.
 pub(super) const ORDERS: u32 = 8;
 /// Length of the interval of v over the outgoing hemisphere at normal incidence, from −1 to 1.
 pub(super) const V_RANGE: f32 = 2.0;
