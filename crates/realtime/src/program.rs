@@ -1,5 +1,5 @@
-//! WGSL programs for the GPU. WGSL has no includes, so a program is the concatenation of the files that it needs; each
-//! file's names begin with the file's name. The head of each file says what it is for.
+//! WGSL programs for the GPU. WGSL has no includes, so a program is the concatenation of the files that it needs. The
+//! head of each file says what it is for.
 
 use std::error::Error;
 use sunbeam::grating::{GratingColourSurface, GratingSurface, preset_profile};

@@ -3,8 +3,7 @@
 use super::SnakeError;
 
 /// Shape and resolution of the snake; comments give the accepted range and, in parentheses, the default. The default
-/// mesh has 10 933 vertices and 21 573
-/// faces; the snake of Single 2014 has 11 696 and 22 950.
+/// mesh has 10 933 vertices and 21 573 faces; the snake of Single 2014 has 11 696 and 22 950.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SnakeOptions {
     /// Half the number of cells along each edge of a scale, 1 to 128 (3). The number is even because a scale in the

@@ -106,17 +106,18 @@ pub(crate) struct Entry {
     pub(crate) gpu: Option<Timing>,
     /// Errors against the reference.
     pub(crate) errors: Errors,
-    /// Whether no other entry beats this one in time on the CPU, mean ΔE and its 99th percentile (see [`front()`]).
-    /// Entries of this method with the other model do not count.
+    /// Whether no other entry beats this one in time on the CPU, mean ΔE₂₀₀₀ and its 99th percentile (see [`front()`]).
+    /// Entries of this method with the other model are not compared.
     pub(crate) on_front: bool,
-    /// Whether no other entry of this method and model beats this one in time, both ΔE and the error of its spectrum.
+    /// Whether no other entry of this method and model beats this one in time, either ΔE₂₀₀₀ and the error of its
+    /// spectrum.
     pub(crate) on_front_of_method: bool,
 }
 
 /// Measures every candidate on `field`, a periodic tile.
 ///
-/// Coherence length, tolerance, obliquity and shadowing are those of `options`; energy is not limited. `progress`
-/// receives the name of each stage when it begins. Without an adapter there are no times of a GPU.
+/// Coherence length, tolerance, obliquity and shadowing are those of `options`; energy conservation is off. `progress`
+/// receives the name of each stage when it begins. Without an adapter there are no GPU times.
 ///
 /// # Errors
 /// A method that cannot be built, or reference spectra that deviate from the direct sum.
@@ -171,7 +172,7 @@ pub(crate) fn measure(
     })
 }
 
-/// Marks the entries on either front.
+/// Sets [`Entry::on_front`] and [`Entry::on_front_of_method`].
 fn mark_fronts(entries: &mut [Entry]) {
     let colour_point =
         |entry: &Entry| (entry.cpu.microseconds, [entry.errors.delta_e_mean, entry.errors.delta_e_p99].map(noticed));
@@ -184,8 +185,8 @@ fn mark_fronts(entries: &mut [Entry]) {
         .map(|entry| {
             // The choice between a method's two models is one of appearance, not of speed.
             let rivals = entries.iter().filter(|other| other.method != entry.method || other.model == entry.model);
-            let kin = entries.iter().filter(|other| other.method == entry.method && other.model == entry.model);
-            (is_on_front(entry, rivals, colour_point), is_on_front(entry, kin, spectral_point))
+            let same_method = entries.iter().filter(|other| other.method == entry.method && other.model == entry.model);
+            (is_on_front(entry, rivals, colour_point), is_on_front(entry, same_method, spectral_point))
         })
         .collect();
     for (entry, mark) in entries.iter_mut().zip(marks) {
