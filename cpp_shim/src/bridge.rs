@@ -164,6 +164,7 @@ enum PluginError {
 /// Chosen: the tables are smooth on this scale, and the quotient deviates by 4e-4 of the slope.
 const STEP_FRACTION: f64 = 0.05;
 
+// The functions of the bridge, which the module `ffi` documents.
 impl Surface {
     fn is_rigorous(&self) -> bool {
         self.recipe.config.theory == Theory::Rigorous
@@ -179,8 +180,8 @@ impl Surface {
 
     fn with_coherence_length(&self, coherence_length_um: f32) -> Result<Box<Self>, PluginError> {
         guard(|| {
-            // The shortest decimal of this single-precision number, which the user gave, instead of its binary
-            // neighbour.
+            // The user wrote a decimal number, which C++ rounded to single precision. The shortest decimal with this
+            // rounding recovers it.
             let coherence_length = coherence_length_um.to_string().parse().unwrap_or(f64::NAN);
             let mut recipe = self.recipe.clone();
             recipe.config.coherence_length = coherence_length;
@@ -194,7 +195,7 @@ impl Surface {
     fn without_index(&self) -> Result<Box<Self>, PluginError> {
         let recipe = Recipe { includes_interface: false, ..self.recipe.clone() };
         guard(|| match &self.tables {
-            // These tables never include it.
+            // Spectral tables never include the interface's factor.
             Tables::Spectral(tables) => Ok(Box::new(Self {
                 recipe,
                 tables: Tables::Spectral(tables.clone()),

@@ -17,14 +17,17 @@ mod ffi {
     unsafe extern "C++" {
         include!("jit.h");
 
+        // References: a new one to a variable, and the end of one.
         fn retain(index: u32) -> u32;
         fn release(index: u32);
 
+        // Constants.
         fn constant_f32(backend: u32, value: f32) -> u32;
         fn constant_f64(backend: u32, value: f64) -> u32;
         fn constant_u32(backend: u32, value: u32) -> u32;
         fn constant_bool(backend: u32, value: bool) -> u32;
 
+        // Arithmetic, element by element; the type is that of the operands.
         fn add(a: u32, b: u32) -> u32;
         fn sub(a: u32, b: u32) -> u32;
         fn mul(a: u32, b: u32) -> u32;
@@ -40,6 +43,7 @@ mod ffi {
         fn exp2(a: u32) -> u32;
         fn log2(a: u32) -> u32;
 
+        // Comparisons, which give masks, and operations on masks and unsigned integers.
         fn lt(a: u32, b: u32) -> u32;
         fn le(a: u32, b: u32) -> u32;
         fn bit_and(a: u32, b: u32) -> u32;
@@ -49,18 +53,23 @@ mod ffi {
         fn shr(a: u32, by: u32) -> u32;
         fn select(mask: u32, yes: u32, no: u32) -> u32;
 
+        // Conversions.
         fn to_f32(a: u32) -> u32;
         fn to_f64(a: u32) -> u32;
         fn to_u32(a: u32) -> u32;
         fn f32_from_bits(a: u32) -> u32;
 
+        /// Reads `indices.len()` consecutive `u32` of the array `source` from position `at × indices.len()` on, where
+        /// the mask is set, and writes the indices of the resulting variables.
         fn gather(source: u32, at: u32, mask: u32, indices: &mut [u32]);
 
         /// # Safety
         /// `name` ends with a zero and is never freed: kernels keep it.
         unsafe fn run_loop<'a>(backend: u32, name: *const c_char, steps: &mut Loop<'a>) -> bool;
 
+        /// Stores an error message unless there is one already.
         fn keep_error(message: &str);
+        /// Returns the stored message and clears it; empty if there is none.
         fn take_error() -> String;
     }
 

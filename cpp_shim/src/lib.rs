@@ -16,7 +16,7 @@ mod log;
 mod scope;
 mod traced;
 
-// The plugin exports the C interface too: NumPy asks it there (python/).
+// The plugin also exports the C interface, which the Python package (python/) calls with NumPy arrays.
 use sunbeam_c as _;
 
 use std::ffi::{c_char, c_void};

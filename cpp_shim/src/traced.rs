@@ -223,6 +223,7 @@ impl<'s> Numbers for Traced<'s> {
         Var::own(jit::to_u32(x.index))
     }
 
+    // C++ records the loop once. It calls back into `Run` for the condition and one step, on placeholder variables.
     fn while_loop<S: State>(
         name: &'static CStr,
         state: S,
@@ -246,6 +247,7 @@ impl<'s> Numbers for Traced<'s> {
         function
     }
 
+    // Records `function` once, in a loop over the lanes, instead of L times: kernels stay small.
     fn each_lane<const L: usize, const R: usize>(
         name: &'static CStr,
         lanes: [Self::Real; L],

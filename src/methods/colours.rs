@@ -26,7 +26,7 @@ pub(super) fn density() -> Result<Colours, ColourError> {
 
 /// Weights divided by λ², in 1/µm³, each channel scaled so that its integral is 1.
 ///
-/// With them a constant spectrum is white when it is sampled at wavelengths whose density is proportional to `1/λ²`.
+/// A constant spectrum is then white when it is sampled at wavelengths whose density is proportional to `1/λ²`.
 pub(super) fn density_over_square() -> Result<Colours, ColourError> {
     let spectrum = SpectralToRgb::visible(DENSITY_STEP_NM)?;
     let square = |nm: f64| (1e-3 * nm).powi(2);

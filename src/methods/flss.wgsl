@@ -2,6 +2,7 @@
 // equal steps. S is the power spectrum in µm² (`order_density` in orders.wgsl). `colours` (colours.wgsl) holds weights
 // and wavelengths.
 
+// Uniform of the method; counterpart of `FlssUniform` in flss.rs.
 struct Flss {
     // Wave orders of the tile (order_grid.rs).
     grid: OrderGrid,

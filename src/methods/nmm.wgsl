@@ -7,6 +7,7 @@
 // Wavelength in µm at which S is evaluated where no list of wavelengths counts and the answer is white.
 const WHITE_UM: f32 = 0.55;
 
+// Uniform of the method; counterpart of `NmmUniform` in nmm.rs.
 struct Nmm {
     // Wave orders of the tile (order_grid.rs).
     grid: OrderGrid,

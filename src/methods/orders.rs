@@ -35,7 +35,7 @@ pub(super) const FAINT: f32 = 40.0;
 /// without a call of `round`.
 const WHOLE: f32 = 12_582_912.0;
 
-/// The terms of every order that light from 380 to 780 nm can reach. The tile repeats.
+/// The terms of every order that light from 380 to 780 nm can reach, for a tile that repeats.
 ///
 /// A term is `DFT{T_n(h/H)}` (Chebyshev) or `DFT{(h/H)ⁿ}` (Taylor). Terms are stored in pairs of an even and an odd n,
 /// as `[jy][jx][n]` with jy from 0 and jx from −reach: the DFT of a real function obeys `D(−j) = conj D(j)`. In an even
@@ -76,6 +76,7 @@ impl Orders {
         let (nx, ny) = field.size();
         let (lx, ly) = field.extent_um();
         let s_um = CoherenceWindow::new(coherence_length_um).sigma_um();
+        // The window's Gaussian is exp(−sharpness·d²) at a distance of d orders.
         let sharpness = [lx, ly].map(|l| 2.0 * (PI * s_um / l).powi(2));
         let neighbourhood = neighbourhood(sharpness, [nx, ny], tolerance, options)?;
         let reach = |n: usize, extent_um: f64| {
@@ -83,6 +84,7 @@ impl Orders {
             reached.saturating_add(neighbourhood / 2 + 1).min(n / 2)
         };
         let reach = [reach(nx, lx), reach(ny, ly)];
+        // A term is a complex number of 8 bytes.
         let needed = (2 * reach[0] + 1).saturating_mul(reach[1] + 1).saturating_mul(8 * terms);
         if needed > ORDERS_BYTES_MAX {
             let mb = |bytes: usize| bytes as f64 / 1e6;
@@ -109,7 +111,8 @@ impl Orders {
         Ok(Self { grid, count, terms: Arc::new(pack(&transform, [nx, ny], reach, count, progress)) })
     }
 
-    /// The terms with the smallest neighbourhood that keeps `tolerance`, and at most the present one.
+    /// The same orders with a smaller neighbourhood: the smallest that keeps the relative error below `tolerance`, and
+    /// at most the present one.
     pub fn narrowed(&self, tolerance: f64) -> Self {
         let needed = self.grid.sharpness.map(|sharpness| orders_needed(sharpness.into(), tolerance) as u32);
         let neighbourhood = self.grid.neighbourhood.min(needed[0].max(needed[1]));
@@ -157,19 +160,19 @@ impl Orders {
         [sum[0] - sign * sum[3], sign * sum[1] + sum[2]]
     }
 
-    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths at which every
-    /// order is [`FAINT`] are left out.
+    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value, for instance its colour.
+    /// `receive` is called with wavelength, value and S. Wavelengths at which every order is [`FAINT`] are left out.
     pub fn densities<T>(
         &self,
         q: [f32; 3],
         wavelengths_um: impl Iterator<Item = (f32, T)>,
         mut receive: impl FnMut(f32, T, f32),
     ) {
-        let lit = wavelengths_um.filter_map(|(um, value)| {
+        let not_faint = wavelengths_um.filter_map(|(um, value)| {
             let position = self.position(q, um);
             self.is_lit(position).then_some((um, (position, value)))
         });
-        self.grid.at_wavelengths(q[2], lit, |um, (position, value), weights| {
+        self.grid.at_wavelengths(q[2], not_faint, |um, (position, value), weights| {
             receive(um, value, self.density(position, weights));
         });
     }
@@ -244,8 +247,8 @@ fn kappa_h_max(half_range_um: f64) -> f64 {
     2.0 * PI * W_MAX / f64::from(WAVELENGTH_MIN_UM) * half_range_um
 }
 
-/// Number of terms: the given one, or so many that the remainder is below a tenth of the tolerance for every κ up to
-/// the largest.
+/// Number of terms: the number in the options, or the smallest for which the remainder of the series is below a tenth
+/// of the tolerance for every κ up to the largest.
 fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Result<usize, MethodError> {
     let kappa_h = kappa_h_max(half_range_um);
     if options.series == Series::Taylor && kappa_h > TAYLOR_KAPPA_H_MAX {
@@ -261,14 +264,14 @@ fn term_count(half_range_um: f64, tolerance: f64, options: &MethodOptions) -> Re
     needed.filter(|terms| *terms <= TERMS_MAX).ok_or(MethodError::TooManyTerms { kappa_h, limit: TERMS_MAX })
 }
 
-/// Number of orders along an axis at which the Gaussians left out are below half the tolerance. The nearest of these is
-/// half the number away.
+/// Smallest number of orders along an axis for which every omitted Gaussian is below half the tolerance. The nearest
+/// omitted order is half this number away.
 fn orders_needed(sharpness: f64, tolerance: f64) -> f64 {
     let needed = 2.0 * ((0.5 * tolerance).recip().ln() / sharpness).sqrt();
     needed.ceil().max(1.0)
 }
 
-/// Number of orders along each axis: the given one, or the one that the tolerance requires.
+/// Number of orders along each axis: the number in the options, or the number that the tolerance requires.
 fn neighbourhood(
     sharpness: [f64; 2],
     pixels: [usize; 2],

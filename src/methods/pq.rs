@@ -93,8 +93,8 @@ impl Pq {
         self.repeats.map(|n| n as u32)
     }
 
-    /// Calls `receive` with the wavelength in µm, the value given with it, and S in µm². Wavelengths whose nearest
-    /// order is not held are left out.
+    /// Computes S in µm² at several wavelengths. Each wavelength in µm comes with a value, for instance its colour.
+    /// `receive` is called with wavelength, value and S. Wavelengths whose nearest order is not stored are left out.
     fn densities<T>(
         &self,
         q: [f32; 3],

@@ -6,6 +6,7 @@
 // Value of πPd below which D_P is computed by its Taylor series, to avoid 0/0; the next term is under 1e-9.
 const SINC_SERIES: f32 = 0.01;
 
+// Uniform of the method; counterpart of `PqUniform` in pq.rs.
 struct Pq {
     // Wave orders of the tile (order_grid.rs).
     grid: OrderGrid,

@@ -8,6 +8,7 @@ const ORDERS: u32 = 8u;
 // Length of the interval of v over the outgoing hemisphere, over which each order spreads uniformly.
 const V_RANGE: f32 = 2.0;
 
+// Uniform of the method; counterpart of `StamUniform` in stam.rs.
 struct Stam {
     // The spacing d in µm.
     period_um: f32,

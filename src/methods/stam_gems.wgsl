@@ -16,6 +16,7 @@ const BLUE_UM: f32 = 0.625;
 // Half width of a bump in µm; the chapter's value.
 const HALF_WIDTH_UM: f32 = 0.125;
 
+// Uniform of the method; counterpart of `StamGemsUniform` in stam_gems.rs.
 struct StamGems {
     // Colour of the highlight, linear sRGB.
     highlight: vec3<f32>,

@@ -29,8 +29,8 @@ impl OrderGrid {
         (self.terms as usize).saturating_sub(spare).max(1).next_multiple_of(2)
     }
 
-    /// Calls `receive` for each of the wavelengths in µm, with the value given with it and the coefficients at `w` of
-    /// the terms to sum.
+    /// Computes the coefficients at `w` for several wavelengths, in batches of [`LANES`]. Each wavelength in µm comes
+    /// with a value of the caller. `receive` is called with wavelength, value and coefficients.
     pub fn at_wavelengths<T>(
         &self,
         w: f32,

@@ -1,8 +1,8 @@
 //! The lattice of scales: the corners of each scale, and the curves along which it ends.
 //!
-//! Lengths are in half scales. The centres of scales are the points (i, j) of even sum, i along the body (towards the
-//! tail) and j around it. Points of odd sum are *nodes*. At a node the tip of the scale before it lies between the
-//! flanks of its two neighbours, over the root of the scale behind it.
+//! Lengths are in half scales. The centres of scales are the points (i, j) with even i + j, i along the body (towards
+//! the tail) and j around it. Points with odd i + j are *nodes*. At a node the tip of the scale before it lies between
+//! the flanks of its two neighbours, over the root of the scale behind it.
 //!
 //! The shape of a scale is a rounded rhombus. Its *tip* points to the tail, its *root* to the head, and its two
 //! *flanks* are the corners at the sides. The two *free edges* run from the flanks to the tip. Each ends in a *wall*, a

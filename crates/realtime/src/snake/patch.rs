@@ -16,7 +16,7 @@ pub(super) struct Patch<'a> {
 }
 
 impl<'a> Patch<'a> {
-    /// The patch of scale (i, j) of even sum.
+    /// The patch of scale (i, j), where i + j is even.
     pub(super) fn new(lattice: &'a Lattice, scale: (i64, i64)) -> Self {
         Self { lattice, scale }
     }

@@ -1,6 +1,7 @@
 // Camera, light and blending of a picture; counterpart of `FrameUniform` in layout.rs, with the same memory layout.
 // Lengths are in cm, the unit of the mesh. Vectors are in the scene's frame, where z points up.
 
+// Data of one sample of a picture.
 struct Frame {
     // Position of the camera.
     origin: vec3<f32>,

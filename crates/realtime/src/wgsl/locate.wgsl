@@ -26,7 +26,8 @@ struct Lists {
     skin: atomic<u32>,
     // Number of pixels without a triangle.
     bare: atomic<u32>,
-    // With n pixels in the picture: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from entry n on.
+    // Entries of three lists, for n pixels: `skin` from entry 0 on, `bare` backwards from entry n - 1, `rest` from
+    // entry n on.
     entries: array<u32>,
 }
 

@@ -5,6 +5,7 @@
 // Their sum is the scattering vector q = wi + wo = (u, v, w). Factors: O, the obliquity factor, and M, shadowing and
 // masking (docs/model.md#the-reflectance).
 
+// A pair of directions.
 struct Pair {
     // Scattering vector q = wi + wo; its z component is at least twice PAIR_COSINE_MIN.
     q: vec3<f32>,

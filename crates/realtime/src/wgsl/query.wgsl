@@ -9,6 +9,7 @@ const QUERY_NOTHING: u32 = 0u;
 const QUERY_GROUND: u32 = 1u;
 const QUERY_SKIN: u32 = 2u;
 
+// A visible surface point.
 struct Query {
     // Unit vector towards the light in the grating's frame.
     wi: vec3<f32>,

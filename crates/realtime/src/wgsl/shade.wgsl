@@ -39,6 +39,7 @@ fn loops_are_cut_short() -> bool {
     return turns != range.two;
 }
 
+// Answers one query of the range and adds the answer to the sum over the parts.
 @compute @workgroup_size(64)
 fn shade(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x >= range.count {

@@ -3,6 +3,7 @@
 // The nodes are stored in depth-first order. After an inner node whose box is hit comes its first child, the next
 // element of the array; otherwise the traversal jumps to `next`. The traversal therefore needs no stack.
 
+// A node of the tree: a leaf with one triangle, or an inner node with two children.
 struct Node {
     // Lower corner of the box around the node's triangles.
     low: vec3<f32>,
