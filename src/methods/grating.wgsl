@@ -33,17 +33,27 @@ const WEIGHTS_PLACES: u32 = 256u;
 // Number of nodes of the table of order 0 along each axis.
 const ORDER_ZERO_SIDE: u32 = 48u;
 
-// Numbers of a grating and layout of its tables; `GratingUniform` in grating.rs documents each member.
+// Numbers of a grating and layout of its tables; counterpart of `GratingUniform` in grating.rs.
 struct Grating {
+    // First wavelength of the efficiencies in nm.
     first_nm: f32,
+    // Number of wavelengths of the efficiencies per nm.
     steps_per_nm: f32,
+    // Number of wavelengths of the efficiencies.
     wavelengths: u32,
+    // Number of cells of each wavelength.
     cells: u32,
+    // Number of nodes along each side of a cell.
     nodes: u32,
+    // Highest order that propagates at any wavelength.
     orders: f32,
+    // Index in `colours` of the first node of the table of order 0.
     order_zero: u32,
+    // Period d in µm.
     period_um: f32,
+    // Frequency of order 1, 1/d, in cycles/µm.
     spacing: f32,
+    // Standard deviation σ of an order's Gaussian in cycles/µm.
     sigma: f32,
     _pad0: u32,
     _pad1: u32,

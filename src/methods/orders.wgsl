@@ -10,16 +10,25 @@
 // Exponent above which a Gaussian counts as 0: its square, e⁻⁸⁰, is lost in single precision.
 const FAINT: f32 = 40.0;
 
-// Lattice of the orders; order_grid.rs describes each member.
+// Lattice of the orders; counterpart of `OrderGrid` in order_grid.rs.
 struct OrderGrid {
+    // (Lx, Ly) in µm.
     extent_um: vec2<f32>,
+    // Factor of d² in the exponent of the Gaussian, for a distance d in orders along x and y.
     sharpness: vec2<f32>,
+    // Largest |jx| and |jy| of the stored orders.
     reach: vec2<i32>,
+    // Number of stored terms, a multiple of 8.
     terms: u32,
+    // 0 for Chebyshev, 1 for Taylor.
     series: u32,
+    // H in µm.
     half_range_um: f32,
+    // S at the centre of an order with |c_j| = 1, in µm².
     peak_um2: f32,
+    // Number of orders summed along each axis.
     neighbourhood: u32,
+    // The κH from which on all terms are summed; see set_term_weights.
     argument_of_terms: f32,
 }
 

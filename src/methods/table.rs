@@ -33,9 +33,13 @@ pub(super) struct TableUniform {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub(super) struct TableRing {
+    /// Index of the ring's first sample.
     pub offset: u32,
+    /// Number of samples along the direction.
     pub directions: u32,
+    /// Number of samples along w.
     pub heights: u32,
+    /// This member and the next three are the constants of the formulas in `table.wgsl`.
     pub knots_per_w: f32,
     pub knots_per_efold: f32,
     pub knee_squared: f32,

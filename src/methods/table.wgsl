@@ -13,11 +13,14 @@ struct Ring {
     directions: u32,
     // Number of samples along w.
     heights: u32,
-    // Position along w, in samples: knots_per_w·w + knots_per_efold·ln(1 + w/w_log).
+    // The position along w, in samples, is knots_per_w·w + knots_per_efold·ln(1 + w/w_log).
     knots_per_w: f32,
+    // Factor of the logarithm in this position.
     knots_per_efold: f32,
-    // The interpolated value is multiplied by (w² + zero_squared)/(w² + knee_squared).
+    // The interpolated value is multiplied by (w² + zero_squared)/(w² + knee_squared), which models its fall near w =
+    // 0.
     knee_squared: f32,
+    // Numerator's constant of this factor.
     zero_squared: f32,
     _pad: u32,
 }

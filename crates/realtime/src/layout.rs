@@ -18,8 +18,9 @@ pub struct Query {
     pub wo: [f32; 3],
     /// 1 where the sun is visible, else 0.
     pub lit: u32,
-    /// Texture coordinates.
+    /// Texture coordinates of the mesh, for the pigment.
     pub uv: [f32; 2],
+    /// Fills the struct to a multiple of 16 bytes.
     pub(super) padding: [u32; 2],
 }
 

@@ -9,6 +9,7 @@ struct Vertex {
     v: f32,
 }
 
+// All vertices of the mesh.
 @group(0) @binding(1) var<storage, read> vertices: array<Vertex>;
 // Three vertex indices for each triangle.
 @group(0) @binding(2) var<storage, read> triangles: array<u32>;

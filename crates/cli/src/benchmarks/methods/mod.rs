@@ -1,6 +1,7 @@
 //! Time against error of every method and parameter set on one surface.
 //!
-//! Colours are those of `f_r` without the Fresnel factor. The published methods are compared with the reference of the
+//! A *candidate* is a method with one set of parameters (candidate.rs); it becomes an [`Entry`] of the report. Colours
+//! are those of `f_r` in 1/sr without the Fresnel factor. The published methods are compared with the reference of the
 //! patch model (one fixed coherence window), tables with the reference of their own model. All candidates of a surface
 //! are in memory at once and timed in turn, so that other load of the machine falls on all of them.
 
@@ -26,7 +27,7 @@ use sunbeam_realtime::Gpu;
 
 /// Largest relative deviation of [`Truth`] from the direct sum that passes as rounding of double-precision sums.
 const ORACLE_LIMIT: f64 = 1e-9;
-/// Directions and wavelengths at which [`Truth`] is compared with the direct sum.
+/// Number of values at which [`Truth`] is compared with the direct sum. Chosen: the direct sum is slow.
 const ORACLE_CHECKS: usize = 12;
 
 /// The size of a run.
