@@ -2,7 +2,7 @@
 // arithmetic. Complex numbers are vectors (re, im).
 //
 // Symbols: c = cosθ of the incidence, n = eta + i k the refractive index relative to the outer medium, and
-// t = √(n² - sin²θ), the normal component of the transmitted wave vector over that of free space. Then
+// t = √(n² - sin²θ), the normal component of the transmitted wave vector in units of the outer wave number. Then
 //     R_s = |c - t|²/|c + t|²,  R_p = |n²c - t|²/|n²c + t|²,  R = (R_s + R_p)/2.
 
 // Principal square root of z, where im z ≥ 0. One part is computed from a sum without cancellation. The other follows

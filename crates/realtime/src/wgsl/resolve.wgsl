@@ -45,7 +45,7 @@ fn resolve_decoded(encoded: vec3<f32>) -> vec3<f32> {
     return select(x * x * sum, encoded * (1.0 / 12.92), encoded <= vec3<f32>(0.04045));
 }
 
-// Linear reflectance of a texel.
+// Linear reflectance of the texel at a column and row.
 fn resolve_texel(texel: vec2<i32>) -> vec3<f32> {
     return resolve_decoded(unpack4x8unorm(pigment.texels[u32(texel.y) * pigment.size.x + u32(texel.x)]).rgb);
 }

@@ -80,8 +80,8 @@ fn trace_box(origin: vec3<f32>, inverse: vec3<f32>, low: vec3<f32>, high: vec3<f
     let enter = min(a, b);
     let leave = max(a, b);
     let first = max(max(enter.x, enter.y), max(enter.z, 0.0));
-    // The factor, 1 + 4 · 2⁻²³ rounded down, covers the rounding errors of the interval (Ize, Robust BVH Ray Traversal,
-    // JCGT 2(2), 2013).
+    // The factor, 1 + 3 · 2⁻²³ in single precision, covers the rounding errors of the interval (Ize, Robust BVH Ray
+    // Traversal, JCGT 2(2), 2013).
     let last = min(min(leave.x, leave.y), min(leave.z, farthest)) * 1.0000004;
     return first <= last;
 }
