@@ -141,9 +141,9 @@ impl Truth {
                 for (i, total) in totals.iter_mut().enumerate() {
                     let um = wavelength_um(i);
                     // κ ∈ [0, κ_max] mapped to [−1, 1].
-                    let at = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
+                    let x = (2.0 * TAU * q[2] / (um * kappa_max) - 1.0).clamp(-1.0, 1.0);
                     let position = [q[0] * lx / um, q[1] * ly / um];
-                    tile.add(position, &amplitudes, || lagrange(node_angle, at, nodes), gauss, total);
+                    tile.add(position, &amplitudes, || lagrange(node_angle, x, nodes), gauss, total);
                 }
             };
             totals.par_chunks_mut(wavelengths).zip(sums).for_each_init(Default::default, add_node);
@@ -170,7 +170,7 @@ impl Truth {
         let mut largest = 0.0f64;
         for i in 0..count {
             let pair = (i * self.sums.len() + self.sums.len() / 2) / count;
-            // A prime stride reaches every wavelength.
+            // The stride 7919 is prime, so the checks spread over all wavelengths.
             let wavelength = (i * 7919) % self.wavelengths;
             let um = (VISIBLE_NM.start() + wavelength as f64 * self.step_nm) * 1e-3;
             let q = self.sums[pair];
@@ -212,8 +212,8 @@ mod tests {
         let nodes = 9;
         for x in [-1.0, -0.3, 0.0, 0.77, 1.0] {
             for degree in 0..nodes as i32 {
-                let at = |m: usize| PI * (m as f64 + 0.5) / nodes as f64;
-                let found: f64 = (0..nodes).map(|m| lagrange(at(m), x, nodes) * at(m).cos().powi(degree)).sum();
+                let angle = |m: usize| PI * (m as f64 + 0.5) / nodes as f64;
+                let found: f64 = (0..nodes).map(|m| lagrange(angle(m), x, nodes) * angle(m).cos().powi(degree)).sum();
                 // The rounding of nine terms of at most a few.
                 assert!((found - x.powi(degree)).abs() < 1e-13, "{x}^{degree}: {found}");
             }
