@@ -17,6 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 /// ```
 pub struct Shared<K, T>(Mutex<Option<HashMap<K, Slot<T>>>>);
 
+/// Value of one key, locked while it is made; dangling once its last user has dropped it.
 type Slot<T> = Arc<Mutex<Weak<T>>>;
 
 impl<K: Eq + Hash, T> Default for Shared<K, T> {
@@ -41,6 +42,7 @@ impl<K: Eq + Hash, T> Shared<K, T> {
         let slot = {
             let mut slots = self.0.lock().unwrap_or_else(PoisonError::into_inner);
             let slots = slots.get_or_insert_with(HashMap::new);
+            // Drops the slots whose value has no user and that no other call waits for.
             slots.retain(|_, slot| Arc::strong_count(slot) > 1 || slot.try_lock().is_ok_and(|s| s.strong_count() > 0));
             Arc::clone(slots.entry(key).or_default())
         };
@@ -85,8 +87,8 @@ mod tests {
             Ok::<_, Infallible>(7)
         };
         let values: Vec<_> = std::thread::scope(|scope| {
-            let asked: Vec<_> = (0..4).map(|_| scope.spawn(|| shared.get(0, make).unwrap())).collect();
-            asked.into_iter().map(|one| one.join().unwrap()).collect()
+            let calls: Vec<_> = (0..4).map(|_| scope.spawn(|| shared.get(0, make).unwrap())).collect();
+            calls.into_iter().map(|call| call.join().unwrap()).collect()
         });
         assert_eq!((values.len(), *made.lock().unwrap()), (4, 1));
     }

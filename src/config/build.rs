@@ -1,4 +1,16 @@
 //! Builds height fields, surfaces and gratings from a configuration.
+//!
+//! | method | result | theory |
+//! | --- | --- | --- |
+//! | `build`, `build_watched`, `build_shared` | [`Surface`]: spectral tables | scalar |
+//! | `build_shared_colours` | [`ColourSurface`]: tables in colours | scalar |
+//! | `build_shared_grating` | [`GratingSurface`]: spectral tables | rigorous |
+//! | `build_shared_grating_colours` | [`GratingColourSurface`]: tables in colours | rigorous |
+//! | `build_shared_jones` | [`JonesTable`]: Jones matrices of the orders | rigorous |
+//! | `build_by_theory`, `build_of` | [`BuiltSurface`] | that of the configuration |
+//!
+//! *Watched* builds report their progress. *Shared* results are held by the process while they are in use, and found
+//! there by equal calls (`cache/shared.rs`).
 
 use super::{BuiltSurface, ConfigError, ReliefSource, Source, SurfaceConfig, Theory};
 use crate::cache::{Cache, CacheError, Origin};
@@ -138,19 +150,20 @@ impl SurfaceConfig {
         Ok(cache.shared_surface(&self.height_field()?, &self.options_for(index), progress)?)
     }
 
-    /// [`SurfaceConfig::build_shared`] for renderers that carry colours. `inside` is the index of the Fresnel factor to
-    /// include in the colours, `None` to include none.
+    /// [`SurfaceConfig::build_shared`] for renderers that carry colours.
+    ///
+    /// The colours include the Fresnel factor of a medium of index `fresnel`; `None` leaves the factor out.
     ///
     /// # Errors
     /// The errors of [`SurfaceConfig::build`].
     pub fn build_shared_colours(
         &self,
         index: Option<&SpectralIndex>,
-        inside: Option<&SpectralIndex>,
+        fresnel: Option<&SpectralIndex>,
         cache: &Cache,
         progress: &Progress,
     ) -> Result<Arc<(ColourSurface, Origin)>, BuildError> {
-        Ok(cache.shared_colours(&self.height_field()?, &self.options_for(index), inside, progress)?)
+        Ok(cache.shared_colours(&self.height_field()?, &self.options_for(index), fresnel, progress)?)
     }
 
     /// The profile of a grating, from a preset or a file.
@@ -227,16 +240,18 @@ impl SurfaceConfig {
         }
     }
 
-    /// The surface of heights from elsewhere than a preset or a file: levels them and builds the tables. Defaults of
-    /// `level` and `tiling` are those of a file. [`HeightField::with_holes`] applies `fill` beforehand.
+    /// The surface of heights that the caller provides: levels them and builds the tables.
+    ///
+    /// Defaults of `level` and `tiling` are those of a file. `fill` is not applied here: the caller passes it to
+    /// [`HeightField::with_holes`].
     ///
     /// # Errors
     /// A configuration with parameters of presets or files, heights or pixels beyond a millimetre, or tables beyond the
     /// build limit.
     pub fn build_of(&self, heights: &HeightField, cache: &Cache) -> Result<(BuiltSurface, Origin), BuildError> {
         self.validate_for_array()?;
-        let of_numbers = |name: &&str| ReliefSource::OF_NUMBERS.contains(name);
-        if let Some(parameter) = self.relief_source().given().find(|name| !of_numbers(name)) {
+        let applies = |name: &&str| ReliefSource::OF_NUMBERS.contains(name);
+        if let Some(parameter) = self.relief_source().given().find(|name| !applies(name)) {
             let (other, advice) = ("heights that are given as numbers".to_owned(), "it is about presets and files");
             return Err(ConfigError::Contradiction { parameter, other, advice }.into());
         }

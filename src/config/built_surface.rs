@@ -1,4 +1,8 @@
 //! The surface that a configuration builds, by either theory, Fresnel factor included.
+//!
+//! `wi` and `wo` are unit vectors away from the surface, z along the normal (docs/model.md#conventions). The tables of
+//! the scalar theory hold the reflectance without the Fresnel factor, which is multiplied here. Those of gratings
+//! include it.
 
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
@@ -25,6 +29,7 @@ pub enum BuiltReport<'a> {
 }
 
 impl BuiltSurface {
+    /// A surface by the scalar theory; `index` is that of its material.
     pub(super) fn scalar(surface: Surface, index: Option<ComplexIndex>) -> Self {
         Self::Scalar(Box::new(surface), index)
     }
@@ -47,8 +52,9 @@ impl BuiltSurface {
         }
     }
 
-    /// Calls `each` with the index of a wavelength in nm and `f_r` in 1/sr there, without the cosine. `f_r` is 0 unless
-    /// both directions lie above the surface.
+    /// Evaluates `f_r` (1/sr, without the cosine) at each of the wavelengths, in nm.
+    ///
+    /// Calls `each(k, f_r)` for the k-th wavelength. `f_r` is 0 unless both directions lie above the surface.
     pub fn eval(&self, wi: Vec3, wo: Vec3, wavelengths_nm: &[f64], mut each: impl FnMut(usize, f64)) {
         let interface = self.interface(wi, wo);
         for (k, &nm) in wavelengths_nm.iter().enumerate() {
@@ -76,8 +82,9 @@ impl BuiltSurface {
         density / wavelengths_nm.len().max(1) as f64
     }
 
-    /// A direction for the wavelengths carried (at least one, in nm) from three random numbers in [0, 1). `None` where
-    /// it or `wi` lies below the horizon.
+    /// A random outgoing direction, sampled for all wavelengths of a path (at least one, in nm).
+    ///
+    /// `u` are three random numbers in [0, 1). `None` where the direction or `wi` lies below the horizon.
     pub fn sample_direction(&self, wi: Vec3, wavelengths_nm: &[f64], u: [f64; 3]) -> Option<Vec3> {
         match self {
             Self::Scalar(surface, _) => surface.sample_direction(wi, wavelengths_nm, u),

@@ -42,9 +42,10 @@ use crate::scattering::ComplexIndex;
 use crate::table::{BUILD_LIMIT, COHERENCE_LENGTH_UM, Model, TOLERANCE, Tiling};
 use serde::{Deserialize, Serialize};
 
-/// Accepted real parts of a refractive index: beyond all materials, and with squares in the range of numbers.
+/// Accepted real parts of a refractive index. Chosen: wider than all materials, with squares in the range of single
+/// precision.
 pub const ETA: RangeInclusive<f64> = 1e-3..=1e3;
-/// Accepted imaginary parts of a refractive index.
+/// Accepted imaginary parts of a refractive index. Chosen by the limits of [`ETA`].
 pub const K: RangeInclusive<f64> = 0.0..=1e3;
 
 /// The source of the heights.
@@ -185,6 +186,7 @@ impl SurfaceConfig {
         Ok(config)
     }
 
+    /// Reads a JSON object without validation; errors name the parameter where serde knows it.
     fn parse(json: &str) -> Result<Self, ConfigError> {
         let mut reader = serde_json::Deserializer::from_str(json);
         let config: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {
@@ -253,6 +255,7 @@ impl SurfaceConfig {
         self.validate_theory()
     }
 
+    /// Refuses parameters of the relief that contradict its source, or that need others.
     fn validate_source(&self) -> Result<(), ConfigError> {
         let contradiction = |parameter, other: &str, advice| {
             Err(ConfigError::Contradiction { parameter, other: other.to_owned(), advice })
@@ -290,13 +293,14 @@ impl SurfaceConfig {
                 Source::Preset(_) => {}
             }
         }
-        let of_files = [
+        // Parameters that need a file, whether they are given, and advice for the message.
+        let file_parameters = [
             ("pixel_size", self.pixel_size.is_some(), "it gives the scale of a file"),
             ("max_height", self.max_height.is_some(), "it gives the scale of a file"),
             ("channel", self.channel.is_some(), "it chooses what is read of a file"),
             ("fill", self.fill.is_some(), "it fills the missing points of a file"),
         ];
-        for (parameter, given, advice) in of_files {
+        for (parameter, given, advice) in file_parameters {
             if given && self.filename.is_none() {
                 return contradiction(parameter, "the absence of \"filename\"", advice);
             }
@@ -319,8 +323,9 @@ impl SurfaceConfig {
 
     /// `tiling`, or its default.
     pub fn tiling(&self) -> Tiling {
-        let stands_alone = self.filename.is_some() && self.theory == Theory::Scalar;
-        self.tiling.unwrap_or(if stands_alone { Tiling::Aperiodic } else { Tiling::Periodic })
+        // A file is a single patch of a surface, except for a grating, which is one period.
+        let is_patch = self.filename.is_some() && self.theory == Theory::Scalar;
+        self.tiling.unwrap_or(if is_patch { Tiling::Aperiodic } else { Tiling::Periodic })
     }
 
     /// The refractive index, `None` for a surface that reflects everything.

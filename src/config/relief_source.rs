@@ -1,4 +1,4 @@
-//! The relief of a configuration: the parameters that go when another relief is chosen.
+//! The relief of a configuration: the parameters that are replaced together when another relief is chosen.
 
 use super::SurfaceConfig;
 use crate::height_field::{Fill, Level, Preset};
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_source_survives_the_way_through_a_configuration() {
+    fn source_of_one_configuration_can_be_set_in_another() {
         let json = r#"{"filename": "a.gsf", "pixel_size": 0.1, "max_height": 1, "channel": 2, "fill": "mean",
             "level": "plane", "tiling": "periodic"}"#;
         let config = SurfaceConfig::from_json(json).unwrap();

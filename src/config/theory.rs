@@ -36,6 +36,7 @@ impl SurfaceConfig {
             return Ok(());
         }
         let scalar = "theory \"scalar\" has it";
+        // Parameter, whether its value contradicts the theory, and advice for the message.
         let wrong = [
             ("model", self.model == Model::Patch, scalar),
             ("shadowing", self.shadowing, "orders contain what the relief shadows"),

@@ -22,8 +22,8 @@ use std::f64::consts::TAU;
 /// go as the square root of the distance, so t moves them by about 1e-5.
 const CUTOFF_DISTANCE: f64 = 1e-11;
 
-/// Magnitude of the coupling `(ky/k)(1 − κ²/κm²)` below which Ey and Hy are solved separately. Chosen at the rounding of
-/// ky = 0.
+/// Magnitude of the coupling `(ky/k)(1 − κ²/κm²)` below which Ey and Hy are solved separately. Chosen at the rounding
+/// of ky = 0.
 const COUPLING_MIN: f64 = 1e-12;
 
 /// The air above one profile at one (t, b): layers and orders, for any wavelength and lower medium.

@@ -37,8 +37,8 @@ const TAIL_MAX: f64 = 1e-9;
 const TERMS_MAX: usize = 400;
 /// Enlargement factor of the box, so that points on its border lie inside despite rounding. Chosen.
 const MARGIN: f64 = 1.0001;
-/// Smallest half height of the box in periods, which a flat relief needs for a box that is not empty. Chosen.
-const HALF_HEIGHT_MIN: f64 = 1e-3;
+/// Smallest half height of the box in periods, so that the box of a flat relief is not empty. Chosen.
+pub(crate) const HALF_HEIGHT_MIN: f64 = 1e-3;
 /// Smallest accepted |γ|/|k|; smaller ones are replaced by it. Chosen: a pole at γ = 0 stays finite.
 const DECAY_MIN: f64 = 1e-8;
 /// Relative size at which the series of [`Ewald::weights`] ends. Chosen below the rounding of double precision.

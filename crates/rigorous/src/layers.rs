@@ -13,7 +13,7 @@
 //! In code, k is the wave number in 1/µm, b (`bloch`) the Bloch phase in turns, d the period in µm, and *decay* Im k.
 
 use crate::Error;
-use crate::lattice_sum::LatticeSum;
+use crate::lattice_sum::{HALF_HEIGHT_MIN, LatticeSum};
 use crate::linear::{Matrix, zeros};
 use crate::nodes::{Nodes, Separation};
 use crate::special::{EULER_GAMMA, Radial};
@@ -34,8 +34,6 @@ const WINDOW_DECAYED: [f64; 2] = [2.5, 7.0];
 const TABLE_START_MAX: f64 = 1e-5;
 /// Enlargement factor of the tables' upper end over the largest distance, for rounding. Chosen.
 const TABLE_MARGIN: f64 = 1.01;
-/// Smallest height for the tables' upper end, in periods; the box of `lattice_sum.rs` is never lower.
-const TABLE_HEIGHT_MIN: f64 = 1e-3;
 
 /// The layers as matrices from all nodes (columns) to every `stride`-th of them (rows).
 pub(crate) struct Layers {
@@ -63,7 +61,8 @@ impl Images {
 
 /// S and K for a wave number (1/µm; Im ≥ 0) and a Bloch phase in turns.
 ///
-/// Rows are the middle nodes of each group of `stride` (odd): where the nodes are oversampled, they are the coarse ones.
+/// Rows are the middle nodes of each group of `stride` (odd): where the nodes are oversampled, they are the coarse
+/// ones.
 ///
 /// # Errors
 /// Special functions that overflow.
@@ -77,7 +76,7 @@ pub(crate) fn layers(nodes: &Nodes, stride: usize, wave_number: Complex64, bloch
         Images::All => 0.5 * d,
     };
     let least = (0.5 * nodes.spacing_min()).min(TABLE_START_MAX * d);
-    let most = TABLE_MARGIN * reach.hypot(height.max(TABLE_HEIGHT_MIN * d));
+    let most = TABLE_MARGIN * reach.hypot(height.max(HALF_HEIGHT_MIN * d));
     let radial = Radial::new(wave_number, least, most, window[1])?;
     let lattice = match images {
         Images::All => Some(LatticeSum::new(d, wave_number, bloch, height, &radial)?),

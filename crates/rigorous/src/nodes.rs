@@ -25,8 +25,8 @@ const EDGE_NODES_MIN: usize = 8;
 /// needs nodes for the singularities at its corners.
 const EQUAL_FRACTION: f64 = 0.4;
 
-/// Largest distance along x, in periods, of two nodes that share a corner. Chosen: nodes beyond it lie near different
-/// images of the corner, or need no offsets.
+/// Largest distance along x, in periods, at which two nodes near one corner are compared by their offsets from it.
+/// Chosen below ½, from which on another image of the corner may be nearer.
 const SHARED_CORNER: f64 = 0.25;
 
 /// Position of a node relative to the corners of its edge.

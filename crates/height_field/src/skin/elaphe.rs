@@ -1,4 +1,8 @@
 //! Preset `elaphe`: long tapering fingers, 1.144 µm apart, whose tips lie on the next layer.
+//!
+//! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
+//! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
+//! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
@@ -24,6 +28,8 @@ const FLANK: f64 = 0.16;
 const LEAN: f64 = 0.06;
 
 /// Height of a layer's surface at `t`, in µm; at t < 0 it lies under the previous layer.
+///
+/// The surface rises by 0.084 µm around the root and falls by 0.012 µm towards the tips.
 fn sheet(t: f64) -> f64 {
     0.175 + 0.084 * smooth_step(-0.18, 0.22, t) - 0.012 * smooth_step(0.4, 1.0, t)
 }
@@ -39,11 +45,15 @@ fn half_width(t: f64, finger: &Finger) -> f64 {
 }
 
 /// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
+///
+/// The ground between the fingers is the previous layer's surface with a pit beside each root. Over it come the fingers
+/// of this layer, and over both the tips of the previous layer.
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let position = lattice.position(ix, iy);
     let pit = 0.085 * smooth_step(0.0, 0.08, position.t) * smooth_step(0.42, 0.06, position.t);
     let mut h = sheet(position.t - 1.0) - pit;
-    // Tips of the previous layer lie on top of this layer, so they are drawn last.
+    // Tips of the previous layer lie on top of this layer, so they come last. `cover` is the opacity of the finger that
+    // covers the pixel most, `crest` its height in µm.
     for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
         if t > 1.3 {
             continue;

@@ -1,4 +1,8 @@
 //! Preset `xenopeltis`, the sunbeam snake: short fingers with raised round tips, in layers 1.552 µm apart.
+//!
+//! `mod.rs` defines the coordinates: t along a layer in layer periods, v and q across the fingers in finger periods.
+//! Numbers without another source were chosen by eye and by the spectra of the scans: amplitudes in µm, positions and
+//! widths in these periods. [`smooth_step`] fades from 0 to 1 between its first two arguments.
 
 use super::{Finger, Lattice, PIXELS, Regions, fingers, mix, stretch};
 use crate::random::{Random, smooth_step};
@@ -36,11 +40,15 @@ fn half_width(t: f64, finger: &Finger) -> f64 {
 }
 
 /// Height of pixel (`ix`, `iy`) in µm, before granules and noise.
+///
+/// The ground is the plain of this layer with a pit between the fingers. Over it come the fingers of this layer, and
+/// over both the tips of the previous layer.
 fn height(lattice: &Lattice, ix: usize, iy: usize) -> f64 {
     let position = lattice.position(ix, iy);
     let pit = 0.16 * smooth_step(0.04, 0.16, position.t) * smooth_step(0.95, 0.25, position.t);
     let mut h = PLAIN_UM - 0.02 * smooth_step(0.2, 0.9, position.t) - pit;
-    // Tips of the previous layer lie on top of this layer, so they are drawn last.
+    // Tips of the previous layer lie on top of this layer, so they come last. `cover` is the opacity of the finger that
+    // covers the pixel most, `crest` its height in µm.
     for (layer, t) in [(position.layer, position.t), (position.layer - 1, position.t + 1.0)] {
         if t > 1.4 {
             continue;

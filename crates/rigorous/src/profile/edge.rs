@@ -3,7 +3,7 @@
 /// (x, z) in µm.
 pub(crate) type Point = [f64; 2];
 
-/// A straight line, or a cubic spline z(x), with parameter u in [0, 1].
+/// A straight line, or a cubic spline z(x), with parameter u in [0, 1]: x varies linearly with u.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Edge {
     from: Point,
@@ -21,6 +21,7 @@ pub(crate) struct EdgePoint {
 }
 
 impl Edge {
+    /// The straight line between two points.
     pub(crate) fn line(from: Point, to: Point) -> Self {
         Self { from, to, spline: None }
     }
@@ -33,10 +34,12 @@ impl Edge {
         Self { from, to, spline: Some(spline) }
     }
 
+    /// Whether the edge is a straight line.
     pub(crate) fn is_straight(&self) -> bool {
         self.spline.is_none()
     }
 
+    /// The points at u = 0 and u = 1.
     pub(crate) fn ends(&self) -> [Point; 2] {
         [self.from, self.to]
     }
@@ -46,6 +49,7 @@ impl Edge {
         (self.to[0] - self.from[0]).hypot(self.to[1] - self.from[1])
     }
 
+    /// Position and derivatives at u.
     pub(crate) fn at(&self, u: f64) -> EdgePoint {
         let along = [self.to[0] - self.from[0], self.to[1] - self.from[1]];
         match &self.spline {
@@ -62,12 +66,14 @@ impl Edge {
 /// last interval.
 #[derive(Clone, Debug, PartialEq)]
 struct Spline {
+    /// Heights at the knots, in µm.
     heights: Vec<f64>,
     /// Second derivatives with respect to u at the knots.
     bends: Vec<f64>,
 }
 
 impl Spline {
+    /// The spline through `heights` at the knots; straight through two of them.
     fn new(heights: &[f64]) -> Self {
         let n = heights.len();
         let step = 1.0 / n as f64;
