@@ -17,7 +17,9 @@ pub(super) struct Columns {
 /// A unit that is not a length, or units for some columns only.
 pub(super) fn columns(text: &str) -> Option<Result<Columns, String>> {
     let mut units: [Option<&str>; 3] = [None; 3];
+    // Unit for all columns, after the word "in".
     let mut common = None;
+    // Index of the last title found: 0 for x, 1 for y, 2 for z.
     let mut at = None;
     let mut after_in = false;
     for word in text.split(|c: char| c.is_whitespace() || ",;\"".contains(c)).filter(|word| !word.is_empty()) {

@@ -21,6 +21,9 @@ fn is_header(text: &str) -> bool {
 }
 
 /// Reads the column of the channel `wanted`, or a single matrix, from the bottom row on.
+///
+/// Numbers come in one of two layouts: ny lines of nx numbers, for a single channel, or nx·ny lines with one number for
+/// each channel.
 pub(super) fn parse(lines: &[Line], wanted: Option<&str>) -> Parsed {
     let header: Vec<&str> =
         lines.iter().map(|(_, text)| text.trim_matches('"')).filter(|text| text.starts_with('\\')).collect();

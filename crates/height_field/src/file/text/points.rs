@@ -22,11 +22,15 @@ struct Axis {
     first: f64,
     /// Distance between nodes; `None` where all points share one coordinate.
     step: Option<f64>,
+    /// Number of nodes.
     count: usize,
 }
 
 impl Axis {
-    /// The axis on which all `coordinates` lie; `name` appears in messages.
+    /// The axis on which all `coordinates` (µm) lie; `name` appears in messages.
+    ///
+    /// # Errors
+    /// Coordinates that are not at equal steps, or too many steps.
     fn of(name: char, coordinates: &[f64]) -> Result<Self, String> {
         let mut sorted = coordinates.to_vec();
         sorted.sort_by(f64::total_cmp);
