@@ -204,7 +204,7 @@ impl Cache {
     /// [`Cache::shared_surface`].
     ///
     /// # Errors
-    /// As [`GratingSurface::new`].
+    /// The errors of [`GratingSurface::new`].
     #[cfg(feature = "rigorous")]
     pub fn shared_grating(
         &self,
@@ -227,7 +227,7 @@ impl Cache {
     /// The grating of [`Cache::shared_grating`] in colours.
     ///
     /// # Errors
-    /// As [`GratingSurface::new`].
+    /// The errors of [`GratingSurface::new`].
     #[cfg(feature = "rigorous")]
     pub fn shared_grating_colours(
         &self,

@@ -36,7 +36,7 @@ impl<K: Eq + Hash, T> Shared<K, T> {
     /// the first of them.
     ///
     /// # Errors
-    /// Those of `make`.
+    /// The errors of `make`.
     pub fn get<E>(&self, key: K, make: impl FnOnce() -> Result<T, E>) -> Result<Arc<T>, E> {
         // A panic of `make` changes neither map nor slot, so a poisoned lock is still consistent.
         let slot = {
@@ -71,9 +71,9 @@ mod tests {
         let kept = || shared.0.lock().unwrap().as_ref().map_or(0, HashMap::len);
         assert_eq!(kept(), 2);
         drop((a, b));
-        assert_eq!(shared.get(2, || Err("not asked")).unwrap().as_str(), "made for 2");
+        assert_eq!(shared.get(2, || Err("not called")).unwrap().as_str(), "made for 2");
         assert_eq!(kept(), 1);
-        assert_eq!(shared.get(1, || Err("asked again")), Err("asked again"));
+        assert_eq!(shared.get(1, || Err("called again")), Err("called again"));
         assert_eq!(*get(1), "made for 1");
     }
 

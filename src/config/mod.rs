@@ -186,7 +186,7 @@ impl SurfaceConfig {
         Ok(config)
     }
 
-    /// Reads a JSON object without validation; errors name the parameter where serde knows it.
+    /// Reads a JSON object without validation; an error names the parameter, unless the JSON itself is malformed.
     fn parse(json: &str) -> Result<Self, ConfigError> {
         let mut reader = serde_json::Deserializer::from_str(json);
         let config: Self = serde_path_to_error::deserialize(&mut reader).map_err(|error| {

@@ -5,7 +5,7 @@ use crate::height_field::Preset;
 use crate::table::{Model, Tiling};
 use serde::{Deserialize, Serialize};
 
-/// The theory of diffraction.
+/// The theory of diffraction, as the parameter `theory` names it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Theory {

@@ -160,6 +160,7 @@ impl<T: Precision> Expansion<T> {
 
     /// Coefficients a_n of the stored terms at `kappa` (rad/µm).
     pub fn weights(&self, kappa: f64) -> Vec<Complex64> {
+        /// iⁿ for n = 0 to 3.
         const POWERS_OF_I: [Complex64; 4] =
             [Complex64::new(1.0, 0.0), Complex64::new(0.0, 1.0), Complex64::new(-1.0, 0.0), Complex64::new(0.0, -1.0)];
         let x = kappa * self.half_range_um;

@@ -256,7 +256,7 @@ impl SurfaceHandle {
 /// Body of the three functions that take two directions.
 ///
 /// # Safety
-/// As for [`Input::new`] and [`Output::new`], and `surface` must not have been freed.
+/// The contracts of [`Input::new`] and [`Output::new`] hold, and `surface` must not have been freed.
 unsafe fn evaluate(
     surface: *const SurfaceHandle,
     count: usize,

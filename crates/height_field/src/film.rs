@@ -154,8 +154,8 @@ mod tests {
         // Linear functions and x² − y² solve the equations on a grid exactly, whatever its proportions.
         let (whole, mut holed) = with_holes(|x, y| 7.0 + 0.2 * x - 0.1 * y + 0.05 * (x * x - y * y) + 0.02 * x * y);
         // Holes at the tile's edge lack boundary values there: only holes inside are compared.
-        for place in [[39, 49]].into_iter().chain((0..20).map(|iy| [iy, 3])) {
-            holed[place] = whole[place];
+        for point in [[39, 49]].into_iter().chain((0..20).map(|iy| [iy, 3])) {
+            holed[point] = whole[point];
         }
         Fill::Laplace.apply(&mut holed, 0.1, 0.3);
         let error = (&holed - &whole).iter().fold(0.0, |m: f64, d| m.max(d.abs()));
@@ -167,9 +167,9 @@ mod tests {
         let (whole, holed) = with_holes(|x, y| 1000.0 + (3.0 * x).sin() * (2.0 * y).cos());
         let mut filled = holed.clone();
         Fill::Laplace.apply(&mut filled, 0.1, 0.3);
-        for (((before, after), whole), place) in holed.iter().zip(&filled).zip(&whole).zip(0..) {
-            assert!(after.is_finite() && (before.is_nan() || before == after), "{place}");
-            assert!((999.0 - SOLVED_UM..=1001.0 + SOLVED_UM).contains(after), "{place}: {after} for {whole}");
+        for (((before, after), whole), point) in holed.iter().zip(&filled).zip(&whole).zip(0..) {
+            assert!(after.is_finite() && (before.is_nan() || before == after), "{point}");
+            assert!((999.0 - SOLVED_UM..=1001.0 + SOLVED_UM).contains(after), "{point}: {after} for {whole}");
         }
         let mut mean = holed.clone();
         Fill::Mean.apply(&mut mean, 0.1, 0.3);

@@ -4,8 +4,13 @@
 //! is solved on `oversampling` times as many nodes as the air, since fields in a metal vary within the skin depth 1/Im
 //! κm.
 //!
-//! [`MetalTable`] tabulates W of one metal: Chebyshev interpolation over ky², and a Fourier series over b. The Fourier
-//! series is short because a field in the metal reaches few periods: image p of a node is damped by e^{−Im κm·|p|d}.
+//! [`MetalTable`] tabulates W of one metal: Chebyshev interpolation over ky², and a Fourier series over b,
+//!
+//! `W(b) = Σ_p W_p e^{2πibp}`, with W_p the coupling of a target to image p of a source.
+//!
+//! The series is short because a field in the metal reaches few periods: W_p is damped by e^{−Im κm·|p|d}. Of the
+//! images only the n nearest to the target count, n being odd. Their sum at n tabulated phases l/n determines the W_p,
+//! and so `W(b) = Σ_l w_l W(l/n)` with `w_l = 1/n Σ_p e^{2πi(b − l/n)p}` over the n nearest images p.
 
 use crate::discretisation::Discretisation;
 use crate::error::positive;
@@ -131,7 +136,8 @@ impl<'a> MetalTable<'a> {
         let lagrange: Vec<f64> =
             (0..self.ky_squared.len()).map(|i| lagrange(&self.ky_squared, i, ky_squared)).collect();
         let phases = self.phases as i32;
-        // The weight of a tabulated phase depends on the period that the nearest image of a pair of nodes lies in.
+        // The weight of a tabulated phase depends on the period that the nearest image of the source lies in, which
+        // differs between pairs of nodes.
         let weights: Vec<[Complex64; 3]> =
             (0..phases).map(|l| [-1, 0, 1].map(|periods| self.phase_weight(l, periods, bloch))).collect();
         let shifts = self.image_shifts();
@@ -151,13 +157,14 @@ impl<'a> MetalTable<'a> {
         result
     }
 
-    /// Weight of tabulated phase l of n for pairs whose nearest image is `periods` away: `1/n Σ_p e^{2πi(b − l/n)p}`
-    /// over the n images p around it.
+    /// Weight w_l of tabulated phase l/n, for pairs of nodes whose nearest image is `periods` away: the sum runs over
+    /// the n images around this image.
     fn phase_weight(&self, l: i32, periods: i32, bloch: f64) -> Complex64 {
         let images = (self.phases / 2) as i32;
-        let apart = bloch - f64::from(l) / self.phases as f64;
-        let sum: Complex64 =
-            (periods - images..=periods + images).map(|p| Complex64::cis(TAU * (apart * f64::from(p)).fract())).sum();
+        let difference = bloch - f64::from(l) / self.phases as f64;
+        let sum: Complex64 = (periods - images..=periods + images)
+            .map(|p| Complex64::cis(TAU * (difference * f64::from(p)).fract()))
+            .sum();
         sum / self.phases as f64
     }
 

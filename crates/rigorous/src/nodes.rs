@@ -199,15 +199,16 @@ impl Nodes {
 
     /// Correction of the double layer's diagonal for the edge across the nearest corner.
     ///
-    /// Seen from a node next to a corner, the kernel `ν'·(r − r')/(2π|r − r'|²)` on the next edge varies over the
-    /// node's own distance from the corner, which no grading resolves. For a constant field its integral is known: the
-    /// angle that the edge subtends, in turns. The correction is the angle minus the quadrature.
+    /// For a target next to a corner, the kernel `ν'·(r − r')/(2π|r − r'|²)` on the next edge varies over the target's
+    /// own distance from the corner, which no grading resolves. For a constant field its integral is known: the angle
+    /// that the edge subtends at the target, in turns. The correction is the angle minus the quadrature.
     pub(crate) fn corner_defect(&self, target: usize) -> f64 {
         let Some(own) = self.on_edge.get(target) else { return 0.0 };
         // The next edge begins at the corner where this one ends, or ends where this one begins.
         let (next, end) = ((own.edge + self.edges + 2 * own.nearer - 1) % self.edges, 1 - own.nearer);
         let node = own.offsets[own.nearer];
         let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+        // `sum` is 2π times the quadrature, `chord` the vector between the ends of the next edge.
         let (mut sum, mut chord) = (0.0, [0.0; 2]);
         for (source, on) in self.on_edge.iter().enumerate().filter(|(_, on)| on.edge == next) {
             let [dx, dz] = [0, 1].map(|j| on.offsets[end][j] - node[j]);

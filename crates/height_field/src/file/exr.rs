@@ -26,6 +26,7 @@ fn check_size(bytes: &[u8]) -> std::result::Result<(), String> {
     Ok(())
 }
 
+/// Reads the single channel of floats.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     check_size(bytes)?;
@@ -66,6 +67,7 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     Ok(Raw::new(values, Meaning::micrometres(), FirstRow::Top).pixel(pixel_um))
 }
 
+/// Writes heights in µm as 32-bit floats, with the pixel size in attributes.
 pub(super) fn encode(field: &HeightField) -> std::result::Result<Vec<u8>, String> {
     let (nx, ny) = field.size();
     let samples: Vec<f32> = field.rows_from_top().map(|h| h as f32).collect();

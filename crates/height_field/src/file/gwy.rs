@@ -193,8 +193,8 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel::new(number, entry.title, field.unit_z.clone()));
         fields.push((field, entry.mask));
     }
-    let at = channel::choose(&channels, wanted)?;
-    let (field, mask) = &fields[at];
+    let chosen = channel::choose(&channels, wanted)?;
+    let (field, mask) = &fields[chosen];
     let (nx, ny) = field.size;
     let meaning = if field.unit_z.is_empty() {
         Meaning::Unknown
@@ -220,5 +220,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         Some((field.real.0 * unit / nx as f64, field.real.1 * unit / ny as f64))
     };
     let values = Array2::from_shape_vec((ny, nx), values).map_err(|error| error.to_string())?;
-    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[at].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Top).pixel(pixel_um).channel(channels[chosen].name(), wanted))
 }

@@ -206,8 +206,8 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
         channels.push(Channel { number: channels.len() + 1, title: name, unit, holds });
         images.push((image, height_um));
     }
-    let at = channel::choose(&channels, wanted)?;
-    let (image, height_um) = images[at];
+    let chosen = channel::choose(&channels, wanted)?;
+    let (image, height_um) = images[chosen];
     let height_um = height_um.ok_or("the channel is not a height")?;
     let (offset, length) = (image.count("Data offset")?, image.count("Data length")?);
     let (nx, ny, number) = layout(image, length)?;
@@ -224,5 +224,5 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let lines = image.count("Number of lines")?;
     let pixel = pixel(image, &all, (nx, lines))?;
     let meaning = Meaning::Lengths { um: 1.0, unit: Understood::new(Source::File, "Z scale and its sensitivity") };
-    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[at].name(), wanted))
+    Ok(Raw::new(values, meaning, FirstRow::Bottom).pixel_or_reason(pixel).channel(channels[chosen].name(), wanted))
 }

@@ -91,6 +91,7 @@ fn plain(name: &str, code: u8) -> Result<(), String> {
     if code == 0 { Ok(()) } else { Err(format!("{name} is {code}; only 0, none, is read")) }
 }
 
+/// Reads the revision from the magic, and then text or binary.
 pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     channel::refuse(wanted)?;
     let mut rest = Bytes::new(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes));

@@ -158,9 +158,9 @@ pub(super) fn parse(bytes: &[u8], wanted: Option<&str>) -> Parsed {
     let layer = channel::choose(&layers, wanted)?;
     let first = layer * points;
     // One bit for each point, from the lowest bit of each byte.
-    let is_valid = |at: usize| valid.as_ref().is_none_or(|bits| bits[at / 8] >> (at % 8) & 1 == 1);
+    let is_valid = |i: usize| valid.as_ref().is_none_or(|bits| bits[i / 8] >> (i % 8) & 1 == 1);
     let heights =
-        (first..first + points).map(|at| if is_valid(at) { known(stored[at]) * scale_m + offset_m } else { f64::NAN });
+        (first..first + points).map(|i| if is_valid(i) { known(stored[i]) * scale_m + offset_m } else { f64::NAN });
     let values = Array2::from_shape_vec((ny, nx), heights.collect()).map_err(|error| error.to_string())?;
     let raw =
         Raw::new(values, Meaning::in_unit("m", UM_PER_M), FirstRow::Bottom).pixel(Some((dx * UM_PER_M, dy * UM_PER_M)));

@@ -107,12 +107,14 @@ impl Spline {
         let n = self.heights.len();
         let step = 1.0 / n as f64;
         let i = (u * n as f64 - 0.5).floor().clamp(0.0, (n - 2) as f64) as usize;
-        let t = u * n as f64 - 0.5 - i as f64;
+        // Fraction of the interval from knot i to knot i + 1; outside of [0, 1] beyond the outer knots.
+        let fraction = u * n as f64 - 0.5 - i as f64;
         let (h0, h1, m0, m1) = (self.heights[i], self.heights[i + 1], self.bends[i], self.bends[i + 1]);
         let slope = (h1 - h0) / step - step / 6.0 * (2.0 * m0 + m1);
-        let bend = m0 + (m1 - m0) * t;
-        let s = step * t;
-        [h0 + s * (slope + s * (0.5 * m0 + (m1 - m0) * t / 6.0)), slope + s * (m0 + 0.5 * (m1 - m0) * t), bend]
+        let bend = m0 + (m1 - m0) * fraction;
+        let s = step * fraction;
+        let height = h0 + s * (slope + s * (0.5 * m0 + (m1 - m0) * fraction / 6.0));
+        [height, slope + s * (m0 + 0.5 * (m1 - m0) * fraction), bend]
     }
 }
 
@@ -127,10 +129,10 @@ mod tests {
         let edge = Edge::spline(1.0, 2.0, &heights);
         for i in 0..=20 {
             let u = f64::from(i) / 20.0;
-            let at = edge.at(u);
+            let point = edge.at(u);
             // Rounding, times the square of the nine intervals for the second derivative.
-            assert!((at.position[1] - height(u)).abs() < 1e-14);
-            assert!((at.first[1] - (0.8 * u - 0.7)).abs() < 1e-13 && (at.second[1] - 0.8).abs() < 1e-12);
+            assert!((point.position[1] - height(u)).abs() < 1e-14);
+            assert!((point.first[1] - (0.8 * u - 0.7)).abs() < 1e-13 && (point.second[1] - 0.8).abs() < 1e-12);
         }
     }
 }

@@ -79,10 +79,13 @@ fn corners(step: f64, heights: &[f64]) -> Vec<Corner> {
 }
 
 /// Edges between consecutive corners, and vertical walls where their ends differ in height.
+///
+/// Each edge is fitted to the samples from its first corner to the next, the *piece*. Its ends are extrapolated to the
+/// corners. The last edge ends at the first corner of the next period.
 fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     let n = heights.len();
     let step = period / n as f64;
-    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &z| (l.min(z), h.max(z)));
+    let (low, high) = heights.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), &z| (lo.min(z), hi.max(z)));
     let tolerance = STRAIGHT * (high - low);
     let mut edges: Vec<Edge> = Vec::new();
     for (c, &corner) in corners.iter().enumerate() {
@@ -90,7 +93,7 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
             Corner::Wall(i) => Corner::Wall(i + n),
             Corner::Kink(i) => Corner::Kink(i + n),
         });
-        // Positions in samples: a wall stands half a sample before its index.
+        // Positions in samples: sample i has its centre at i + ½, and a wall stands between samples i − 1 and i.
         let position = |corner| match corner {
             Corner::Wall(i) => i as f64,
             Corner::Kink(i) => i as f64 + 0.5,
@@ -132,7 +135,8 @@ fn edges(period: f64, heights: &[f64], corners: &[Corner]) -> Vec<Edge> {
     edges
 }
 
-/// Linear interpolation of `piece` at a position in samples, extrapolated beyond its ends.
+/// Linear interpolation of `piece`, extrapolated beyond its ends, at a position in samples from the centre of the
+/// first.
 fn extrapolated(piece: &[f64], position: f64) -> f64 {
     let last = piece.len() - 1;
     if last == 0 {

@@ -158,9 +158,9 @@ fn without_comment(text: &str) -> (&str, &str) {
         return ("", text);
     }
     let starts_word =
-        |at: &usize| text[..*at].chars().next_back().is_none_or(|c| c.is_whitespace() || ",;\"".contains(c));
-    let at = text.match_indices('#').map(|(at, _)| at).find(starts_word);
-    at.map_or((text, ""), |at| text.split_at(at))
+        |start: &usize| text[..*start].chars().next_back().is_none_or(|c| c.is_whitespace() || ",;\"".contains(c));
+    let comment = text.match_indices('#').map(|(start, _)| start).find(starts_word);
+    comment.map_or((text, ""), |start| text.split_at(start))
 }
 
 /// Refuses profiles, lists of points with further columns, and matrices with coordinates in the first row or column.
