@@ -1,4 +1,5 @@
-//! The parameter `obliquity`.
+//! The parameter `obliquity`: the factor that multiplies the scattered field by the directions of light
+//! (docs/model.md#the-reflectance, docs/model.md#the-small-slope-factor). [`Obliquity`] holds the factors themselves.
 
 use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};

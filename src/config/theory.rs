@@ -35,12 +35,12 @@ impl SurfaceConfig {
         if self.theory == Theory::Scalar {
             return Ok(());
         }
-        let scalar = "theory \"scalar\" has it";
+        let scalar = "only theory \"scalar\" supports it";
         // Parameter, whether its value contradicts the theory, and advice for the message.
         let wrong = [
             ("model", self.model == Model::Patch, scalar),
-            ("shadowing", self.shadowing, "orders contain what the relief shadows"),
-            ("conserve_energy", self.conserve_energy == Some(false), "orders keep energy by themselves"),
+            ("shadowing", self.shadowing, "the orders include the relief's shadowing"),
+            ("conserve_energy", self.conserve_energy == Some(false), "orders conserve energy by themselves"),
             ("tiling", self.tiling == Some(Tiling::Aperiodic), "a grating is one period, repeated"),
             ("obliquity", self.obliquity != super::ObliquityChoice::Auto, scalar),
         ];

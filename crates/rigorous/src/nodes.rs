@@ -14,8 +14,8 @@
 use crate::profile::{Edge, Profile, Shape, smooth_height};
 use std::f64::consts::{PI, TAU};
 
-/// Exponent of the grading towards corners: the i-th of n nodes lies at about (i/n)^5 of the edge. An exponent of 3
-/// leaves several times the error.
+/// Exponent of the grading towards corners: the i-th of n nodes lies at about (i/n)^5 of the edge. Chosen: an exponent
+/// of 3 leaves several times the error.
 const GRADING: f64 = 5.0;
 
 /// Fewest nodes on an edge. Chosen: the grading towards both ends needs some nodes on either half.
@@ -53,8 +53,11 @@ impl OnEdge {
 /// Nodes in order along the curve; lengths in µm.
 #[derive(Clone, Debug)]
 pub(crate) struct Nodes {
+    /// Period d of the relief.
     pub(crate) period: f64,
+    /// Coordinates across the grooves, increasing over one period.
     pub(crate) x: Vec<f64>,
+    /// Heights.
     pub(crate) z: Vec<f64>,
     /// |dr/dτ|.
     pub(crate) speed: Vec<f64>,
@@ -74,7 +77,9 @@ pub(crate) struct Nodes {
 /// Vector from the nearest image of a source node to a target node.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Separation {
+    /// Component along x, in µm.
     pub(crate) x: f64,
+    /// Component along z, in µm.
     pub(crate) z: f64,
     /// Periods by which the source was moved along +x.
     pub(crate) periods: i32,
@@ -324,7 +329,7 @@ mod tests {
     }
 
     #[test]
-    fn separations_across_a_corner_keep_their_digits() {
+    fn separations_across_a_corner_are_differences_of_offsets() {
         let lamellar = Profile::lamellar(1.6, 0.12, 0.5).unwrap();
         let nodes = Nodes::new(&lamellar, &distribute_nodes(&lamellar, 480));
         let n = nodes.len();

@@ -10,7 +10,8 @@ use std::io::Cursor;
 /// Attributes with the pixel size along x and y, in µm.
 const PIXEL_SIZE: [&str; 2] = ["pixelSizeX_um", "pixelSizeY_um"];
 
-/// Upper bound on the compression ratio.
+/// Points for each byte of the file, at most. Chosen: it bounds the memory for a damaged file, and no compression of
+/// OpenEXR reaches it for a relief.
 const UNPACKED_MAX: usize = 2048;
 
 /// Refuses a size that the file cannot hold, before memory is allocated for it.

@@ -106,6 +106,7 @@ pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
     let program = program(lines);
     let mut unexplained = Vec::new();
     for &(line, text) in lines {
+        // The line without comment signs, quotes and separators around it.
         let bare = text.trim_start_matches(|c: char| c.is_whitespace() || "#%;*!/'\"".contains(c));
         let bare = bare.trim_end_matches(|c: char| c.is_whitespace() || ",;\"".contains(c));
         if let Some(titles) = columns(bare) {
@@ -127,6 +128,7 @@ pub(super) fn parse(lines: &[(usize, &str)]) -> Result<Header, String> {
     if let HeightUnit::Other(reason) = header.height {
         return Err(reason);
     }
+    // All known programs write the top row first.
     header.first = match program {
         Program::Other if header.is_gwyddion() => Some(FirstRow::Top),
         Program::Other => None,
@@ -317,27 +319,30 @@ impl Header {
                 .filter(|found| found.len() == 1)
                 .map(|found| found[0])
         };
+        // Lines that have been interpreted.
         let mut used = vec![false; lines.len()];
-        // Gwyddion's matrices: channel, width, height and unit of the values, in consecutive lines.
-        let neighbours = |at: usize| lines.get(at + 1).is_some_and(|next| next.line == lines[at].line + 1);
-        let pair = (0..lines.len())
-            .find(|&at| neighbours(at) && length(&lines[at]).is_some() && lines.get(at + 1).and_then(length).is_some());
-        if let Some(at) = pair.filter(|_| self.extent_um == [None, None]) {
-            self.extent_um = [length(&lines[at]), length(&lines[at + 1])];
-            used[at] = true;
-            used[at + 1] = true;
-            if at > 0 && lines[at - 1].line + 1 == lines[at].line {
-                self.channel.get_or_insert_with(|| lines[at - 1].value.clone());
-                used[at - 1] = true;
+        // Gwyddion's matrices: channel, width, height and unit of the values, in consecutive lines. Two consecutive
+        // lengths are the width and the height.
+        let has_next = |i: usize| lines.get(i + 1).is_some_and(|next| next.line == lines[i].line + 1);
+        let width = (0..lines.len())
+            .find(|&i| has_next(i) && length(&lines[i]).is_some() && lines.get(i + 1).and_then(length).is_some());
+        if let Some(width) = width.filter(|_| self.extent_um == [None, None]) {
+            let height = width + 1;
+            self.extent_um = [length(&lines[width]), length(&lines[height])];
+            used[width] = true;
+            used[height] = true;
+            if width > 0 && lines[width - 1].line + 1 == lines[width].line {
+                self.channel.get_or_insert_with(|| lines[width - 1].value.clone());
+                used[width - 1] = true;
             }
-            if neighbours(at + 1) && self.height == HeightUnit::Unsaid {
-                self.height = height_unit(&lines[at + 2].value)?;
-                used[at + 2] = true;
+            if has_next(height) && self.height == HeightUnit::Unsaid {
+                self.height = height_unit(&lines[height + 1].value)?;
+                used[height + 1] = true;
             }
         }
         // Gwyddion's points: the unit of x and y, then that of the values.
         let units: Vec<usize> =
-            (0..lines.len()).filter(|&at| !used[at] && micrometres(&lines[at].value).is_ok()).collect();
+            (0..lines.len()).filter(|&i| !used[i] && micrometres(&lines[i].value).is_ok()).collect();
         let are_unsaid = self.lateral_um.is_none() && self.height == HeightUnit::Unsaid;
         if let ([lateral, value], true) = (&units[..], are_unsaid) {
             let (lateral, value) = (*lateral, *value);
