@@ -1,8 +1,8 @@
 //! The surface that a configuration builds, by either theory, Fresnel factor included.
 //!
 //! `wi` and `wo` are unit vectors away from the surface, z along the normal (docs/model.md#conventions). The tables of
-//! the scalar theory hold the reflectance without the Fresnel factor, which is multiplied here. Those of gratings
-//! include it.
+//! the scalar theory lack the factor of the interface: Fresnel's R, or the small-slope factor Q that replaces R·O
+//! (docs/model.md#the-reflectance). It is multiplied here. The tables of gratings include it.
 
 use crate::cache::Origin;
 use crate::grating::{GratingReport, GratingSurface};
@@ -42,7 +42,8 @@ impl BuiltSurface {
         }
     }
 
-    /// The Fresnel factor between two directions; 1 where the values include it.
+    /// The factor of the interface between two directions ([`Pair::interface`]); 1 where the values include it, 0
+    /// unless both lie above the surface.
     fn interface(&self, wi: Vec3, wo: Vec3) -> f64 {
         match self {
             Self::Scalar(surface, index) => {

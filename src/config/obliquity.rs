@@ -1,5 +1,6 @@
-//! The parameter `obliquity`: the factor that multiplies the scattered field by the directions of light
-//! (docs/model.md#the-reflectance, docs/model.md#the-small-slope-factor). [`Obliquity`] holds the factors themselves.
+//! The parameter `obliquity`: the factor O of the reflectance, which depends on both directions alone
+//! (docs/model.md#the-reflectance), or the small-slope factor Q, which replaces O and the Fresnel reflectance
+//! (docs/model.md#the-small-slope-factor). [`Obliquity`] is the choice without `auto`.
 
 use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};

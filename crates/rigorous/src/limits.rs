@@ -20,8 +20,8 @@ pub(crate) const PERIOD_WAVES_MAX: f64 = 108.0;
 
 /// Largest height of a relief in wavelengths.
 ///
-/// 400 terms serve at least 64 wavelengths. This was measured at a period of half the height, the worst case, since
-/// deeper reliefs are refused.
+/// 400 terms serve at least 64 wavelengths. This was measured at a period of half the height, the worst case: deeper
+/// reliefs are refused. The margin is chosen.
 pub(crate) const HEIGHT_WAVES_MAX: f64 = 62.0;
 
 /// Checks that a profile above a medium can be solved at a wavelength (nm); returns the estimated cost.

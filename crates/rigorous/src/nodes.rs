@@ -55,7 +55,7 @@ impl OnEdge {
 pub(crate) struct Nodes {
     /// Period d of the relief.
     pub(crate) period: f64,
-    /// Coordinates across the grooves, increasing over one period.
+    /// Coordinates across the grooves, which do not decrease along the curve.
     pub(crate) x: Vec<f64>,
     /// Heights.
     pub(crate) z: Vec<f64>,
