@@ -32,10 +32,9 @@ impl Method for SharedGrating {
 impl SurfaceConfig {
     /// A realtime method (`src/methods`) by the theory that the configuration names.
     ///
-    /// By the scalar theory it is [`methods::build`] of the configuration's heights, without the factor of the
-    /// interface ([`AnswerKind::Relief`]). By the rigorous theory it is a grating, which only [`MethodKind::Table`]
-    /// supports, with that factor included ([`AnswerKind::Reflectance`]). `index` is that of the material; `None`
-    /// reflects everything.
+    /// By the scalar theory it is [`methods::build`] of the configuration's heights, whose answers may lack factors of
+    /// the reflectance ([`AnswerKind`]). By the rigorous theory it is a grating, which only [`MethodKind::Table`]
+    /// supports; its answers include all factors. `index` is that of the material; `None` reflects everything.
     ///
     /// # Errors
     /// The errors of [`methods::build`] and [`SurfaceConfig::build_shared_grating_colours`].

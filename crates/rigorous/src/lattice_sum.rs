@@ -80,7 +80,8 @@ impl LatticeSum {
         let (half_x, half_z) = (0.5 * period * MARGIN, (height * MARGIN).max(HALF_HEIGHT_MIN * period));
         let ewald = Ewald::new(period, wave_number, bloch);
         let size = wave_number.norm();
-        // First guess of the terms, measured to suffice in most cases; both grow until the last coefficients are small.
+        // First guess of the terms, measured to suffice in most cases. Both numbers grow until the last coefficients
+        // are small; they affect speed only.
         let mut terms_x = (26 + (0.65 * size * half_x) as usize).min(TERMS_MAX);
         let mut terms_z = (2 * (5 + (0.5 * size * half_z + 4.0 * half_z / period) as usize)).min(TERMS_MAX);
         loop {
@@ -137,6 +138,7 @@ impl LatticeSum {
         let slopes = slopes_of_even(&in_z, self.half_z);
         let mut sums = Array2::zeros((count, 4 * terms_z).f());
         general_mat_mul(1.0, &in_x, &self.coefficients, 0.0, &mut sums);
+        // Sum over the polynomials in z of one of the four parts of the coefficients.
         let over_z = |part: usize, factors: ArrayView2<'_, f64>| {
             let mut result = Array1::zeros(count);
             for (m, factor) in factors.columns().into_iter().enumerate() {
@@ -291,17 +293,18 @@ impl Ewald {
         let reach = EXPONENT_MAX.sqrt() / self.split;
         let (first, last) = (((x - reach) / self.period).ceil() as i64, ((x + reach) / self.period).floor() as i64);
         let mut sum = Complex64::ZERO;
-        for m in first..=last {
-            let square = ((x - m as f64 * self.period).powi(2) + z * z) * self.split * self.split;
-            let decay = (-square).exp();
+        for p in first..=last {
+            // R_p²E².
+            let square = ((x - p as f64 * self.period).powi(2) + z * z) * self.split * self.split;
+            let exponential = (-square).exp();
             // Recurrence of the exponential integrals: E_{q+1}(s) = (e^{−s} − s·E_q(s))/q.
             let mut integral = expint_1(square);
             let mut series = Complex64::ZERO;
             for (q, weight) in self.weights.iter().enumerate() {
                 series += weight * integral;
-                integral = (decay - square * integral) / (q + 1) as f64;
+                integral = (exponential - square * integral) / (q + 1) as f64;
             }
-            sum += Complex64::cis(TAU * (self.bloch * m as f64).fract()) * series;
+            sum += Complex64::cis(TAU * (self.bloch * p as f64).fract()) * series;
         }
         sum / (4.0 * PI)
     }
