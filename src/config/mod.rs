@@ -323,9 +323,9 @@ impl SurfaceConfig {
 
     /// `tiling`, or its default.
     pub fn tiling(&self) -> Tiling {
-        // A file is a single patch of a surface, except for a grating, which is one period.
-        let is_patch = self.filename.is_some() && self.theory == Theory::Scalar;
-        self.tiling.unwrap_or(if is_patch { Tiling::Aperiodic } else { Tiling::Periodic })
+        // A file is a scan of one part of a surface, except for a grating, of which it is one period.
+        let is_scan = self.filename.is_some() && self.theory == Theory::Scalar;
+        self.tiling.unwrap_or(if is_scan { Tiling::Aperiodic } else { Tiling::Periodic })
     }
 
     /// The refractive index, `None` for a surface that reflects everything.
