@@ -1,4 +1,4 @@
-//! Reasons why a configuration is refused.
+//! The error of a configuration, and the accepted values that its messages name.
 
 use super::{ETA, K};
 use crate::height_field::{MAX_LENGTH_UM, REGION_SIZE_UM, REGION_SPREAD};

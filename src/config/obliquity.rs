@@ -1,4 +1,6 @@
-//! The parameter `obliquity`.
+//! The parameter `obliquity`: the factor O of the reflectance, which depends on both directions alone
+//! (docs/model.md#the-reflectance), or the small-slope factor Q, which replaces O and the Fresnel reflectance
+//! (docs/model.md#the-small-slope-factor). [`Obliquity`] is the choice without `auto`.
 
 use crate::scattering::{Obliquity, SpectralIndex};
 use serde::{Deserialize, Serialize};
