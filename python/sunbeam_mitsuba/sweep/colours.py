@@ -1,4 +1,4 @@
-"""Colours of spectral reflectances: illuminants, the CIE 1931 observer, linear sRGB, CIELAB, and hulls of chromaticities.
+"""Colours of spectral reflectances: illuminants, the CIE 1931 observer, linear sRGB, CIELAB, chromaticities' hulls.
 
 A colour of a reflectance R under an illuminant L is Σ R(λ) L(λ) x̄ȳz̄(λ) / Σ L(λ) ȳ(λ), at uniform wavelengths λ.
 """
