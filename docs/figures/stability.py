@@ -16,9 +16,11 @@ from .page import images
 from .questions import questions
 
 PAGE = "stability"
-# Numbers of evaluations and of surfaces in Mitsuba.
-QUESTIONS, QUICK_QUESTIONS = (10_000_000, 100), (20_000, 2)
-# Position of larger errors in the plot; amplitudes are at most 1.
+# Numbers of random evaluations and of surfaces in Mitsuba.
+QUESTIONS = (10_000_000, 100)
+# The numbers of a quick run.
+QUICK_QUESTIONS = (20_000, 2)
+# Error at which larger errors and overflows are drawn; amplitudes are at most 1.
 LOST = 10.0
 # Curves over κH: key, label, colour and line style.
 SERIES = (

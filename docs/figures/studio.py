@@ -22,13 +22,17 @@ from mitsuba_scenes.tool import sunbeam
 
 from .disc import write_disc
 
+# View of the snake in most shots.
 SNAKE = View(240, 160)
-# Rays along each side of a pixel on the GPU, and samples a pixel in Mitsuba, two passes of a square number each.
-SUPERSAMPLE, SPP = 2, 72
+# Rays along each side of a pixel on the GPU.
+SUPERSAMPLE = 2
+# Samples a pixel in Mitsuba: two passes of 36, since a pass needs a square number.
+SPP = 72
 # The demo's sun without sky, which the realtime renderer lacks.
 SUN = Light(sun="directional", sky=0)
 # Resolution of the snake's mesh: 1 has about as many faces as Single 2014's.
 RESOLUTION = 1.0
+# Refractive index η + ik of aluminium in the visible, one value for all wavelengths.
 ALUMINIUM = {"eta": 1.0, "k": 6.9}
 
 
