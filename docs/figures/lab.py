@@ -51,9 +51,9 @@ WRONG_PERIOD = 1.02
 # orders below 0, which meet the screen when the beam comes from the other side.
 DRAWN = Bench(theta_i_deg=45.0, tilt_deg=45.0, distance_mm=60.0, width_mm=130.0, height_mm=62.5, pixels_per_mm=6.0)
 DRAWN_FROM_LEFT = replace(DRAWN, theta_i_deg=-45.0, tilt_deg=-45.0)
-# The wider screen for reliefs with orders in the plane of incidence only.
+# The wider screen for the blazed grating, whose orders lie in one row.
 LOW = Bench(height_mm=120.0)
-# The wider screen for all other reliefs.
+# The wider screen for skins.
 HIGH = Bench()
 
 

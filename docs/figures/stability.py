@@ -61,6 +61,7 @@ def first_above(points: list[dict], key: str, limit: float) -> dict | None:
 
 
 def draw_deep(points: list[dict], file: Path) -> None:
+    """Draws the errors of deep reliefs against the phase range κH."""
     figure, axes = plt.subplots(figsize=(7.5, 4.6))
     for key, words, colour, dashes in SERIES:
         shown = [p for p in points if not (key.startswith("flss") and p[key] is None)]
@@ -74,6 +75,7 @@ def draw_deep(points: list[dict], file: Path) -> None:
 
 
 def draw_grazing(surfaces: list[dict], file: Path) -> None:
+    """Draws errors and albedos at grazing incidence."""
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4))
     for surface, colour in zip(surfaces, ("tab:blue", "tab:orange", "tab:green")):
         points = surface["points"]

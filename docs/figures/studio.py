@@ -117,7 +117,7 @@ class Studio:
         return self.disc if shot.disc else self.snake
 
     def _trace(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
-        # Without energy conservation, as the realtime renderer.
+        """Path-traces a shot without energy conservation, which the realtime methods lack; returns seconds."""
         skin = {**shot.skin, **optics, "conserve_energy": False}
         bsdf = skin_bsdf(skin, files.pigment) if shot.pigment else {"type": "diffraction", **skin}
         result = picture.render(bsdf, files, shot.light, shot.view, SPP, passes=2)
@@ -126,6 +126,7 @@ class Studio:
         return result.seconds["later_pass"] * 2
 
     def _draw(self, shot: Shot, files: SnakeFiles, optics: dict, exr: Path) -> float:
+        """Draws a shot by the realtime renderer; returns seconds on the GPU."""
         light = shot.light
         words = ["render", "-o", exr, "--png", exr.with_suffix(".png"), "--exposure", EXPOSURE_STOPS]
         words += ["--method", shot.method, "--mesh", files.mesh, "--supersample", self.supersample]

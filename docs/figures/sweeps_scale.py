@@ -26,7 +26,7 @@ CASES = 60
 TRIVIAL = 100_000
 # Number of cases of a finished sweep that runs again.
 FINISHED = 10_000
-# Number of batches whose cost at the scheduler is measured.
+# Number of cases in batches of one each, from which the cost of a batch follows.
 BATCHES = 1000
 # Numbers of workers in the simulation.
 WORKERS = (10, 100, 1000)

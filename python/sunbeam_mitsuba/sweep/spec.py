@@ -152,6 +152,7 @@ def _settings(table: object) -> Combinations:
 
 
 def _surface(where: str, table: object, folder: Path, settings: Combinations) -> SurfaceSpec:
+    """Reads a table ``[[surface]]``, which ``where`` names in messages. Raises :class:`SweepError`."""
     accepted = [*SOURCE, *SURFACE, *SCENE]
     given = dict(check_keys(where, table, [*_SURFACE_KEYS, *KEYS, *accepted]))
     name = given.pop("name", "")
